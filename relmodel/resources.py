@@ -1,0 +1,14 @@
+"""Where the project's SQL files and demonstration data lie: in a checkout beside the package, in a wheel inside it."""
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parent
+_WHEEL_DATA = _PACKAGE / "data"
+
+
+def resource_dir(name: str) -> Path:
+    """Folder `schema`, `queries`, `migrations` or `demo` of this installation."""
+    if _WHEEL_DATA.is_dir():
+        return _WHEEL_DATA / name
+    checkout = _PACKAGE.parent
+    return checkout / "examples" / "demo" if name == "demo" else checkout / name
