@@ -41,7 +41,7 @@ def inverse(transforms: Array) -> Array:
 
 def apply(a_from_b: Array, points: Array) -> Array:
     """Points (n, 3) in frame b carried to frame a."""
-    return points @ a_from_b[:3, :3].T + a_from_b[:3, 3]
+    return np.asarray(points @ a_from_b[:3, :3].T + a_from_b[:3, 3])
 
 
 def rotation_matrix(vector: npt.ArrayLike) -> Array:

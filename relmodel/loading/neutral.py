@@ -46,7 +46,8 @@ class ArcSamples:
 class Shape:
     """Geometry in a frame of its own.
 
-    surfaces: columns of `surface` (without identity and keys) and `name`, `colour`, `layer` of `shape_surface`; row = surface_no.
+    surfaces: columns of `surface` (without identity and keys) and `name`, `colour`, `layer` of `shape_surface`;
+        row = surface_no.
     surface_splines: columns of `surface_spline`, `surface_no` for the identity.
     surface_swept: columns of `surface_swept`, with `surface_no`, `basis_arc` (row of `basis_arcs`) and
         `basis_surface` (row of `basis_surfaces`); -1 is none.
