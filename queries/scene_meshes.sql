@@ -1,0 +1,7 @@
+-- Triangles of shapes, for casting rays.
+-- takes: shape_ids (array)
+-- gives: one row a shape, in order of its identity
+SELECT shape_id, vertices, normals, triangles, triangle_surfaces
+FROM shape_mesh
+WHERE shape_id = ANY(:shape_ids)
+ORDER BY shape_id

@@ -1,0 +1,154 @@
+"""The scene of a world as the store holds it, and what each of its columns is called there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection
+
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import matrices
+from relmodel.store import Store
+from vision.localisation.scene import Scene
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class StoredScene:
+    """A scene with the names that the store has for its occurrences, arcs and surfaces.
+
+    occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order.
+    arc_no (a,): `arc_no` in the part's shape of each of the scene's arcs; surface_no (s,) likewise.
+    """
+
+    scene: Scene
+    world_id: int
+    occurrence_id: Ints
+    paths: list[str]
+    shape_id: Ints
+    arc_no: Ints
+    surface_no: Ints
+
+
+def scene_from_store(
+    store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None
+) -> StoredScene:
+    """Scene of the placed parts of a world; `among` names the occurrences that matter, all where it is None.
+
+    Raises InputError where no part is the reference (role inspected).
+    """
+    parts = store.columns(connection, "scene_parts", world_id=world_id)
+    if among is not None:
+        kept = np.isin(parts["id"], np.asarray(among, np.int64))
+        parts = {name: values[kept] for name, values in parts.items()}
+    inspected = parts["role"] == "inspected"
+    if not inspected.any():
+        raise InputError(
+            "no part of an inspected object lies where the prior looks: check the prior, and the roles in the world file"
+        )
+    world_from_part = matrices(parts)
+    shapes = [int(s) for s in np.unique(parts["shape_id"])]
+    mesh_of = _by_shape(store.columns(connection, "scene_meshes", shape_ids=shapes))
+    arcs_of = _by_shape(store.columns(connection, "scene_arcs", shape_ids=shapes))
+
+    meshes, arcs = [], []
+    for occurrence, shape in enumerate(parts["shape_id"].tolist()):
+        if shape in mesh_of:
+            meshes.append(_placed_mesh(mesh_of[shape], world_from_part[occurrence], occurrence))
+        if shape in arcs_of:
+            arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
+    mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
+    scene = Scene(
+        vertices=mesh["vertices"],
+        vertex_normals=mesh["normals"],
+        triangles=mesh["triangles"],
+        triangle_surface=mesh["triangle_surface"],
+        surface_occurrence=mesh["surface_occurrence"],
+        sample_point=arc["points"],
+        sample_tangent=arc["tangents"],
+        sample_normal_a=arc["normals_a"],
+        sample_normal_b=arc["normals_b"],
+        sample_arc=arc["sample_arc"],
+        sample_length=arc["length"],
+        arc_occurrence=arc["arc_occurrence"],
+        inspected=inspected,
+    )
+    return StoredScene(
+        scene,
+        world_id,
+        parts["id"].astype(np.int64),
+        parts["path"].tolist(),
+        parts["shape_id"].astype(np.int64),
+        arc["arc_no"],
+        mesh["surface_no"],
+    )
+
+
+def _by_shape(columns: dict[str, NDArray[Any]]) -> dict[int, dict[str, NDArray[Any]]]:
+    """Rows that belong to each shape; they stand together."""
+    shape, first = np.unique(columns["shape_id"], return_index=True)
+    last = np.append(first[1:], len(columns["shape_id"]))
+    return {
+        int(s): {name: values[a:b] for name, values in columns.items()}
+        for s, a, b in zip(shape, first, last, strict=True)
+    }
+
+
+# Columns that count another column's rows, and which: what is appended must be moved on by what is there already.
+_COUNTED = {"triangles": "vertices", "triangle_surface": "surface_no", "sample_arc": "arc_no"}
+
+
+def _placed_mesh(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], occurrence: int) -> dict[str, Any]:
+    rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
+    surface_no, triangle_surface = np.unique(np.asarray(rows["triangle_surfaces"][0], np.int64), return_inverse=True)
+    return {
+        "vertices": np.asarray(rows["vertices"][0], float).reshape(-1, 3) @ rotation.T + translation,
+        "normals": np.asarray(rows["normals"][0], float).reshape(-1, 3) @ rotation.T,
+        "triangles": np.asarray(rows["triangles"][0], np.int64).reshape(-1, 3),
+        "triangle_surface": triangle_surface.astype(np.int64),
+        "surface_no": surface_no,
+        "surface_occurrence": np.full(len(surface_no), occurrence),
+    }
+
+
+def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], occurrence: int) -> dict[str, Any]:
+    rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
+    flat = {
+        name: np.concatenate(rows[name].tolist()).astype(float).reshape(-1, 3)
+        for name in ("points", "tangents", "normals_a", "normals_b")
+    }
+    count = np.array([len(p) // 3 for p in rows["points"]])
+    sample_arc = np.repeat(np.arange(len(count)), count)
+    return {
+        "points": flat["points"] @ rotation.T + translation,
+        "tangents": flat["tangents"] @ rotation.T,
+        "normals_a": flat["normals_a"] @ rotation.T,
+        "normals_b": flat["normals_b"] @ rotation.T,
+        "sample_arc": sample_arc,
+        "length": _lengths(flat["points"], sample_arc),
+        "arc_no": rows["arc_no"].astype(np.int64),
+        "arc_occurrence": np.full(len(count), occurrence),
+    }
+
+
+def _lengths(points: NDArray[Any], arc: Ints) -> NDArray[Any]:
+    """How much of its arc each sample stands for: half the way to either neighbour, mm."""
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1) * (arc[1:] == arc[:-1])
+    return np.concatenate([[0.0], step]) / 2 + np.concatenate([step, [0.0]]) / 2
+
+
+def _stacked(pieces: list[dict[str, Any]], counted: tuple[str, ...]) -> dict[str, NDArray[Any]]:
+    out: dict[str, NDArray[Any]] = {}
+    for name in pieces[0]:
+        base = _COUNTED.get(name) if name in counted else None
+        moved, at = [], 0
+        for piece in pieces:
+            moved.append(piece[name] + at if base else piece[name])
+            at += len(piece[base]) if base else 0
+        out[name] = np.concatenate(moved)
+    return out
