@@ -1,0 +1,125 @@
+"""What every loader hands over, whatever the file was: parts, shapes and assemblies as columns, not yet in a store.
+
+Columns bear the names of the schema's tables (`schema/030_surface.sql`, `040_part.sql`); ordinals (`surface_no`,
+`arc_no`) stand where the tables hold identities.  Lengths are mm, angles rad, all in the frame of the shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.store.columns import Ragged
+
+Table = dict[str, Any]  # column name -> array, Ragged or list; all of one length
+Attribute = tuple[str, float | str, str | None]  # name, value, unit of a number
+
+
+@dataclass
+class Mesh:
+    """Triangles of a shape: `shape_mesh`."""
+
+    chord_mm: float
+    chord_rad: float
+    vertices: npt.NDArray[np.float64]  # (n, 3)
+    normals: npt.NDArray[np.float32]  # (n, 3) outward, of the exact surface
+    triangles: npt.NDArray[np.int32]  # (m, 3) counter-clockwise from outside
+    triangle_surfaces: npt.NDArray[np.int32]  # (m,) surface_no
+
+
+@dataclass
+class ArcSamples:
+    """Points along arcs: `shape_arc_sample`; row i of each column is arc `arc_no[i]`."""
+
+    arc_no: npt.NDArray[np.int64]
+    parameters: Ragged
+    points: Ragged  # x y z after each other
+    tangents: Ragged
+    normals_a: Ragged
+    normals_b: Ragged
+
+
+@dataclass
+class Shape:
+    """Geometry in a frame of its own.
+
+    surfaces: columns of `surface` (without identity and keys) and `name`, `colour`, `layer` of `shape_surface`;
+        row = surface_no.
+    surface_splines: columns of `surface_spline`, `surface_no` for the identity.
+    surface_swept: columns of `surface_swept`, with `surface_no`, `basis_arc` (row of `basis_arcs`) and
+        `basis_surface` (row of `basis_surfaces`); -1 is none.
+    arcs: columns of `arc` (without identity and keys) and `surface_a`, `surface_b` (-1 is none), `convexity`, `angle`
+        of `shape_arc`; row = arc_no.
+    arc_splines: columns of `arc_spline`, `arc_no` for the identity.
+    loops, coedges, pcurves: columns of the tables, with `surface_no` and `arc_no` for identities.
+    basis_*: curves and surfaces that swept surfaces are made from, same columns as arcs and surfaces.
+    """
+
+    kind: Literal["solid", "sheet", "wire", "mesh"]
+    volume: float | None
+    surfaces: Table
+    surface_splines: Table
+    surface_swept: Table
+    arcs: Table
+    arc_splines: Table
+    loops: Table
+    coedges: Table
+    pcurves: Table
+    basis_arcs: Table
+    basis_arc_splines: Table
+    basis_surfaces: Table
+    basis_surface_splines: Table
+    mesh: Mesh
+    samples: ArcSamples
+
+
+@dataclass
+class Part:
+    """A product and the shape (index into `LoadedModel.shapes`) that it has."""
+
+    number: str
+    name: str
+    shape: int
+    material: str | None = None
+    colour: str | None = None
+    attributes: list[Attribute] = field(default_factory=list)
+
+
+@dataclass
+class Instance:
+    """A part or assembly (index into that list of the model) placed in an assembly."""
+
+    name: str
+    kind: Literal["part", "assembly"]
+    child: int
+    parent_from_child: npt.NDArray[np.float64]  # (4, 4)
+    colour: str | None = None
+
+
+@dataclass
+class Assembly:
+    """A product made of others; instances in the order of the file."""
+
+    name: str
+    instances: list[Instance]
+    attributes: list[Attribute] = field(default_factory=list)
+
+
+@dataclass
+class LoadedModel:
+    """All of one file.  The root is `assemblies[root]`; a file with a single part has an assembly around it."""
+
+    format: str
+    schema_name: str | None
+    unit: str
+    unit_mm: float
+    shapes: list[Shape]
+    parts: list[Part]
+    assemblies: list[Assembly]
+    root: int
+    faces_in_file: int | None  # by the file's text; None where the format has no such count
+    faces_loaded: int
+    loader_version: str

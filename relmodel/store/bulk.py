@@ -1,0 +1,129 @@
+"""Reading and writing by columns: Arrow on DuckDB, COPY on PostgreSQL, inside the SQLAlchemy transaction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import sqlalchemy as sa
+from sqlalchemy import Connection, Table, TextClause
+
+from relmodel.store.columns import Columns, ColumnValues, Ragged, is_scalar, row_count
+
+_INCOMING = "relmodel_incoming"
+
+
+def append(connection: Connection, table: Table, columns: Columns) -> int:
+    """Append rows by columns and return how many; columns left out are null."""
+    unknown = set(columns) - set(table.columns.keys())
+    if unknown:
+        raise ValueError(f"table {table.name} has no column {sorted(unknown)}")
+    count = row_count(columns)
+    if count == 0:
+        return 0
+    if connection.dialect.name == "duckdb":
+        _append_arrow(connection, table, columns, count)
+    else:
+        _append_copy(connection, table, columns, count)
+    return count
+
+
+def _append_arrow(connection: Connection, table: Table, columns: Columns, count: int) -> None:
+    import pyarrow as pa
+
+    incoming = pa.table({name: _arrow(values, count) for name, values in columns.items()})
+    driver: Any = connection.connection.driver_connection
+    driver.register(_INCOMING, incoming)
+    try:
+        source = sa.table(_INCOMING, *(sa.column(name) for name in columns))
+        connection.execute(table.insert().from_select(list(columns), sa.select(*source.columns)))
+    finally:
+        driver.unregister(_INCOMING)
+
+
+def _arrow(values: ColumnValues, count: int) -> Any:
+    import pyarrow as pa
+
+    if isinstance(values, Ragged):
+        mask = None if values.null is None else pa.array(values.null)
+        return pa.LargeListArray.from_arrays(pa.array(values.offsets), pa.array(values.values), mask=mask)
+    if is_scalar(values):
+        return pa.repeat(pa.scalar(values), count)
+    if isinstance(values, np.ndarray) and values.dtype.kind == "f":
+        return pa.array(values, from_pandas=True)  # NaN is null: no column of the schema holds a NaN
+    return pa.array(values)
+
+
+def _append_copy(connection: Connection, table: Table, columns: Columns, count: int) -> None:
+    from psycopg import sql
+
+    statement = sql.SQL("COPY {} ({}) FROM STDIN").format(
+        sql.Identifier(table.name), sql.SQL(", ").join(map(sql.Identifier, columns))
+    )
+    driver: Any = connection.connection.driver_connection
+    with driver.cursor() as cursor, cursor.copy(statement) as copy:
+        for row in zip(*(_objects(values, count) for values in columns.values()), strict=True):
+            copy.write_row(row)
+
+
+def _objects(values: ColumnValues, count: int) -> Iterator[Any]:
+    if isinstance(values, Ragged):
+        null = np.zeros(count, bool) if values.null is None else values.null
+        return (None if null[i] else values[i].tolist() for i in range(count))
+    if is_scalar(values):
+        return (values for _ in range(count))
+    if isinstance(values, np.ndarray):
+        if values.dtype.kind == "f" and np.isnan(values).any():
+            return (None if v != v else v for v in values.tolist())
+        return iter(values.tolist())
+    assert isinstance(values, list | tuple)
+    return iter(values)
+
+
+def fetch_columns(
+    connection: Connection, query: TextClause, parameters: Mapping[str, Any]
+) -> dict[str, npt.NDArray[Any]]:
+    """Run a query and return its result by columns; see `Store.columns`."""
+    result = connection.execute(query, parameters)
+    if connection.dialect.name == "duckdb":
+        cursor: Any = result.cursor
+        return {name: _unmask(values) for name, values in cursor.fetchnumpy().items()}
+    names = list(result.keys())
+    rows = result.all()
+    return {name: _array([row[i] for row in rows]) for i, name in enumerate(names)}
+
+
+def _unmask(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if not isinstance(values, np.ma.MaskedArray):
+        return values
+    if values.dtype.kind == "f":
+        return values.filled(np.nan)
+    if values.dtype.kind == "O":
+        out = values.data.copy()
+        out[np.ma.getmaskarray(values)] = None
+        return out
+    if np.ma.is_masked(values):
+        return np.where(values.mask, np.nan, values.data.astype(float))
+    return np.asarray(values.data)
+
+
+def _array(values: list[Any]) -> npt.NDArray[Any]:
+    kinds = {type(v) for v in values}
+    if kinds and kinds <= {int, float, bool, type(None)} and kinds != {type(None)}:
+        return np.array([np.nan if v is None else v for v in values] if type(None) in kinds else values)
+    out = np.empty(len(values), dtype=object)
+    out[:] = [np.asarray(v) if isinstance(v, list) else v for v in values]
+    return out
+
+
+_NEXT_IDS = sa.text("SELECT nextval(:sequence) AS id FROM generate_series(1, :count) ORDER BY id")
+
+
+def new_ids(connection: Connection, table: str, count: int) -> npt.NDArray[np.int64]:
+    """`count` values of the sequence of `table`, increasing."""
+    if count == 0:
+        return np.empty(0, np.int64)
+    ids = connection.execute(_NEXT_IDS, {"sequence": f"{table}_id_seq", "count": count}).scalars().all()
+    return np.array(ids, dtype=np.int64)

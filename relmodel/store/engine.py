@@ -1,0 +1,64 @@
+"""From a store's name (a DuckDB file or a PostgreSQL URL) to an SQLAlchemy engine."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from sqlalchemy import URL, Engine, create_engine, make_url
+from sqlalchemy.exc import ArgumentError, DBAPIError
+
+from relmodel.errors import StoreError
+
+
+def store_url(target: str | Path) -> URL:
+    """URL of a store given as a file name, `:memory:`, or a `postgresql+psycopg://` or `duckdb://` URL."""
+    name = str(target)
+    if "://" not in name:
+        return URL.create("duckdb", database=name)
+    try:
+        url = make_url(name)
+    except ArgumentError as error:
+        raise StoreError(
+            f"{name!r} is no store: give a file name or a URL such as postgresql+psycopg://host/db"
+        ) from error
+    if url.get_backend_name() == "postgresql":
+        return url.set(drivername="postgresql+psycopg")
+    if url.get_backend_name() != "duckdb":
+        raise StoreError(f"{name!r} is no store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL")
+    return url
+
+
+def connect(url: URL, *, read_only: bool) -> Engine:
+    """Engine of the store, with its first connection tried.
+
+    Raises StoreError where it is locked by another process, no database, or cannot be reached.
+    """
+    options = {}
+    if url.get_backend_name() == "duckdb" and read_only and url.database != ":memory:":
+        options = {"read_only": True}
+    try:
+        engine = create_engine(url, connect_args=options)
+        engine.connect().close()
+    except ModuleNotFoundError as error:
+        raise StoreError(f"the store {url} needs the package {error.name}: install relmodel[postgresql]") from error
+    except (DBAPIError, OSError) as error:
+        raise StoreError(_sentence(url, error)) from error
+    except Exception as error:  # the DuckDB driver's own errors pass SQLAlchemy by while it connects
+        if type(error).__module__.startswith(("duckdb", "_duckdb")):
+            raise StoreError(_sentence(url, error)) from error
+        raise
+    return engine
+
+
+def _sentence(url: URL, error: Exception) -> str:
+    said = str(getattr(error, "orig", None) or error)
+    if url.get_backend_name() != "duckdb":
+        return f"cannot reach the store {url}: {said.strip().splitlines()[0]}"
+    if "Could not set lock" in said:
+        holder = re.search(r"Conflicting lock is held in (\S+) \(PID (\d+)\)", said)
+        who = f"process {holder[2]} ({Path(holder[1]).name})" if holder else "another process"
+        return f"the store {url.database} is held by {who}: wait until it ends, end it, or keep the store in PostgreSQL"
+    if "does not exist" in said or "No such file" in said:
+        return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
+    return f"cannot open the store {url.database}: {said.strip().splitlines()[0]}"

@@ -1,0 +1,161 @@
+"""Runs: every execution that writes leaves a row that says what it was given, what happened and how it ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import relmodel
+from relmodel.store.columns import Columns
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+    from relmodel.store.store import Store
+
+
+def package_versions(*names: str) -> dict[str, str]:
+    """Versions of relmodel and of the installed packages among `names`."""
+    found = {"relmodel": relmodel.__version__, "python": platform.python_version()}
+    for name in names:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+class Run:
+    """A run that is under way.  Its row and its begun event are committed at once; what it finds is appended in
+    transactions of its own, together with the ledger of the rows; `end` says how it ended.
+
+        with Run.begin(store, "load", parameters, packages=("duckdb",)) as run:
+            with run.write() as connection:
+                run.append(connection, "surface", columns)
+
+    An error that leaves the block ends the run as failed.
+    """
+
+    def __init__(self, store: Store, run_id: int) -> None:
+        self.store = store
+        self.id = run_id
+        self._events = 0
+        self._began = time.perf_counter()
+        self._ended = False
+
+    @classmethod
+    @contextmanager
+    def begin(
+        cls,
+        store: Store,
+        kind: str,
+        parameters: Mapping[str, Any],
+        *,
+        inputs: Mapping[str, tuple[str, str]] | None = None,
+        packages: tuple[str, ...] = (),
+        seed: int = 0,
+    ) -> Iterator[Run]:
+        """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
+        with store.write() as connection:
+            run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
+            store.append(
+                connection,
+                "run",
+                {
+                    "id": [run.id],
+                    "kind": [kind],
+                    "parameters": [json.dumps(dict(parameters), sort_keys=True)],
+                    "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
+                    "seed": [seed],
+                    "host": [platform.node()],
+                    "process": [os.getpid()],
+                    "began_at": [datetime.now(UTC)],
+                },
+            )
+            given = sorted((inputs or {}).items())
+            store.append(
+                connection,
+                "run_input",
+                {
+                    "run_id": [run.id] * len(given),
+                    "input_no": list(range(len(given))),
+                    "role": [role for role, _ in given],
+                    "name": [Path(name).name for _, (name, _) in given],
+                    "sha256": [digest for _, (_, digest) in given],
+                },
+            )
+            run._event(connection, "begun", "", None, "ok", None)
+        try:
+            yield run
+        except BaseException as error:
+            if not run._ended:
+                run.end("failed", str(error) or type(error).__name__)
+            raise
+        if not run._ended:
+            run.end("ok")
+
+    @contextmanager
+    def write(self) -> Iterator[Connection]:
+        """A transaction of this run; the ledger of what `append` wrote in it is committed with it."""
+        written: dict[str, int] = {}
+        self._written = written
+        with self.store.write() as connection:
+            yield connection
+            if written:
+                names = sorted(written)
+                self.store.append(
+                    connection,
+                    "ledger",
+                    {"run_id": self.id, "relation": names, "row_count": [written[n] for n in names]},
+                )
+
+    def append(self, connection: Connection, table: str, columns: Columns) -> int:
+        """Append rows by columns, as `Store.append`, and count them in the ledger."""
+        count = self.store.append(connection, table, columns)
+        if count:
+            self._written[table] = self._written.get(table, 0) + count
+        return count
+
+    @contextmanager
+    def step(self, connection: Connection, name: str) -> Iterator[None]:
+        """Time a step of the run and append it as an event."""
+        began = time.perf_counter()
+        yield
+        self._event(connection, "step", name, time.perf_counter() - began, "ok", None)
+
+    def end(self, status: str, message: str | None = None, connection: Connection | None = None) -> None:
+        """Say how the run ended (ok, refused, ambiguous, failed); within `connection`'s transaction if given."""
+        seconds = time.perf_counter() - self._began
+        if connection is not None:
+            self._event(connection, "ended", "", seconds, status, message)
+        else:
+            with self.store.write() as own:
+                self._event(own, "ended", "", seconds, status, message)
+        self._ended = True
+
+    def _event(
+        self, connection: Connection, kind: str, name: str, seconds: float | None, status: str, message: str | None
+    ) -> None:
+        self.store.append(
+            connection,
+            "run_event",
+            {
+                "run_id": [self.id],
+                "event_no": [self._events],
+                "kind": [kind],
+                "name": [name],
+                "seconds": [seconds],
+                "status": [status],
+                "message": [message],
+                "happened_at": [datetime.now(UTC)],
+            },
+        )
+        self._events += 1
