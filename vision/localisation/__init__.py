@@ -1,0 +1,1 @@
+"""From the model to the image, and back to the pose of the cameras."""

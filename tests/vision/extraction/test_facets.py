@@ -1,0 +1,53 @@
+"""The facet kernels against least squares written out."""
+
+import numpy as np
+import pytest
+
+from relmodel.errors import InputError
+from vision.extraction.facets import FacetKernels, FloatArray, facet_coefficients, gaussian_kernels, plain_kernels
+
+ALL_KERNELS = [plain_kernels(n) for n in (5, 7, 9, 11)] + [gaussian_kernels(s) for s in (1.0, 1.4, 2.0, 2.8)]
+
+
+def least_squares(window: FloatArray, kernels: FacetKernels) -> FloatArray:
+    k = kernels.radius
+    r, c = (axis.ravel().astype(float) for axis in np.mgrid[-k : k + 1, -k : k + 1])
+    design = np.stack([r**0, r, c, r**2, r * c, c**2, r**3, r**2 * c, r * c**2, c**3], axis=1)
+    weight = np.ones(len(r)) if kernels.sigma is None else np.exp(-0.25 * (r**2 + c**2) / kernels.sigma**2)
+    return np.asarray(np.linalg.lstsq(design * weight[:, None], window.ravel() * weight, rcond=None)[0])
+
+
+@pytest.mark.parametrize("kernels", ALL_KERNELS)
+def test_coefficients_equal_weighted_least_squares(kernels: FacetKernels) -> None:
+    rng = np.random.default_rng(1)
+    k = kernels.radius
+    image = rng.uniform(0, 255, (2 * k + 9, 2 * k + 7))
+    found = facet_coefficients(image, kernels)
+    for row, column in [(k, k), (k + 3, k + 2), (k + 8, k + 6)]:
+        window = image[row - k : row + k + 1, column - k : column + k + 1]
+        expected = least_squares(window, kernels)
+        np.testing.assert_allclose(found[:, row, column], expected, atol=1e-10 * 255)
+        np.testing.assert_allclose(np.sum(kernels.coefficients * window, axis=(1, 2)), expected, atol=1e-10 * 255)
+
+
+def test_plain_constants_are_those_of_the_paper() -> None:
+    for size, alpha, beta in [(5, 2, 3.4), (7, 4, 7), (9, 20 / 3, 11.8), (11, 10, 17.8)]:
+        kernels = plain_kernels(size)
+        assert kernels.alpha == pytest.approx(alpha)
+        assert kernels.beta == pytest.approx(beta)
+
+
+@pytest.mark.parametrize("kernels", [plain_kernels(7), gaussian_kernels(1.4)])
+def test_covariance_is_that_of_white_noise(kernels: FacetKernels) -> None:
+    noise = np.random.default_rng(2).normal(0, 3.0, (400, 400))
+    found = facet_coefficients(noise, kernels)[:, ::12, ::12].reshape(10, -1)
+    expected = 9.0 * kernels.coefficient_covariance
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert np.all(np.abs(np.cov(found) - expected) < 0.12 * scale)
+
+
+def test_unusable_windows_are_refused() -> None:
+    with pytest.raises(InputError, match="take 5, 7, 9 or 11"):
+        plain_kernels(6)
+    with pytest.raises(InputError, match="outside"):
+        gaussian_kernels(0.2)

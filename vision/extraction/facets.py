@@ -1,0 +1,115 @@
+"""Cubic facets: the polynomial that fits best, by (weighted) least squares, the grey values around each pixel.
+
+Haralick, "Digital step edges from zero crossings of second directional derivatives", PAMI 6 (1984), and Haralick,
+Watson, Laffey, "The topographic primal sketch", IJRR 2 (1983).  In a window r, c in -k..k (r down, c right)
+
+    f = k1 + k2 r + k3 c + k4 r^2 + k5 rc + k6 c^2 + k7 r^3 + k8 r^2 c + k9 r c^2 + k10 c^3
+
+With weights w(r) w(c) the discrete orthogonal polynomials P0..P3 make every coefficient a sum of separable
+correlations a_ij of the image with p_i = w P_i / N_i down the rows and p_j along the columns, i + j <= 3.
+With Gaussian weights p_i is (up to truncation) the i-th derivative of the Gaussian over i!.
+"""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import InputError
+
+FloatArray = npt.NDArray[np.float64]
+
+# The pairs (i, j) of the a_ij, in the order of the rows of `FacetKernels.moments`.
+MOMENTS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
+
+
+@dataclass(frozen=True)
+class FacetKernels:
+    """One-dimensional kernels of a facet model.
+
+    `one_d` (4, n) holds p0..p3 for t = -k..k, `alpha` and `beta` the constants of P2 = t^2 - alpha and
+    P3 = t^3 - beta t; `sigma` is the standard deviation of the Gaussian weights, None for a plain window.
+    """
+
+    one_d: FloatArray
+    alpha: float
+    beta: float
+    sigma: float | None
+
+    @property
+    def radius(self) -> int:
+        """k: the window is (2k+1) x (2k+1)."""
+        return int(self.one_d.shape[1] // 2)
+
+    @property
+    def moments(self) -> FloatArray:
+        """(10, n, n): the two-dimensional kernels of the a_ij in the order of `MOMENTS`."""
+        return np.stack([np.outer(self.one_d[i], self.one_d[j]) for i, j in MOMENTS])
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """(10, n, n): the two-dimensional kernels of k1..k10."""
+        return np.tensordot(_coefficients_from_moments(self.alpha, self.beta), self.moments, axes=1)
+
+    @property
+    def moment_covariance(self) -> FloatArray:
+        """(10, 10): covariance of the a_ij under white noise of variance 1."""
+        return _gram(self.moments)
+
+    @property
+    def coefficient_covariance(self) -> FloatArray:
+        """(10, 10): covariance of k1..k10 under white noise of variance 1."""
+        return _gram(self.coefficients)
+
+
+def plain_kernels(size: int) -> FacetKernels:
+    """Kernels of the unweighted window of `size` 5, 7, 9 or 11 pixels."""
+    if size not in (5, 7, 9, 11):
+        raise InputError(f"a plain facet of size {size} is not offered: take 5, 7, 9 or 11")
+    return _kernels(np.ones(size), None)
+
+
+def gaussian_kernels(sigma: float) -> FacetKernels:
+    """Kernels of the window weighted by a Gaussian of standard deviation `sigma` px (0.8 to 6)."""
+    if not 0.8 <= sigma <= 6.0:
+        raise InputError(f"a facet scale of {sigma} px is outside 0.8 to 6: the sampled Gaussian would not carry it")
+    radius = ceil(4 * sigma)
+    t = np.arange(-radius, radius + 1, dtype=np.float64)
+    return _kernels(np.exp(-0.5 * (t / sigma) ** 2), sigma)
+
+
+def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> FloatArray:
+    """Coefficients k1..k10, (10, rows, columns), of every pixel's facet; the image is mirrored at its border."""
+    from scipy.ndimage import correlate1d
+
+    grey = np.asarray(image, dtype=np.float64)
+    down = [correlate1d(grey, kernel, axis=0, mode="mirror") for kernel in kernels.one_d]
+    moments = np.stack([correlate1d(down[i], kernels.one_d[j], axis=1, mode="mirror") for i, j in MOMENTS])
+    return np.tensordot(_coefficients_from_moments(kernels.alpha, kernels.beta), moments, axes=1)
+
+
+def _kernels(weights: FloatArray, sigma: float | None) -> FacetKernels:
+    weights = weights / weights.sum()
+    radius = len(weights) // 2
+    t = np.arange(-radius, radius + 1, dtype=np.float64)
+    alpha = float(np.sum(weights * t**2))
+    beta = float(np.sum(weights * t**4)) / alpha
+    polynomials = np.stack([np.ones_like(t), t, t**2 - alpha, t**3 - beta * t])
+    norms = np.sum(weights * polynomials**2, axis=1, keepdims=True)
+    return FacetKernels(weights * polynomials / norms, alpha, beta, sigma)
+
+
+def _coefficients_from_moments(alpha: float, beta: float) -> FloatArray:
+    """(10, 10): k = M a, with the a_ij in the order of `MOMENTS`."""
+    matrix = np.eye(10)
+    at = {pair: index for index, pair in enumerate(MOMENTS)}
+    matrix[0, [at[2, 0], at[0, 2]]] = -alpha
+    matrix[1, [at[3, 0], at[1, 2]]] = -beta, -alpha
+    matrix[2, [at[0, 3], at[2, 1]]] = -beta, -alpha
+    return matrix
+
+
+def _gram(kernels: FloatArray) -> FloatArray:
+    rows = kernels.reshape(len(kernels), -1)
+    return np.asarray(rows @ rows.T)

@@ -1,0 +1,43 @@
+"""The noise of an image as a curve over grey: shot noise and a gamma curve make it depend on the level.
+
+The high pass of Immerkaer (Computer Vision and Image Understanding 64, 1996) kills constants and planes; the median of
+its magnitude within each band of grey is deaf to edges and to most texture.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+_BANDS = 16
+_MIN_SAMPLES = 300
+_MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
+
+
+def noise_curve(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatArray:
+    """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
+
+    `floor` is the least value reported, by default what rounding to eight bits leaves behind.
+    """
+    from vision.extraction import _edge_kernels
+
+    histogram = _edge_kernels.high_pass_histogram(grey, _BANDS)
+    counts = histogram.sum(axis=1)
+    pooled = histogram.sum(axis=0)
+    if pooled.sum() == 0:
+        return np.full(256, floor)
+    centres = (np.arange(_BANDS) + 0.5) * 256.0 / _BANDS
+    good = counts >= _MIN_SAMPLES
+    if not good.any():
+        return np.full(256, max(floor, _median(pooled) * _MEDIAN_TO_SIGMA))
+    sigma = np.array([_median(row) for row in histogram[good]]) * _MEDIAN_TO_SIGMA
+    return np.maximum(np.interp(np.arange(256), centres[good], sigma), floor)
+
+
+def _median(histogram: npt.NDArray[np.int64]) -> float:
+    """Median of rounded magnitudes, linear within the unit bin around the whole number that holds it."""
+    cumulative = np.cumsum(histogram)
+    half = cumulative[-1] / 2.0
+    at = int(np.searchsorted(cumulative, half))
+    before = cumulative[at] - histogram[at]
+    return float(max(at - 0.5 + (half - before) / max(histogram[at], 1), 0.0))

@@ -1,0 +1,193 @@
+"""Candidate poses of the rig: a scan of the prior's whole volume on coarse evidence, then a climb on finer evidence.
+
+The prior is sampled by a scrambled Sobol sequence of fixed seed; at each sample a whole window of image shifts (small
+turns of the rig) is scored at once, so that the sequence has to cover only what turns cannot do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.cameras import Camera, Prior, Rig, rotation_exp, skew
+from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence
+from vision.localisation.scene import Floats, Ints, Scene
+from vision.localisation.visibility import visible_arcs
+
+SEED = 1989
+# Predicted samples along an arc closer than this see the same picture: that length counts as one observation.
+CORRELATION_PX = 20.0
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Samples of visible arcs for all cameras of a rig, in the rig's frame at the pose they were predicted for."""
+
+    point: Floats
+    tangent: Floats
+    weight: Floats
+    view: Ints
+    arc: Ints
+    rotation: Floats
+    offset: Floats
+    matrix: Floats
+
+
+def predict(
+    scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_px: float = 0.0, smooth: bool = False
+) -> Prediction:
+    """About `count` visible samples a camera, evenly along the arcs' images; weight = length / CORRELATION_PX."""
+    columns: list[list[Floats | Ints]] = [[], [], [], [], []]
+    rig_from_world = np.linalg.inv(world_from_rig)
+    for number, (name, camera) in enumerate(rig.cameras.items()):
+        seen = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px)
+        if not smooth:
+            seen = seen.take(~seen.smooth)
+        along = np.cumsum(seen.length_px)
+        total = float(along[-1]) if len(along) else 0.0
+        spacing = max(total / count, 2.0)
+        chosen = np.unique(np.searchsorted(along, np.arange(0.5 * spacing, total, spacing)))
+        chosen = chosen[chosen < len(along)]
+        columns[0].append(seen.point[chosen] @ rig_from_world[:3, :3].T + rig_from_world[:3, 3])
+        columns[1].append(seen.tangent[chosen] @ rig_from_world[:3, :3].T)
+        columns[2].append(np.full(len(chosen), min(spacing / CORRELATION_PX, 1.0)))
+        columns[3].append(np.full(len(chosen), number))
+        columns[4].append(seen.arc[chosen])
+    camera_from_rig = [np.linalg.inv(rig.rig_from_camera[name]) for name in rig.cameras]
+    return Prediction(
+        *(np.ascontiguousarray(np.concatenate(c)) for c in columns),
+        rotation=np.array([m[:3, :3] for m in camera_from_rig]),
+        offset=np.array([m[:3, 3] for m in camera_from_rig]),
+        matrix=np.array([c.matrix[:2] for c in rig.cameras.values()]),
+    )
+
+
+def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tuple[Floats, Floats]:
+    """Pixels (n, 2) of the samples and their derivatives (n, 2, 6) by a right perturbation (t, r) of the rig's pose."""
+    point = prediction.point
+    if delta is not None:
+        point = (point - delta[:3]) @ rotation_exp(delta[3:])
+    r, view = prediction.rotation[prediction.view], prediction.view
+    p = np.einsum("nij,nj->ni", r, point) + prediction.offset[view]
+    k = prediction.matrix[view]
+    z = p[:, 2]
+    flow = np.zeros((len(p), 2, 3))
+    flow[:, 0, 0] = flow[:, 1, 1] = 1 / z
+    flow[:, :, 2] = -p[:, :2] / z[:, None] ** 2
+    xy = p[:, :2] / z[:, None]
+    pixel = np.einsum("nij,nj->ni", k[:, :, :2], xy) + k[:, :, 2]
+    by_point = k[:, :, :2] @ flow @ r
+    return pixel, np.concatenate([-by_point, by_point @ skew(point)], axis=2)
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Distinct poses as perturbations (k, 6) of the prior, best first, and their scores (k,): evidence less half the
+    squared Mahalanobis distance from the prior."""
+
+    delta: Floats
+    score: Floats
+
+
+def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior) -> Candidates:
+    """The best distinct poses within the prior's volume."""
+    information = np.linalg.inv(prior.covariance)
+    prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, _margin(rig, prior))
+    if not len(prediction.point):
+        return Candidates(np.zeros((0, 6)), np.zeros(0))
+    coarse = [evidence(edges[name], SCAN_CELL, SCAN_REACH, SCAN_WINDOW) for name in rig.cameras]
+    delta, score = _scan(prediction, coarse, prior)
+    kept = distinct(prediction, delta, score, SCAN_DISTINCT_PX, SCAN_KEPT)
+    fine = [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
+    delta, score = climb(prediction, fine, delta[kept], information, 4.0, 1.0)
+    kept = distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
+    return Candidates(delta[kept], score[kept])
+
+
+SCAN_SAMPLES, SCAN_POSES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW, SCAN_DISTINCT_PX, SCAN_KEPT = 400, 4096, 4.0, 6.0, 10, 6.0, 200
+CLIMB_CELL, CLIMB_REACH, CLIMB_DISTINCT_PX, CLIMB_KEPT = 2.0, 3.0, 3.0, 24
+
+
+def _margin(rig: Rig, prior: Prior) -> float:
+    """How far beyond the picture arcs may come into view: twice the shift that the prior's sigma in turning makes."""
+    focal = max(float(c.matrix[0, 0]) for c in rig.cameras.values())
+    width = max(max(c.width, c.height) for c in rig.cameras.values())
+    return min(2.5 * focal * prior.sigma_rotation, 0.5 * width)
+
+
+def flat(fields: list[Evidence]) -> tuple[Floats, ...]:
+    """What the kernels take of the evidence: flat field, start, shape, origin of each camera."""
+    start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
+    return (
+        np.concatenate([e.field.ravel() for e in fields]),
+        start,
+        np.array([e.field.shape[1:] for e in fields]),
+        np.array([e.origin for e in fields]),
+    )
+
+
+def _samples(p: Prediction) -> tuple[Floats | Ints, ...]:
+    return p.point, p.tangent, p.weight, p.view, p.rotation, p.offset, p.matrix
+
+
+def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple[Floats, Floats]:
+    from scipy.stats import norm, qmc
+
+    from vision.localisation import _search_kernels as kernels
+
+    sequence = qmc.Sobol(6, scramble=True, seed=SEED).random(SCAN_POSES)
+    sigma = np.sqrt(np.diag(prior.covariance))
+    delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) * sigma
+    delta[0] = 0
+    # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
+    _, jacobian = image_jacobians(prediction)
+    turn = np.array([np.median(jacobian[prediction.view == c][:, :, 3:], axis=0) for c in range(len(fields))])
+    steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1)
+    grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    turns = grid * SCAN_CELL @ np.linalg.pinv(turn[0]).T
+    shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / SCAN_CELL).astype(np.int64)
+    shifts = np.clip(shifts, -SCAN_WINDOW, SCAN_WINDOW)
+    shifted = delta[:, None, 3:] + turns
+    distance = (delta[:, None, :3] / sigma[:3]) ** 2
+    penalty = 0.5 * (distance.sum(axis=2) + ((shifted / sigma[3:]) ** 2).sum(axis=2))
+    score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
+    field, start, shape, origin = flat(fields)
+    kernels.scan(
+        *_samples(prediction), field, start, shape, origin, SCAN_CELL, SCAN_WINDOW, ORIENTATIONS,
+        rotation_exp(delta[:, 3:]), np.ascontiguousarray(delta[:, :3]), shifts, penalty, score, best,
+    )  # fmt: skip
+    delta[:, 3:] += turns[best]
+    return delta, score
+
+
+def climb(
+    prediction: Prediction, fields: list[Evidence], delta: Floats, information: Floats, first: float, last: float
+) -> tuple[Floats, Floats]:
+    """Perturbations (k, 6) led uphill by steps of `first` to `last` px, and their scores (k,)."""
+    from vision.localisation import _search_kernels as kernels
+
+    _, jacobian = image_jacobians(prediction)
+    hessian = np.einsum("nij,nik->jk", jacobian, jacobian) / max(len(jacobian), 1) + information
+    value, vector = np.linalg.eigh(hessian)
+    delta, score = delta.copy(), np.empty(len(delta))
+    field, start, shape, origin = flat(fields)
+    kernels.climb(
+        *_samples(prediction), field, start, shape, origin, fields[0].cell, ORIENTATIONS,
+        delta, np.ascontiguousarray(vector / np.sqrt(value)), information, first, last, score,
+    )  # fmt: skip
+    return delta, score
+
+
+def distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:
+    """The best rows, at most `count`, no two of which show the samples less than `apart_px` (rms) apart."""
+    _, jacobian = image_jacobians(prediction)
+    some = jacobian[:: max(len(jacobian) // 60, 1)]
+    flow = np.einsum("nij,kj->kni", some, delta).reshape(len(delta), -1) / np.sqrt(len(some))
+    kept: list[int] = []
+    for row in np.argsort(-score, kind="stable"):
+        if all(np.linalg.norm(flow[row] - flow[other]) >= apart_px for other in kept):
+            kept.append(int(row))
+            if len(kept) == count:
+                break
+    return np.array(kept, np.int64)

@@ -1,0 +1,100 @@
+"""What localisation needs to know of the world: triangles that occlude, and arcs sampled with their face normals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+# A dihedral under 20 degrees is a blend's rim: it shows as shading, not as an edge.
+SMOOTH_COSINE = float(np.cos(np.radians(20)))
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The world's surfaces and arcs as columns, everything in the world frame, mm.
+
+    vertices (v, 3), vertex_normals (v, 3): the exact outward normals, for silhouettes; a mesh without exact normals
+    gives each facet its own vertices.
+    triangles (f, 3), triangle_surface (f,): indices of vertices and of the surface that each triangle belongs to.
+    surface_occurrence (s,): the occurrence of each surface.
+    sample_point, sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points
+    along arcs, the unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of
+    an arc stand together.  An arc with one face only (an open mesh) repeats its normal.
+    arc_occurrence (a,): the occurrence of each arc.
+    inspected (o,): which occurrences are the reference for the pose; all of them occlude.
+    """
+
+    vertices: Floats
+    vertex_normals: Floats
+    triangles: Ints
+    triangle_surface: Ints
+    surface_occurrence: Ints
+    sample_point: Floats
+    sample_tangent: Floats
+    sample_normal_a: Floats
+    sample_normal_b: Floats
+    sample_arc: Ints
+    sample_length: Floats
+    arc_occurrence: Ints
+    inspected: Bools
+
+    @cached_property
+    def sample_smooth(self) -> Bools:
+        """Samples (n,) where the two faces meet smoothly."""
+        cosine = np.einsum("ij,ij->i", self.sample_normal_a, self.sample_normal_b)
+        return np.asarray(cosine > SMOOTH_COSINE)
+
+    @cached_property
+    def sample_is_reference(self) -> Bools:
+        return np.asarray(self.inspected[self.arc_occurrence[self.sample_arc]])
+
+    @cached_property
+    def curved_triangles(self) -> Ints:
+        """Triangles of inspected, curved surfaces: only those can hold a silhouette."""
+        n = self.vertex_normals[self.triangles]
+        bend = np.minimum(np.einsum("fi,fi->f", n[:, 0], n[:, 1]), np.einsum("fi,fi->f", n[:, 1], n[:, 2]))
+        inspected = self.inspected[self.surface_occurrence[self.triangle_surface]]
+        return np.flatnonzero((bend < 1 - 1e-6) & inspected)
+
+    @cached_property
+    def rays(self) -> Rays:
+        return Rays(self.vertices, self.triangles)
+
+
+class Rays:
+    """Ray queries against a triangle mesh (Embree, single precision about the mesh's own centre)."""
+
+    def __init__(self, vertices: Floats, triangles: Ints) -> None:
+        from embreex import rtcore_scene
+        from embreex.mesh_construction import TriangleMesh
+
+        self._centre = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0)) if len(vertices) else np.zeros(3)
+        self._scene: Any = rtcore_scene.EmbreeScene()
+        self._mesh = TriangleMesh(
+            self._scene,
+            np.ascontiguousarray(vertices - self._centre, dtype=np.float32),
+            np.ascontiguousarray(triangles, dtype=np.int32),
+        )
+
+    def blocked(self, origins: Floats, target: Floats) -> Bools:
+        """Which of the segments from `origins` (n, 3) to `target` (3,) hit something."""
+        start = np.ascontiguousarray(origins - self._centre, dtype=np.float32)
+        way = np.ascontiguousarray(target - self._centre - start, dtype=np.float32)
+        hit = self._scene.run(start, way, np.ones(len(start), np.float32), query="OCCLUDED")
+        return np.asarray(hit) >= 0
+
+    def nearest(self, origin: Floats, directions: Floats) -> Ints:
+        """The triangle that each ray from one point hits first (n,), -1 for none."""
+        start = np.broadcast_to((origin - self._centre).astype(np.float32), directions.shape)
+        hit = self._scene.run(
+            np.ascontiguousarray(start), np.ascontiguousarray(directions, dtype=np.float32), query="INTERSECT"
+        )
+        return np.asarray(hit, np.int64)
