@@ -54,8 +54,8 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
         with Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image:
             if size is not None and image.size != size:
                 raise InputError(
-                    f"the image {path} is {image.width}x{image.height}, its camera in the rig file {size[0]}x{size[1]}: "
-                    "give the picture as the camera took it, or the calibration of that size"
+                    f"the image {path} is {image.width}x{image.height} but its camera {size[0]}x{size[1]}: give the "
+                    "picture as the camera took it, or the calibration of that size"
                 )
             if image.width * image.height > MAX_PIXELS:
                 raise InputError(f"the image {path} has more than {MAX_PIXELS // 10**6} million pixels: scale it down")

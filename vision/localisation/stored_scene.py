@@ -49,7 +49,7 @@ def scene_from_store(
     inspected = parts["role"] == "inspected"
     if not inspected.any():
         raise InputError(
-            "no part of an inspected object lies where the prior looks: check the prior, and the roles in the world file"
+            "no part of an inspected object lies where the prior looks: check the prior and the roles in the world file"
         )
     world_from_part = matrices(parts)
     shapes = [int(s) for s in np.unique(parts["shape_id"])]
