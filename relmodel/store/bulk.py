@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from sqlalchemy import Connection, Table, TextClause
 from relmodel.store.columns import Columns, ColumnValues, Ragged, is_scalar, row_count
 
 _INCOMING = "relmodel_incoming"
+_COUNTS = "relmodel_counts"
 
 
 def append(connection: Connection, table: Table, columns: Columns) -> int:
@@ -27,7 +29,21 @@ def append(connection: Connection, table: Table, columns: Columns) -> int:
         _append_arrow(connection, table, columns, count)
     else:
         _append_copy(connection, table, columns, count)
+    counts = connection.info.get(_COUNTS)
+    if counts is not None:
+        counts[table.name] = counts.get(table.name, 0) + count
     return count
+
+
+@contextmanager
+def counting(connection: Connection) -> Iterator[dict[str, int]]:
+    """Count what is appended on `connection` while the block lasts: rows by name of the table."""
+    counts: dict[str, int] = {}
+    connection.info[_COUNTS] = counts
+    try:
+        yield counts
+    finally:
+        del connection.info[_COUNTS]
 
 
 def _append_arrow(connection: Connection, table: Table, columns: Columns, count: int) -> None:

@@ -34,8 +34,10 @@ def connect(url: URL, *, read_only: bool) -> Engine:
 
     Raises StoreError where it is locked by another process, no database, or cannot be reached.
     """
-    options = {}
-    if url.get_backend_name() == "duckdb" and read_only and url.database != ":memory:":
+    options: dict[str, object] = {}
+    if read_only and url.get_backend_name() == "postgresql":
+        options = {"options": "-c default_transaction_read_only=on"}
+    elif read_only and url.database != ":memory:":
         options = {"read_only": True}
     try:
         engine = create_engine(url, connect_args=options)

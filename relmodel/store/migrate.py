@@ -1,25 +1,52 @@
-"""Making a store's schema and bringing an older one up to date."""
+"""Making a store's schema and bringing an older one up to date (Alembic; the revisions are in `migrations/`)."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sqlalchemy import inspect
+import duckdb_sqlalchemy.alembic_impl  # noqa: F401  (tells Alembic of DuckDB)
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection, inspect
 
 from relmodel.errors import StoreError
-from relmodel.store import sql
+from relmodel.resources import resource_dir
+from relmodel.store import journal, sql
+from relmodel.store.store import newer_store
 
 if TYPE_CHECKING:
     from relmodel.store.store import Store
 
 
 def bring_up_to_date(store: Store) -> None:
-    """Make the whole schema in an empty store."""
-    tables = inspect(store.engine).get_table_names()
-    if "sds_relation" in tables:
-        return
-    if tables:
-        raise StoreError(f"{store.name} holds other tables: give relmodel a store of its own")
+    """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.
+
+    Raises StoreError where the database holds other tables, or the store is of a newer version.
+    """
+    found, known = store.revision, sql.revisions()
+    if found is None:
+        if inspect(store.engine).get_table_names():
+            raise StoreError(f"{store.name} holds tables that are not relmodel's: give relmodel a store of its own")
+        journal.forget(store)
+        with store.write() as connection:
+            for script in sql.schema_scripts(store.dialect):
+                connection.exec_driver_sql(script)
+            MigrationContext.configure(connection).stamp(ScriptDirectory.from_config(_config(connection)), "head")
+    elif found not in known:
+        raise newer_store(store)
+    elif found != known[-1]:
+        upgrade(store, known[-1])
+
+
+def upgrade(store: Store, revision: str) -> None:
+    """Run the migrations that lead to `revision`, from nothing or from an older revision, in one transaction."""
     with store.write() as connection:
-        for script in sql.schema_scripts(store.dialect):
-            connection.exec_driver_sql(script)
+        command.upgrade(_config(connection), revision)
+
+
+def _config(connection: Connection) -> Config:
+    config = Config(attributes={"connection": connection})
+    config.set_main_option("script_location", str(resource_dir("migrations")).replace("%", "%%"))
+    return config

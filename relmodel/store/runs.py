@@ -7,19 +7,22 @@ import os
 import platform
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import relmodel
+from relmodel.store import bulk, journal
 from relmodel.store.columns import Columns
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from relmodel.store.store import Store
+
+_STARTED = datetime.now(UTC)  # every run of this process begins after this
 
 
 def package_versions(*names: str) -> dict[str, str]:
@@ -48,6 +51,7 @@ class Run:
         self.store = store
         self.id = run_id
         self._events = 0
+        self._writes = 0
         self._began = time.perf_counter()
         self._ended = False
 
@@ -64,65 +68,83 @@ class Run:
         seed: int = 0,
     ) -> Iterator[Run]:
         """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
-        with store.write() as connection:
-            run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
-            store.append(
-                connection,
-                "run",
-                {
-                    "id": [run.id],
-                    "kind": [kind],
-                    "parameters": [json.dumps(dict(parameters), sort_keys=True)],
-                    "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
-                    "seed": [seed],
-                    "host": [platform.node()],
-                    "process": [os.getpid()],
-                    "began_at": [datetime.now(UTC)],
-                },
-            )
-            given = sorted((inputs or {}).items())
-            store.append(
-                connection,
-                "run_input",
-                {
-                    "run_id": [run.id] * len(given),
-                    "input_no": list(range(len(given))),
-                    "role": [role for role, _ in given],
-                    "name": [Path(name).name for _, (name, _) in given],
-                    "sha256": [digest for _, (_, digest) in given],
-                },
-            )
-            run._event(connection, "begun", "", None, "ok", None)
-        try:
-            yield run
-        except BaseException as error:
+        with ExitStack() as held:
+            with store.write() as connection:
+                run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
+                held.enter_context(_alive(store, run.id))
+                run._begun(connection, kind, parameters, inputs or {}, packages, seed)
+            journal.record(store, "run_event", run.id, 0)
+            try:
+                yield run
+            except BaseException as error:
+                if not run._ended:
+                    run.end("failed", str(error) or type(error).__name__)
+                raise
             if not run._ended:
-                run.end("failed", str(error) or type(error).__name__)
-            raise
-        if not run._ended:
-            run.end("ok")
+                run.end("ok")
+
+    def _begun(
+        self,
+        connection: Connection,
+        kind: str,
+        parameters: Mapping[str, Any],
+        inputs: Mapping[str, tuple[str, str]],
+        packages: tuple[str, ...],
+        seed: int,
+    ) -> None:
+        self.store.append(
+            connection,
+            "run",
+            {
+                "id": [self.id],
+                "kind": [kind],
+                "parameters": [json.dumps(dict(parameters), sort_keys=True)],
+                "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
+                "seed": [seed],
+                "host": [platform.node()],
+                "process": [os.getpid()],
+                "began_at": [datetime.now(UTC)],
+            },
+        )
+        given = sorted(inputs.items())
+        self.store.append(
+            connection,
+            "run_input",
+            {
+                "run_id": [self.id] * len(given),
+                "input_no": list(range(len(given))),
+                "role": [role for role, _ in given],
+                "name": [Path(name).name for _, (name, _) in given],
+                "sha256": [digest for _, (_, digest) in given],
+            },
+        )
+        self._event(connection, "begun", "", None, "ok", None)
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
-        """A transaction of this run; the ledger of what `append` wrote in it is committed with it."""
-        written: dict[str, int] = {}
-        self._written = written
+        """A transaction of this run; the ledger of what the store appends in it is committed with it."""
         with self.store.write() as connection:
-            yield connection
+            with bulk.counting(connection) as written:
+                yield connection
             if written:
                 names = sorted(written)
                 self.store.append(
                     connection,
                     "ledger",
-                    {"run_id": self.id, "relation": names, "row_count": [written[n] for n in names]},
+                    {
+                        "run_id": self.id,
+                        "write_no": self._writes,
+                        "relation": names,
+                        "row_count": [written[n] for n in names],
+                    },
                 )
+        if written:
+            journal.record(self.store, "ledger", self.id, self._writes)
+            self._writes += 1
 
     def append(self, connection: Connection, table: str, columns: Columns) -> int:
-        """Append rows by columns, as `Store.append`, and count them in the ledger."""
-        count = self.store.append(connection, table, columns)
-        if count:
-            self._written[table] = self._written.get(table, 0) + count
-        return count
+        """Append rows by columns, as `Store.append`."""
+        return self.store.append(connection, table, columns)
 
     @contextmanager
     def step(self, connection: Connection, name: str) -> Iterator[None]:
@@ -139,6 +161,7 @@ class Run:
         else:
             with self.store.write() as own:
                 self._event(own, "ended", "", seconds, status, message)
+            journal.record(self.store, "run_event", self.id, self._events - 1)
         self._ended = True
 
     def _event(
@@ -159,3 +182,49 @@ class Run:
             },
         )
         self._events += 1
+
+
+@contextmanager
+def _alive(store: Store, run_id: int) -> Iterator[None]:
+    """Show, for as long as the block lasts, that a run's process lives.
+
+    On PostgreSQL a session of its own holds an advisory lock, which the server drops when the process is gone, on
+    whatever machine it was.  On DuckDB the lock that the process holds on the file says it already.
+    """
+    if store.dialect == "duckdb":
+        yield
+        return
+    with store.read() as session:
+        store.rows(session, "run/hold.postgresql", run=run_id)
+        session.commit()  # the lock is the session's, not the transaction's
+        try:
+            yield
+        finally:
+            store.rows(session, "run/release.postgresql", run=run_id)
+
+
+def mark_dead_runs(store: Store) -> None:
+    """Append found_dead to the runs that neither ended nor have a living process.
+
+    On DuckDB this process holds the file, so a run lives only where this process began it.
+    """
+    with store.write() as connection:
+        if store.dialect == "duckdb":
+            dead = store.rows(
+                connection, "run/dead.duckdb", host=platform.node(), process=os.getpid(), started=_STARTED
+            )
+        else:
+            dead = store.rows(connection, "run/dead.postgresql")
+        store.append(
+            connection,
+            "run_event",
+            {
+                "run_id": [row.run_id for row in dead],
+                "event_no": [row.event_no for row in dead],
+                "kind": "found_dead",
+                "name": "",
+                "status": "failed",
+                "message": "its process ended without a word",
+                "happened_at": [datetime.now(UTC)] * len(dead),
+            },
+        )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import takewhile
+from pathlib import Path
 
 from sqlalchemy import TextClause, text
 
@@ -12,11 +14,17 @@ from relmodel.resources import resource_dir
 DIALECTS = ("duckdb", "postgresql")
 
 
-def schema_scripts(dialect: str) -> list[str]:
-    """Texts of the files of `schema/` in their order, those that bear another dialect's name left out."""
+def schema_scripts(dialect: str, folder: Path | None = None) -> list[str]:
+    """Texts of the files of `schema/` (or a folder like it) in their order, without those that bear another
+    dialect's name."""
     others = {f".{d}" for d in DIALECTS if d != dialect}
-    files = sorted(resource_dir("schema").glob("*.sql"))
+    files = sorted((folder or resource_dir("schema")).glob("*.sql"))
     return [f.read_text() for f in files if not others.intersection(f.suffixes)]
+
+
+def revisions() -> list[str]:
+    """Revisions of the schema, oldest first: a file of `migrations/versions` begins with its revision and `_`."""
+    return sorted(f.name.partition("_")[0] for f in (resource_dir("migrations") / "versions").glob("*.py"))
 
 
 @cache
@@ -26,6 +34,13 @@ def query(name: str) -> TextClause:
     if not path.is_file():
         raise UsageError(f"there is no query {name!r}: queries/ holds no file {name}.sql")
     return text(path.read_text())
+
+
+def description(name: str) -> str:
+    """What a query is for: the first sentence of its header."""
+    lines = (resource_dir("queries") / f"{name}.sql").read_text().splitlines()
+    header = " ".join(line.removeprefix("--").strip() for line in takewhile(lambda line: line.startswith("--"), lines))
+    return header.partition(". ")[0].rstrip(".") + "."
 
 
 def query_names(folder: str) -> list[str]:

@@ -11,12 +11,13 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from sqlalchemy import Connection, Engine, MetaData, Row, Table, inspect
+from sqlalchemy import URL, Connection, Engine, MetaData, Row, Table, inspect
 
 from relmodel.errors import StoreError
 from relmodel.store import bulk, sql
 from relmodel.store.columns import Columns
 from relmodel.store.engine import connect, store_url
+from relmodel.store.runs import mark_dead_runs
 
 
 class Store:
@@ -37,29 +38,60 @@ class Store:
     def create(cls, target: str | Path) -> Store:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
-        Raises StoreError where the file is no relmodel store or is held by another process.
+        Raises StoreError where the file is no relmodel store, is of a newer version or is held by another process.
         """
         from relmodel.store.migrate import bring_up_to_date
 
-        store = cls(connect(store_url(target), read_only=False), str(target))
-        try:
+        with cls._opening(store_url(target), str(target)) as store:
             bring_up_to_date(store)
-        except BaseException:
-            store.close()
-            raise
+            mark_dead_runs(store)
         return store
 
     @classmethod
+    def migrate(cls, target: str | Path) -> Store:
+        """Open a store that exists and bring it up to date.  Raises StoreError as `create`, and where there is none."""
+        with cls._opening(_existing(store_url(target)), str(target)) as store:
+            if store.revision is None:
+                raise _no_store(target)
+        store.close()
+        return cls.create(target)
+
+    @classmethod
     def open(cls, target: str | Path, *, read_only: bool = False) -> Store:
-        """Open a store that exists.  Raises StoreError where there is none, or it is held by another process."""
-        url = store_url(target)
-        if url.get_backend_name() == "duckdb" and not Path(url.database or "").is_file():
-            raise StoreError(f"there is no store {url.database}: make one with relmodel init --store {url.database}")
-        store = cls(connect(url, read_only=read_only), str(target))
-        if not inspect(store.engine).has_table("sds_relation"):
-            store.close()
-            raise StoreError(f"{target} is no relmodel store: make one with relmodel init --store {target}")
+        """Open a store that exists.
+
+        Raises StoreError where there is none, it is of another version, or it is held by another process.
+        """
+        with cls._opening(_existing(store_url(target)), str(target), read_only=read_only) as store:
+            found, known = store.revision, sql.revisions()
+            if found is None:
+                raise _no_store(target)
+            if found not in known:
+                raise newer_store(store)
+            if found != known[-1]:
+                raise StoreError(f"the store {target} is of an older version: run relmodel migrate --store {target}")
+            if not read_only:
+                mark_dead_runs(store)
         return store
+
+    @classmethod
+    @contextmanager
+    def _opening(cls, url: URL, name: str, *, read_only: bool = False) -> Iterator[Store]:
+        """The store at `url`, closed again where what is done with it fails."""
+        store = cls(connect(url, read_only=read_only), name)
+        try:
+            yield store
+        except BaseException:
+            store.close()
+            raise
+
+    @property
+    def revision(self) -> str | None:
+        """Revision of the schema that the store has; None where it is no relmodel store."""
+        if not {"sds_relation", "alembic_version"} <= set(inspect(self.engine).get_table_names()):
+            return None
+        with self.read() as connection:
+            return str(self.rows(connection, "revision")[0].version_num)
 
     def close(self) -> None:
         self.engine.dispose()
@@ -116,3 +148,20 @@ class Store:
     def append(self, connection: Connection, table: str, columns: Columns) -> int:
         """Append rows to `table` by columns; returns how many.  Columns left out are null."""
         return bulk.append(connection, self.table(table), columns)
+
+
+def _existing(url: URL) -> URL:
+    if url.get_backend_name() == "duckdb" and not Path(url.database or "").is_file():
+        raise StoreError(f"there is no store {url.database}: make one with relmodel init --store {url.database}")
+    return url
+
+
+def _no_store(target: str | Path) -> StoreError:
+    return StoreError(f"{target} is no relmodel store: make one with relmodel init --store {target}")
+
+
+def newer_store(store: Store) -> StoreError:
+    """The error for a store of a revision that this program does not know."""
+    return StoreError(
+        f"the store {store.name} is of a newer version (revision {store.revision}) than this program: upgrade relmodel"
+    )

@@ -1,0 +1,16 @@
+-- The catalogue: what each relation of the store is.
+
+CREATE TABLE sds_relation (
+    relation TEXT PRIMARY KEY,
+    level TEXT NOT NULL,
+    standing TEXT NOT NULL,
+    CHECK (level IN ('catalogue', 'run', 'world', 'object', 'part', 'surface', 'image', 'matching', 'localisation')),
+    CHECK (standing IN ('primary', 'redundant'))
+);
+COMMENT ON TABLE sds_relation IS 'The relations of the store: the level of the hierarchy each belongs to and whether it can be derived from others.';
+COMMENT ON COLUMN sds_relation.relation IS 'name of the table';
+COMMENT ON COLUMN sds_relation.level IS 'level of the hierarchy: catalogue, run, world, object, part, surface, image, matching or localisation';
+COMMENT ON COLUMN sds_relation.standing IS 'primary, or redundant: kept for access and derivable from primary relations';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('sds_relation', 'catalogue', 'primary');

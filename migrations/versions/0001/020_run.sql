@@ -1,0 +1,105 @@
+-- Runs: everything that wrote into the store, when, from what, and how it ended.
+
+CREATE SEQUENCE run_id_seq;
+CREATE TABLE run (
+    id BIGINT PRIMARY KEY,
+    kind TEXT NOT NULL,
+    parameters JSON NOT NULL,
+    versions JSON NOT NULL,
+    seed BIGINT NOT NULL,
+    host TEXT NOT NULL,
+    process BIGINT NOT NULL,
+    began_at TIMESTAMPTZ NOT NULL,
+    CHECK (kind IN ('load', 'world', 'index', 'extract', 'inspect'))
+);
+COMMENT ON TABLE run IS 'One execution that writes: a load, a world, an index, an inspection. What happened in it is in run_event.';
+COMMENT ON COLUMN run.id IS 'identity of the run';
+COMMENT ON COLUMN run.kind IS 'what was run';
+COMMENT ON COLUMN run.parameters IS 'parameters of the run, defaults included';
+COMMENT ON COLUMN run.versions IS 'versions of relmodel and of the packages the result depends on';
+COMMENT ON COLUMN run.seed IS 'seed of every random draw of the run';
+COMMENT ON COLUMN run.host IS 'name of the machine';
+COMMENT ON COLUMN run.process IS 'process id on that machine, to tell a dead run from a living one';
+COMMENT ON COLUMN run.began_at IS 'when the run began';
+
+CREATE TABLE run_input (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    input_no INTEGER NOT NULL,
+    role TEXT NOT NULL,
+    name TEXT NOT NULL,
+    sha256 TEXT NOT NULL,
+    PRIMARY KEY (run_id, input_no)
+);
+COMMENT ON TABLE run_input IS 'The files a run read, by content.';
+COMMENT ON COLUMN run_input.run_id IS 'the run';
+COMMENT ON COLUMN run_input.input_no IS 'ordinal of the input in the run';
+COMMENT ON COLUMN run_input.role IS 'what the file was to the run: model, world, rig, prior, left, right';
+COMMENT ON COLUMN run_input.name IS 'file name as given, without its folder';
+COMMENT ON COLUMN run_input.sha256 IS 'SHA-256 of the file''s bytes, hexadecimal';
+
+CREATE TABLE run_event (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    event_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    name TEXT NOT NULL,
+    seconds DOUBLE PRECISION,
+    status TEXT NOT NULL,
+    message TEXT,
+    happened_at TIMESTAMPTZ NOT NULL,
+    PRIMARY KEY (run_id, event_no),
+    CHECK (kind IN ('begun', 'step', 'ended', 'found_dead')),
+    CHECK (status IN ('ok', 'refused', 'ambiguous', 'failed'))
+);
+COMMENT ON TABLE run_event IS 'What happened in a run, appended in order.';
+COMMENT ON COLUMN run_event.run_id IS 'the run';
+COMMENT ON COLUMN run_event.event_no IS 'ordinal of the event in the run';
+COMMENT ON COLUMN run_event.kind IS 'begun, step (a step of the run ended), ended, or found_dead (its process was gone)';
+COMMENT ON COLUMN run_event.name IS 'name of the step; empty for the others';
+COMMENT ON COLUMN run_event.seconds IS 'how long the step or the run took, s';
+COMMENT ON COLUMN run_event.status IS 'ok, refused, ambiguous or failed';
+COMMENT ON COLUMN run_event.message IS 'the error or the reason, one sentence';
+COMMENT ON COLUMN run_event.happened_at IS 'when it was written';
+
+CREATE TABLE ledger (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    write_no INTEGER NOT NULL,
+    relation TEXT NOT NULL REFERENCES sds_relation (relation),
+    row_count BIGINT NOT NULL,
+    PRIMARY KEY (run_id, write_no, relation),
+    CHECK (row_count > 0)
+);
+COMMENT ON TABLE ledger IS 'How many rows each transaction of a run committed into each relation; relmodel check holds it against the tables.';
+COMMENT ON COLUMN ledger.run_id IS 'the run that wrote';
+COMMENT ON COLUMN ledger.write_no IS 'ordinal of the transaction in the run, from 0';
+COMMENT ON COLUMN ledger.relation IS 'the table written to';
+COMMENT ON COLUMN ledger.row_count IS 'rows appended';
+
+CREATE SEQUENCE source_id_seq;
+CREATE TABLE source (
+    id BIGINT PRIMARY KEY,
+    file_name TEXT NOT NULL,
+    sha256 TEXT NOT NULL,
+    format TEXT NOT NULL,
+    schema_name TEXT,
+    unit TEXT NOT NULL,
+    unit_mm DOUBLE PRECISION NOT NULL,
+    loader_version TEXT NOT NULL,
+    UNIQUE (sha256, unit_mm, loader_version),
+    CHECK (unit_mm > 0)
+);
+COMMENT ON TABLE source IS 'A file that a model was loaded from, by content.';
+COMMENT ON COLUMN source.id IS 'identity of the source';
+COMMENT ON COLUMN source.file_name IS 'name of the file as first given, without its folder';
+COMMENT ON COLUMN source.sha256 IS 'SHA-256 of the file''s bytes, hexadecimal';
+COMMENT ON COLUMN source.format IS 'step, obj, stl, ply, glb, ...';
+COMMENT ON COLUMN source.schema_name IS 'schema that the file itself declares, such as AP242';
+COMMENT ON COLUMN source.unit IS 'length unit of the file';
+COMMENT ON COLUMN source.unit_mm IS 'that unit in mm';
+COMMENT ON COLUMN source.loader_version IS 'version of the loader that read it';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('run', 'run', 'primary'),
+    ('run_input', 'run', 'primary'),
+    ('run_event', 'run', 'primary'),
+    ('ledger', 'run', 'primary'),
+    ('source', 'run', 'primary');

@@ -1,0 +1,368 @@
+-- Level part: products, and the shapes (geometry) that they have; relations of the surfaces and arcs of a shape.
+
+CREATE SEQUENCE shape_id_seq;
+CREATE TABLE shape (
+    id BIGINT PRIMARY KEY,
+    content_key TEXT NOT NULL UNIQUE,
+    kind TEXT NOT NULL,
+    surface_count INTEGER NOT NULL,
+    arc_count INTEGER NOT NULL,
+    area DOUBLE PRECISION NOT NULL,
+    volume DOUBLE PRECISION,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    CHECK (kind IN ('solid', 'sheet', 'wire', 'mesh'))
+);
+COMMENT ON TABLE shape IS 'A piece of geometry in its own frame, addressed by content: two parts may share one.';
+COMMENT ON COLUMN shape.id IS 'identity of the shape';
+COMMENT ON COLUMN shape.content_key IS 'hash of its surfaces and arcs: equal shapes are one row';
+COMMENT ON COLUMN shape.kind IS 'solid, sheet, wire (supplemental geometry), mesh';
+COMMENT ON COLUMN shape.surface_count IS 'number of surfaces';
+COMMENT ON COLUMN shape.arc_count IS 'number of arcs';
+COMMENT ON COLUMN shape.area IS 'sum of the surfaces'' areas, mm2';
+COMMENT ON COLUMN shape.volume IS 'enclosed volume, mm3; null where not closed';
+COMMENT ON COLUMN shape.x0 IS 'least x of the shape''s bounding box, mm';
+COMMENT ON COLUMN shape.y0 IS 'least y of the shape''s bounding box, mm';
+COMMENT ON COLUMN shape.z0 IS 'least z of the shape''s bounding box, mm';
+COMMENT ON COLUMN shape.x1 IS 'greatest x of the shape''s bounding box, mm';
+COMMENT ON COLUMN shape.y1 IS 'greatest y of the shape''s bounding box, mm';
+COMMENT ON COLUMN shape.z1 IS 'greatest z of the shape''s bounding box, mm';
+
+CREATE TABLE shape_surface (
+    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    surface_no INTEGER NOT NULL,
+    surface_id BIGINT NOT NULL REFERENCES surface (id),
+    name TEXT,
+    colour TEXT,
+    layer TEXT,
+    PRIMARY KEY (shape_id, surface_no)
+);
+COMMENT ON TABLE shape_surface IS 'The surfaces of a shape.';
+COMMENT ON COLUMN shape_surface.shape_id IS 'the shape';
+COMMENT ON COLUMN shape_surface.surface_no IS 'ordinal of the surface in the shape, from 0';
+COMMENT ON COLUMN shape_surface.surface_id IS 'the surface';
+COMMENT ON COLUMN shape_surface.name IS 'name of the face in the source';
+COMMENT ON COLUMN shape_surface.colour IS 'colour in the source, #rrggbb';
+COMMENT ON COLUMN shape_surface.layer IS 'layer in the source';
+
+CREATE TABLE shape_arc (
+    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    arc_no INTEGER NOT NULL,
+    arc_id BIGINT NOT NULL REFERENCES arc (id),
+    surface_a INTEGER,
+    surface_b INTEGER,
+    convexity TEXT NOT NULL,
+    angle DOUBLE PRECISION,
+    PRIMARY KEY (shape_id, arc_no),
+    FOREIGN KEY (shape_id, surface_a) REFERENCES shape_surface (shape_id, surface_no),
+    FOREIGN KEY (shape_id, surface_b) REFERENCES shape_surface (shape_id, surface_no),
+    CHECK (convexity IN ('convex', 'concave', 'smooth', 'seam', 'free', 'degenerate'))
+);
+COMMENT ON TABLE shape_arc IS 'The arcs of a shape, with the surfaces they separate.';
+COMMENT ON COLUMN shape_arc.shape_id IS 'the shape';
+COMMENT ON COLUMN shape_arc.arc_no IS 'ordinal of the arc in the shape, from 0';
+COMMENT ON COLUMN shape_arc.arc_id IS 'the arc';
+COMMENT ON COLUMN shape_arc.surface_a IS 'surface_no of the surface whose coedge runs along the arc';
+COMMENT ON COLUMN shape_arc.surface_b IS 'surface_no of the surface whose coedge runs against it; equal to surface_a at a seam, null at a free edge';
+COMMENT ON COLUMN shape_arc.convexity IS 'convex, concave, smooth (|angle| < 1 degree), seam, free, or degenerate';
+COMMENT ON COLUMN shape_arc.angle IS 'dihedral angle at mid-arc: atan2((na x nb).t, na.nb), t along the coedge of surface_a; positive convex, rad';
+
+CREATE TABLE shape_mesh (
+    shape_id BIGINT PRIMARY KEY REFERENCES shape (id),
+    chord_mm DOUBLE PRECISION NOT NULL,
+    chord_rad DOUBLE PRECISION NOT NULL,
+    vertices DOUBLE PRECISION[] NOT NULL,
+    normals REAL[] NOT NULL,
+    triangles INTEGER[] NOT NULL,
+    triangle_surfaces INTEGER[] NOT NULL
+);
+COMMENT ON TABLE shape_mesh IS 'Triangles of a shape for casting rays and drawing; vertices are apart for each surface.';
+COMMENT ON COLUMN shape_mesh.shape_id IS 'the shape';
+COMMENT ON COLUMN shape_mesh.chord_mm IS 'greatest distance of triangles from the surface, mm';
+COMMENT ON COLUMN shape_mesh.chord_rad IS 'greatest angle between neighbouring normals, rad';
+COMMENT ON COLUMN shape_mesh.vertices IS 'vertices, x y z after each other, mm';
+COMMENT ON COLUMN shape_mesh.normals IS 'outward unit normals of the exact surface at the vertices';
+COMMENT ON COLUMN shape_mesh.triangles IS 'vertex ordinals, three a triangle, counter-clockwise from outside';
+COMMENT ON COLUMN shape_mesh.triangle_surfaces IS 'surface_no of each triangle';
+
+CREATE TABLE shape_arc_sample (
+    shape_id BIGINT NOT NULL,
+    arc_no INTEGER NOT NULL,
+    parameters DOUBLE PRECISION[] NOT NULL,
+    points DOUBLE PRECISION[] NOT NULL,
+    tangents REAL[] NOT NULL,
+    normals_a REAL[] NOT NULL,
+    normals_b REAL[] NOT NULL,
+    PRIMARY KEY (shape_id, arc_no),
+    FOREIGN KEY (shape_id, arc_no) REFERENCES shape_arc (shape_id, arc_no)
+);
+COMMENT ON TABLE shape_arc_sample IS 'Points along the arcs of a shape with the normals on both sides, for prediction of views.';
+COMMENT ON COLUMN shape_arc_sample.shape_id IS 'the shape';
+COMMENT ON COLUMN shape_arc_sample.arc_no IS 'the arc';
+COMMENT ON COLUMN shape_arc_sample.parameters IS 'parameter t of each point';
+COMMENT ON COLUMN shape_arc_sample.points IS 'points, x y z after each other, mm';
+COMMENT ON COLUMN shape_arc_sample.tangents IS 'unit tangents towards growing t';
+COMMENT ON COLUMN shape_arc_sample.normals_a IS 'outward unit normals of surface_a at the points';
+COMMENT ON COLUMN shape_arc_sample.normals_b IS 'outward unit normals of surface_b; those of surface_a where there is none';
+
+CREATE TABLE surface_adjacency (
+    shape_id BIGINT NOT NULL,
+    arc_no INTEGER NOT NULL,
+    surface_a INTEGER NOT NULL,
+    surface_b INTEGER NOT NULL,
+    convexity TEXT NOT NULL,
+    angle DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (shape_id, arc_no),
+    FOREIGN KEY (shape_id, arc_no) REFERENCES shape_arc (shape_id, arc_no),
+    CHECK (surface_a < surface_b)
+);
+COMMENT ON TABLE surface_adjacency IS 'Which surfaces of a shape meet along which arc.';
+COMMENT ON COLUMN surface_adjacency.shape_id IS 'the shape';
+COMMENT ON COLUMN surface_adjacency.arc_no IS 'the common arc';
+COMMENT ON COLUMN surface_adjacency.surface_a IS 'one surface';
+COMMENT ON COLUMN surface_adjacency.surface_b IS 'the other, greater than surface_a';
+COMMENT ON COLUMN surface_adjacency.convexity IS 'convex, concave or smooth';
+COMMENT ON COLUMN surface_adjacency.angle IS 'dihedral angle, positive convex, rad';
+
+CREATE TABLE surface_relation (
+    shape_id BIGINT NOT NULL,
+    kind TEXT NOT NULL,
+    surface_a INTEGER NOT NULL,
+    surface_b INTEGER NOT NULL,
+    value DOUBLE PRECISION,
+    tolerance DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (shape_id, kind, surface_a, surface_b),
+    FOREIGN KEY (shape_id, surface_a) REFERENCES shape_surface (shape_id, surface_no),
+    FOREIGN KEY (shape_id, surface_b) REFERENCES shape_surface (shape_id, surface_no)
+);
+COMMENT ON TABLE surface_relation IS 'Geometric relations of two surfaces of a shape.';
+COMMENT ON COLUMN surface_relation.shape_id IS 'the shape';
+COMMENT ON COLUMN surface_relation.kind IS 'parallel, perpendicular, coplanar, coaxial, equal_radius, tangent';
+COMMENT ON COLUMN surface_relation.surface_a IS 'one surface';
+COMMENT ON COLUMN surface_relation.surface_b IS 'the other';
+COMMENT ON COLUMN surface_relation.value IS 'measured value: distance of parallels (mm), radius (mm), angle off (rad)';
+COMMENT ON COLUMN surface_relation.tolerance IS 'tolerance within which the relation was taken to hold, in the value''s unit';
+
+CREATE TABLE arc_relation (
+    shape_id BIGINT NOT NULL,
+    kind TEXT NOT NULL,
+    arc_a INTEGER NOT NULL,
+    arc_b INTEGER NOT NULL,
+    value DOUBLE PRECISION,
+    tolerance DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (shape_id, kind, arc_a, arc_b),
+    FOREIGN KEY (shape_id, arc_a) REFERENCES shape_arc (shape_id, arc_no),
+    FOREIGN KEY (shape_id, arc_b) REFERENCES shape_arc (shape_id, arc_no)
+);
+COMMENT ON TABLE arc_relation IS 'Geometric relations of two arcs of a shape.';
+COMMENT ON COLUMN arc_relation.shape_id IS 'the shape';
+COMMENT ON COLUMN arc_relation.kind IS 'parallel, collinear, concentric, equal_radius, meets';
+COMMENT ON COLUMN arc_relation.arc_a IS 'one arc';
+COMMENT ON COLUMN arc_relation.arc_b IS 'the other';
+COMMENT ON COLUMN arc_relation.value IS 'measured value: distance (mm), radius (mm), angle (rad)';
+COMMENT ON COLUMN arc_relation.tolerance IS 'tolerance within which the relation was taken to hold, in the value''s unit';
+
+CREATE SEQUENCE feature_class_id_seq;
+CREATE TABLE feature_class (
+    id BIGINT PRIMARY KEY,
+    content_key TEXT NOT NULL UNIQUE,
+    kind TEXT NOT NULL
+);
+COMMENT ON TABLE feature_class IS 'Congruent features: a kind with its dimensions, in a frame of its own.';
+COMMENT ON COLUMN feature_class.id IS 'identity of the class';
+COMMENT ON COLUMN feature_class.content_key IS 'hash of kind and dimensions';
+COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, rib, boss, lug, flange, fillet, chamfer, ...';
+
+CREATE TABLE feature_dimension (
+    feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),
+    name TEXT NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    unit TEXT NOT NULL,
+    PRIMARY KEY (feature_class_id, name)
+);
+COMMENT ON TABLE feature_dimension IS 'Attribute-value table of feature classes: their dimensions.';
+COMMENT ON COLUMN feature_dimension.feature_class_id IS 'the class';
+COMMENT ON COLUMN feature_dimension.name IS 'diameter, depth, width, length, corner_radius, ...';
+COMMENT ON COLUMN feature_dimension.value IS 'the dimension';
+COMMENT ON COLUMN feature_dimension.unit IS 'mm or rad';
+
+CREATE TABLE feature (
+    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    feature_no INTEGER NOT NULL,
+    feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),
+    name TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    PRIMARY KEY (shape_id, feature_no)
+);
+COMMENT ON TABLE feature IS 'A feature of a shape: a class placed by a transform.';
+COMMENT ON COLUMN feature.shape_id IS 'the shape';
+COMMENT ON COLUMN feature.feature_no IS 'ordinal of the feature in the shape, from 0';
+COMMENT ON COLUMN feature.feature_class_id IS 'its class';
+COMMENT ON COLUMN feature.name IS 'name in the source, or kind and ordinal';
+COMMENT ON COLUMN feature.m00 IS 'shape_from_feature: row 0, column 0 of the rotation';
+COMMENT ON COLUMN feature.m01 IS 'shape_from_feature: row 0, column 1 of the rotation';
+COMMENT ON COLUMN feature.m02 IS 'shape_from_feature: row 0, column 2 of the rotation';
+COMMENT ON COLUMN feature.m03 IS 'shape_from_feature: row 0 of the translation, mm';
+COMMENT ON COLUMN feature.m10 IS 'shape_from_feature: row 1, column 0 of the rotation';
+COMMENT ON COLUMN feature.m11 IS 'shape_from_feature: row 1, column 1 of the rotation';
+COMMENT ON COLUMN feature.m12 IS 'shape_from_feature: row 1, column 2 of the rotation';
+COMMENT ON COLUMN feature.m13 IS 'shape_from_feature: row 1 of the translation, mm';
+COMMENT ON COLUMN feature.m20 IS 'shape_from_feature: row 2, column 0 of the rotation';
+COMMENT ON COLUMN feature.m21 IS 'shape_from_feature: row 2, column 1 of the rotation';
+COMMENT ON COLUMN feature.m22 IS 'shape_from_feature: row 2, column 2 of the rotation';
+COMMENT ON COLUMN feature.m23 IS 'shape_from_feature: row 2 of the translation, mm';
+COMMENT ON COLUMN feature.x0 IS 'least x of the feature''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN feature.y0 IS 'least y of the feature''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN feature.z0 IS 'least z of the feature''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN feature.x1 IS 'greatest x of the feature''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN feature.y1 IS 'greatest y of the feature''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN feature.z1 IS 'greatest z of the feature''s bounding box in the shape''s frame, mm';
+
+CREATE TABLE feature_surface (
+    shape_id BIGINT NOT NULL,
+    feature_no INTEGER NOT NULL,
+    surface_no INTEGER NOT NULL,
+    role TEXT NOT NULL,
+    PRIMARY KEY (shape_id, feature_no, surface_no),
+    FOREIGN KEY (shape_id, feature_no) REFERENCES feature (shape_id, feature_no),
+    FOREIGN KEY (shape_id, surface_no) REFERENCES shape_surface (shape_id, surface_no)
+);
+COMMENT ON TABLE feature_surface IS 'The surfaces that make a feature.';
+COMMENT ON COLUMN feature_surface.shape_id IS 'the shape';
+COMMENT ON COLUMN feature_surface.feature_no IS 'the feature';
+COMMENT ON COLUMN feature_surface.surface_no IS 'the surface';
+COMMENT ON COLUMN feature_surface.role IS 'wall, floor, blend, side, ...';
+
+CREATE TABLE shape_box (
+    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    level TEXT NOT NULL,
+    element_no INTEGER NOT NULL,
+    page INTEGER NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    PRIMARY KEY (shape_id, level, element_no),
+    CHECK (level IN ('feature', 'surface', 'arc'))
+);
+COMMENT ON TABLE shape_box IS 'Boxes of the features, surfaces and arcs of a shape in its own frame, packed into pages of an R-tree.';
+COMMENT ON COLUMN shape_box.shape_id IS 'the shape';
+COMMENT ON COLUMN shape_box.level IS 'feature, surface or arc';
+COMMENT ON COLUMN shape_box.element_no IS 'feature_no, surface_no or arc_no';
+COMMENT ON COLUMN shape_box.page IS 'page of shape_box_page';
+COMMENT ON COLUMN shape_box.x0 IS 'least x of the element''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box.y0 IS 'least y of the element''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box.z0 IS 'least z of the element''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box.x1 IS 'greatest x of the element''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box.y1 IS 'greatest y of the element''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box.z1 IS 'greatest z of the element''s bounding box in the shape''s frame, mm';
+
+CREATE TABLE shape_box_page (
+    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    level TEXT NOT NULL,
+    page INTEGER NOT NULL,
+    box_count INTEGER NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    PRIMARY KEY (shape_id, level, page)
+);
+COMMENT ON TABLE shape_box_page IS 'Pages of shape_box: the union of their boxes.';
+COMMENT ON COLUMN shape_box_page.shape_id IS 'the shape';
+COMMENT ON COLUMN shape_box_page.level IS 'feature, surface or arc';
+COMMENT ON COLUMN shape_box_page.page IS 'the page';
+COMMENT ON COLUMN shape_box_page.box_count IS 'number of boxes in the page';
+COMMENT ON COLUMN shape_box_page.x0 IS 'least x of the page''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box_page.y0 IS 'least y of the page''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box_page.z0 IS 'least z of the page''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box_page.x1 IS 'greatest x of the page''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box_page.y1 IS 'greatest y of the page''s bounding box in the shape''s frame, mm';
+COMMENT ON COLUMN shape_box_page.z1 IS 'greatest z of the page''s bounding box in the shape''s frame, mm';
+
+CREATE SEQUENCE part_id_seq;
+CREATE TABLE part (
+    id BIGINT PRIMARY KEY,
+    content_key TEXT NOT NULL UNIQUE,
+    number TEXT NOT NULL,
+    name TEXT NOT NULL,
+    material TEXT,
+    colour TEXT,
+    shape_id BIGINT NOT NULL REFERENCES shape (id)
+);
+COMMENT ON TABLE part IS 'A product: number, name, material, and the shape it has.';
+COMMENT ON COLUMN part.id IS 'identity of the part';
+COMMENT ON COLUMN part.content_key IS 'hash of number, name, attributes and shape: equal parts are one row';
+COMMENT ON COLUMN part.number IS 'part number in the source';
+COMMENT ON COLUMN part.name IS 'name in the source';
+COMMENT ON COLUMN part.material IS 'name of the material in the source';
+COMMENT ON COLUMN part.colour IS 'colour in the source, #rrggbb';
+COMMENT ON COLUMN part.shape_id IS 'its geometry';
+
+CREATE TABLE part_attribute (
+    part_id BIGINT NOT NULL REFERENCES part (id),
+    name TEXT NOT NULL,
+    value_number DOUBLE PRECISION,
+    value_text TEXT,
+    unit TEXT,
+    source TEXT NOT NULL,
+    PRIMARY KEY (part_id, name)
+);
+COMMENT ON TABLE part_attribute IS 'Attribute-value table of parts.';
+COMMENT ON COLUMN part_attribute.part_id IS 'the part';
+COMMENT ON COLUMN part_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN part_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN part_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN part_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN part_attribute.source IS 'where the value comes from: file, derived, user';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('shape', 'part', 'primary'),
+    ('shape_surface', 'part', 'primary'),
+    ('shape_arc', 'part', 'primary'),
+    ('shape_mesh', 'part', 'redundant'),
+    ('shape_arc_sample', 'part', 'redundant'),
+    ('surface_adjacency', 'part', 'redundant'),
+    ('surface_relation', 'part', 'redundant'),
+    ('arc_relation', 'part', 'redundant'),
+    ('feature_class', 'part', 'primary'),
+    ('feature_dimension', 'part', 'primary'),
+    ('feature', 'part', 'primary'),
+    ('feature_surface', 'part', 'primary'),
+    ('shape_box', 'part', 'redundant'),
+    ('shape_box_page', 'part', 'redundant'),
+    ('part', 'part', 'primary'),
+    ('part_attribute', 'part', 'primary');

@@ -1,0 +1,246 @@
+-- Level object: assemblies, machines and robots made of parts and of other objects.
+
+CREATE SEQUENCE object_id_seq;
+CREATE TABLE object (
+    id BIGINT PRIMARY KEY,
+    content_key TEXT NOT NULL UNIQUE,
+    name TEXT NOT NULL,
+    kind TEXT NOT NULL,
+    CHECK (kind IN ('assembly', 'machine', 'robot'))
+);
+COMMENT ON TABLE object IS 'An assembly (or machine, robot, single part) by content: equal trees are one row.';
+COMMENT ON COLUMN object.id IS 'identity of the object';
+COMMENT ON COLUMN object.content_key IS 'hash of name, kind, attributes and of all that it is made of, with transforms';
+COMMENT ON COLUMN object.name IS 'name in the source';
+COMMENT ON COLUMN object.kind IS 'assembly, machine or robot';
+
+CREATE SEQUENCE object_variant_id_seq;
+CREATE TABLE object_variant (
+    id BIGINT PRIMARY KEY,
+    name TEXT NOT NULL,
+    variant TEXT NOT NULL,
+    revision INTEGER NOT NULL,
+    object_id BIGINT NOT NULL REFERENCES object (id),
+    source_id BIGINT NOT NULL REFERENCES source (id),
+    UNIQUE (name, variant, revision)
+);
+COMMENT ON TABLE object_variant IS 'The name, variant and revision under which a user loaded an object.';
+COMMENT ON COLUMN object_variant.id IS 'identity of the loaded variant';
+COMMENT ON COLUMN object_variant.name IS 'name that the user gave';
+COMMENT ON COLUMN object_variant.variant IS 'variant that the user gave; empty where none';
+COMMENT ON COLUMN object_variant.revision IS '1 for the first load, one more each time the content differs';
+COMMENT ON COLUMN object_variant.object_id IS 'what it is';
+COMMENT ON COLUMN object_variant.source_id IS 'the file it was first loaded from';
+
+CREATE TABLE object_attribute (
+    object_id BIGINT NOT NULL REFERENCES object (id),
+    name TEXT NOT NULL,
+    value_number DOUBLE PRECISION,
+    value_text TEXT,
+    unit TEXT,
+    source TEXT NOT NULL,
+    PRIMARY KEY (object_id, name)
+);
+COMMENT ON TABLE object_attribute IS 'Attribute-value table of objects.';
+COMMENT ON COLUMN object_attribute.object_id IS 'the object';
+COMMENT ON COLUMN object_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN object_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN object_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN object_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN object_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE TABLE object_object (
+    parent_id BIGINT NOT NULL REFERENCES object (id),
+    child_no INTEGER NOT NULL,
+    child_id BIGINT NOT NULL REFERENCES object (id),
+    name TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (parent_id, child_no),
+    CHECK (parent_id <> child_id)
+);
+COMMENT ON TABLE object_object IS 'Objects placed in an object.';
+COMMENT ON COLUMN object_object.parent_id IS 'the object that contains';
+COMMENT ON COLUMN object_object.child_no IS 'ordinal in the parent, counted over objects and parts together';
+COMMENT ON COLUMN object_object.child_id IS 'the object contained';
+COMMENT ON COLUMN object_object.name IS 'name of the instance';
+COMMENT ON COLUMN object_object.m00 IS 'parent_from_child: row 0, column 0 of the rotation';
+COMMENT ON COLUMN object_object.m01 IS 'parent_from_child: row 0, column 1 of the rotation';
+COMMENT ON COLUMN object_object.m02 IS 'parent_from_child: row 0, column 2 of the rotation';
+COMMENT ON COLUMN object_object.m03 IS 'parent_from_child: row 0 of the translation, mm';
+COMMENT ON COLUMN object_object.m10 IS 'parent_from_child: row 1, column 0 of the rotation';
+COMMENT ON COLUMN object_object.m11 IS 'parent_from_child: row 1, column 1 of the rotation';
+COMMENT ON COLUMN object_object.m12 IS 'parent_from_child: row 1, column 2 of the rotation';
+COMMENT ON COLUMN object_object.m13 IS 'parent_from_child: row 1 of the translation, mm';
+COMMENT ON COLUMN object_object.m20 IS 'parent_from_child: row 2, column 0 of the rotation';
+COMMENT ON COLUMN object_object.m21 IS 'parent_from_child: row 2, column 1 of the rotation';
+COMMENT ON COLUMN object_object.m22 IS 'parent_from_child: row 2, column 2 of the rotation';
+COMMENT ON COLUMN object_object.m23 IS 'parent_from_child: row 2 of the translation, mm';
+
+CREATE TABLE object_part (
+    object_id BIGINT NOT NULL REFERENCES object (id),
+    child_no INTEGER NOT NULL,
+    part_id BIGINT NOT NULL REFERENCES part (id),
+    name TEXT NOT NULL,
+    colour TEXT,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (object_id, child_no)
+);
+COMMENT ON TABLE object_part IS 'Parts placed in an object.';
+COMMENT ON COLUMN object_part.object_id IS 'the object that contains';
+COMMENT ON COLUMN object_part.child_no IS 'ordinal in the object, counted over objects and parts together';
+COMMENT ON COLUMN object_part.part_id IS 'the part contained';
+COMMENT ON COLUMN object_part.name IS 'name of the instance';
+COMMENT ON COLUMN object_part.colour IS 'colour of this instance where it differs from the part''s, #rrggbb';
+COMMENT ON COLUMN object_part.m00 IS 'object_from_part: row 0, column 0 of the rotation';
+COMMENT ON COLUMN object_part.m01 IS 'object_from_part: row 0, column 1 of the rotation';
+COMMENT ON COLUMN object_part.m02 IS 'object_from_part: row 0, column 2 of the rotation';
+COMMENT ON COLUMN object_part.m03 IS 'object_from_part: row 0 of the translation, mm';
+COMMENT ON COLUMN object_part.m10 IS 'object_from_part: row 1, column 0 of the rotation';
+COMMENT ON COLUMN object_part.m11 IS 'object_from_part: row 1, column 1 of the rotation';
+COMMENT ON COLUMN object_part.m12 IS 'object_from_part: row 1, column 2 of the rotation';
+COMMENT ON COLUMN object_part.m13 IS 'object_from_part: row 1 of the translation, mm';
+COMMENT ON COLUMN object_part.m20 IS 'object_from_part: row 2, column 0 of the rotation';
+COMMENT ON COLUMN object_part.m21 IS 'object_from_part: row 2, column 1 of the rotation';
+COMMENT ON COLUMN object_part.m22 IS 'object_from_part: row 2, column 2 of the rotation';
+COMMENT ON COLUMN object_part.m23 IS 'object_from_part: row 2 of the translation, mm';
+
+CREATE TABLE part_contact (
+    object_id BIGINT NOT NULL REFERENCES object (id),
+    path_a TEXT NOT NULL,
+    path_b TEXT NOT NULL,
+    gap DOUBLE PRECISION NOT NULL,
+    tolerance DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (object_id, path_a, path_b)
+);
+COMMENT ON TABLE part_contact IS 'Pairs of placed parts of an object that touch.';
+COMMENT ON COLUMN part_contact.object_id IS 'the object';
+COMMENT ON COLUMN part_contact.path_a IS 'path of one placed part within the object';
+COMMENT ON COLUMN part_contact.path_b IS 'path of the other';
+COMMENT ON COLUMN part_contact.gap IS 'distance found, negative where they overlap, mm';
+COMMENT ON COLUMN part_contact.tolerance IS 'greatest gap that counts as contact, mm';
+
+CREATE TABLE joint (
+    object_id BIGINT NOT NULL REFERENCES object (id),
+    joint_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    kind TEXT NOT NULL,
+    parent_link TEXT NOT NULL,
+    child_link TEXT NOT NULL,
+    axis_x DOUBLE PRECISION NOT NULL,
+    axis_y DOUBLE PRECISION NOT NULL,
+    axis_z DOUBLE PRECISION NOT NULL,
+    lower_limit DOUBLE PRECISION,
+    upper_limit DOUBLE PRECISION,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (object_id, joint_no),
+    UNIQUE (object_id, name),
+    CHECK (kind IN ('revolute', 'continuous', 'prismatic', 'fixed'))
+);
+COMMENT ON TABLE joint IS 'Joints of a robot or machine between the objects placed in it.';
+COMMENT ON COLUMN joint.object_id IS 'the robot or machine';
+COMMENT ON COLUMN joint.joint_no IS 'ordinal of the joint';
+COMMENT ON COLUMN joint.name IS 'name in the source';
+COMMENT ON COLUMN joint.kind IS 'revolute, continuous, prismatic or fixed';
+COMMENT ON COLUMN joint.parent_link IS 'name of the instance that carries the joint';
+COMMENT ON COLUMN joint.child_link IS 'name of the instance that it moves';
+COMMENT ON COLUMN joint.axis_x IS 'x of the joint''s axis in the joint''s frame, unit';
+COMMENT ON COLUMN joint.axis_y IS 'y of the joint''s axis in the joint''s frame, unit';
+COMMENT ON COLUMN joint.axis_z IS 'z of the joint''s axis in the joint''s frame, unit';
+COMMENT ON COLUMN joint.lower_limit IS 'least value, rad or mm; null where unlimited';
+COMMENT ON COLUMN joint.upper_limit IS 'greatest value, rad or mm; null where unlimited';
+COMMENT ON COLUMN joint.m00 IS 'parent_from_joint: row 0, column 0 of the rotation';
+COMMENT ON COLUMN joint.m01 IS 'parent_from_joint: row 0, column 1 of the rotation';
+COMMENT ON COLUMN joint.m02 IS 'parent_from_joint: row 0, column 2 of the rotation';
+COMMENT ON COLUMN joint.m03 IS 'parent_from_joint: row 0 of the translation, mm';
+COMMENT ON COLUMN joint.m10 IS 'parent_from_joint: row 1, column 0 of the rotation';
+COMMENT ON COLUMN joint.m11 IS 'parent_from_joint: row 1, column 1 of the rotation';
+COMMENT ON COLUMN joint.m12 IS 'parent_from_joint: row 1, column 2 of the rotation';
+COMMENT ON COLUMN joint.m13 IS 'parent_from_joint: row 1 of the translation, mm';
+COMMENT ON COLUMN joint.m20 IS 'parent_from_joint: row 2, column 0 of the rotation';
+COMMENT ON COLUMN joint.m21 IS 'parent_from_joint: row 2, column 1 of the rotation';
+COMMENT ON COLUMN joint.m22 IS 'parent_from_joint: row 2, column 2 of the rotation';
+COMMENT ON COLUMN joint.m23 IS 'parent_from_joint: row 2 of the translation, mm';
+
+CREATE TABLE load_report (
+    run_id BIGINT PRIMARY KEY REFERENCES run (id),
+    source_id BIGINT REFERENCES source (id),
+    object_variant_id BIGINT REFERENCES object_variant (id),
+    status TEXT NOT NULL,
+    message TEXT,
+    faces_in_file INTEGER,
+    faces_loaded INTEGER,
+    parts INTEGER,
+    occurrences INTEGER,
+    shapes_added INTEGER,
+    surfaces_added INTEGER,
+    arcs_added INTEGER,
+    CHECK (status IN ('added', 'unchanged', 'partial', 'refused'))
+);
+COMMENT ON TABLE load_report IS 'What a load found in its file and added to the store.';
+COMMENT ON COLUMN load_report.run_id IS 'the run of the load';
+COMMENT ON COLUMN load_report.source_id IS 'the file; null where it was refused';
+COMMENT ON COLUMN load_report.object_variant_id IS 'what it was loaded as; null where it was refused';
+COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there), partial or refused';
+COMMENT ON COLUMN load_report.message IS 'why it is partial or was refused';
+COMMENT ON COLUMN load_report.faces_in_file IS 'faces that the text of the file lists';
+COMMENT ON COLUMN load_report.faces_loaded IS 'faces that were read from it, each part counted once';
+COMMENT ON COLUMN load_report.parts IS 'distinct parts in the file';
+COMMENT ON COLUMN load_report.occurrences IS 'placed parts in the file';
+COMMENT ON COLUMN load_report.shapes_added IS 'shapes that were new to the store';
+COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the store';
+COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('object', 'object', 'primary'),
+    ('object_variant', 'object', 'primary'),
+    ('object_attribute', 'object', 'primary'),
+    ('object_object', 'object', 'primary'),
+    ('object_part', 'object', 'primary'),
+    ('part_contact', 'object', 'redundant'),
+    ('joint', 'object', 'primary'),
+    ('load_report', 'object', 'primary');

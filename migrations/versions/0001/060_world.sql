@@ -1,0 +1,315 @@
+-- Level world: objects placed in a cell, what is mounted on them, and the expansion of it all into placed parts.
+
+CREATE SEQUENCE world_id_seq;
+CREATE TABLE world (
+    id BIGINT PRIMARY KEY,
+    name TEXT NOT NULL,
+    revision INTEGER NOT NULL,
+    content_key TEXT NOT NULL,
+    UNIQUE (name, revision)
+);
+COMMENT ON TABLE world IS 'A cell and what stands in it; a change is a new revision.';
+COMMENT ON COLUMN world.id IS 'identity of this revision of the world';
+COMMENT ON COLUMN world.name IS 'name of the world';
+COMMENT ON COLUMN world.revision IS '1 for the first, one more each time the content differs';
+COMMENT ON COLUMN world.content_key IS 'hash of all that the world file says';
+
+CREATE TABLE world_attribute (
+    world_id BIGINT NOT NULL REFERENCES world (id),
+    name TEXT NOT NULL,
+    value_number DOUBLE PRECISION,
+    value_text TEXT,
+    unit TEXT,
+    source TEXT NOT NULL,
+    PRIMARY KEY (world_id, name)
+);
+COMMENT ON TABLE world_attribute IS 'Attribute-value table of worlds.';
+COMMENT ON COLUMN world_attribute.world_id IS 'the world';
+COMMENT ON COLUMN world_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN world_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN world_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN world_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN world_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE TABLE world_object (
+    world_id BIGINT NOT NULL REFERENCES world (id),
+    object_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    object_variant_id BIGINT NOT NULL REFERENCES object_variant (id),
+    role TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (world_id, object_no),
+    UNIQUE (world_id, name),
+    CHECK (role IN ('inspected', 'fixture', 'robot', 'tool'))
+);
+COMMENT ON TABLE world_object IS 'Objects placed in a world.';
+COMMENT ON COLUMN world_object.world_id IS 'the world';
+COMMENT ON COLUMN world_object.object_no IS 'ordinal in the world';
+COMMENT ON COLUMN world_object.name IS 'name of the instance';
+COMMENT ON COLUMN world_object.object_variant_id IS 'the object, pinned to its variant and revision';
+COMMENT ON COLUMN world_object.role IS 'inspected (the reference of localisation), or fixture, robot, tool: these occlude but are no reference';
+COMMENT ON COLUMN world_object.m00 IS 'world_from_object: row 0, column 0 of the rotation';
+COMMENT ON COLUMN world_object.m01 IS 'world_from_object: row 0, column 1 of the rotation';
+COMMENT ON COLUMN world_object.m02 IS 'world_from_object: row 0, column 2 of the rotation';
+COMMENT ON COLUMN world_object.m03 IS 'world_from_object: row 0 of the translation, mm';
+COMMENT ON COLUMN world_object.m10 IS 'world_from_object: row 1, column 0 of the rotation';
+COMMENT ON COLUMN world_object.m11 IS 'world_from_object: row 1, column 1 of the rotation';
+COMMENT ON COLUMN world_object.m12 IS 'world_from_object: row 1, column 2 of the rotation';
+COMMENT ON COLUMN world_object.m13 IS 'world_from_object: row 1 of the translation, mm';
+COMMENT ON COLUMN world_object.m20 IS 'world_from_object: row 2, column 0 of the rotation';
+COMMENT ON COLUMN world_object.m21 IS 'world_from_object: row 2, column 1 of the rotation';
+COMMENT ON COLUMN world_object.m22 IS 'world_from_object: row 2, column 2 of the rotation';
+COMMENT ON COLUMN world_object.m23 IS 'world_from_object: row 2 of the translation, mm';
+
+CREATE SEQUENCE camera_id_seq;
+CREATE TABLE camera (
+    id BIGINT PRIMARY KEY,
+    content_key TEXT NOT NULL UNIQUE,
+    width INTEGER NOT NULL,
+    height INTEGER NOT NULL,
+    fx DOUBLE PRECISION NOT NULL,
+    fy DOUBLE PRECISION NOT NULL,
+    cx DOUBLE PRECISION NOT NULL,
+    cy DOUBLE PRECISION NOT NULL,
+    skew DOUBLE PRECISION NOT NULL,
+    distortion_model TEXT NOT NULL,
+    distortion DOUBLE PRECISION[] NOT NULL,
+    CHECK (width > 0 AND height > 0 AND fx > 0 AND fy > 0),
+    CHECK (distortion_model IN ('opencv'))
+);
+COMMENT ON TABLE camera IS 'A calibrated camera, by content.';
+COMMENT ON COLUMN camera.id IS 'identity of the camera';
+COMMENT ON COLUMN camera.content_key IS 'hash of all values';
+COMMENT ON COLUMN camera.width IS 'width of its pictures, px';
+COMMENT ON COLUMN camera.height IS 'height of its pictures, px';
+COMMENT ON COLUMN camera.fx IS 'focal length along x, px';
+COMMENT ON COLUMN camera.fy IS 'focal length along y, px';
+COMMENT ON COLUMN camera.cx IS 'principal point x, px; (0, 0) is the centre of the top-left pixel';
+COMMENT ON COLUMN camera.cy IS 'principal point y, px';
+COMMENT ON COLUMN camera.skew IS 'element (0, 1) of the camera matrix';
+COMMENT ON COLUMN camera.distortion_model IS 'opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty, as many as there are';
+COMMENT ON COLUMN camera.distortion IS 'coefficients of the model';
+
+CREATE SEQUENCE rig_id_seq;
+CREATE TABLE rig (
+    id BIGINT PRIMARY KEY,
+    content_key TEXT NOT NULL UNIQUE,
+    name TEXT NOT NULL
+);
+COMMENT ON TABLE rig IS 'Cameras held rigidly together, by content.';
+COMMENT ON COLUMN rig.id IS 'identity of the rig';
+COMMENT ON COLUMN rig.content_key IS 'hash of all its cameras and transforms';
+COMMENT ON COLUMN rig.name IS 'name in the rig file';
+
+CREATE TABLE rig_camera (
+    rig_id BIGINT NOT NULL REFERENCES rig (id),
+    name TEXT NOT NULL,
+    camera_id BIGINT NOT NULL REFERENCES camera (id),
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (rig_id, name)
+);
+COMMENT ON TABLE rig_camera IS 'The cameras of a rig.';
+COMMENT ON COLUMN rig_camera.rig_id IS 'the rig';
+COMMENT ON COLUMN rig_camera.name IS 'name of the camera in the rig: left, right';
+COMMENT ON COLUMN rig_camera.camera_id IS 'its calibration';
+COMMENT ON COLUMN rig_camera.m00 IS 'rig_from_camera: row 0, column 0 of the rotation';
+COMMENT ON COLUMN rig_camera.m01 IS 'rig_from_camera: row 0, column 1 of the rotation';
+COMMENT ON COLUMN rig_camera.m02 IS 'rig_from_camera: row 0, column 2 of the rotation';
+COMMENT ON COLUMN rig_camera.m03 IS 'rig_from_camera: row 0 of the translation, mm';
+COMMENT ON COLUMN rig_camera.m10 IS 'rig_from_camera: row 1, column 0 of the rotation';
+COMMENT ON COLUMN rig_camera.m11 IS 'rig_from_camera: row 1, column 1 of the rotation';
+COMMENT ON COLUMN rig_camera.m12 IS 'rig_from_camera: row 1, column 2 of the rotation';
+COMMENT ON COLUMN rig_camera.m13 IS 'rig_from_camera: row 1 of the translation, mm';
+COMMENT ON COLUMN rig_camera.m20 IS 'rig_from_camera: row 2, column 0 of the rotation';
+COMMENT ON COLUMN rig_camera.m21 IS 'rig_from_camera: row 2, column 1 of the rotation';
+COMMENT ON COLUMN rig_camera.m22 IS 'rig_from_camera: row 2, column 2 of the rotation';
+COMMENT ON COLUMN rig_camera.m23 IS 'rig_from_camera: row 2 of the translation, mm';
+
+CREATE TABLE world_mount (
+    world_id BIGINT NOT NULL,
+    mount_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    object_no INTEGER NOT NULL,
+    link TEXT,
+    rig_id BIGINT NOT NULL REFERENCES rig (id),
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (world_id, mount_no),
+    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+);
+COMMENT ON TABLE world_mount IS 'Rigs and tools fixed to an object of a world or to a link of it.';
+COMMENT ON COLUMN world_mount.world_id IS 'the world';
+COMMENT ON COLUMN world_mount.mount_no IS 'ordinal in the world';
+COMMENT ON COLUMN world_mount.name IS 'name of what is mounted';
+COMMENT ON COLUMN world_mount.object_no IS 'the object that carries it';
+COMMENT ON COLUMN world_mount.link IS 'name of the link of that object; null: its root';
+COMMENT ON COLUMN world_mount.rig_id IS 'the rig that is mounted';
+COMMENT ON COLUMN world_mount.m00 IS 'carrier_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN world_mount.m01 IS 'carrier_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN world_mount.m02 IS 'carrier_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN world_mount.m03 IS 'carrier_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN world_mount.m10 IS 'carrier_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN world_mount.m11 IS 'carrier_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN world_mount.m12 IS 'carrier_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN world_mount.m13 IS 'carrier_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN world_mount.m20 IS 'carrier_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN world_mount.m21 IS 'carrier_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN world_mount.m22 IS 'carrier_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN world_mount.m23 IS 'carrier_from_rig: row 2 of the translation, mm';
+
+CREATE SEQUENCE occurrence_id_seq;
+CREATE TABLE occurrence (
+    id BIGINT PRIMARY KEY,
+    world_id BIGINT NOT NULL REFERENCES world (id),
+    parent_id BIGINT,
+    object_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    path TEXT NOT NULL,
+    object_id BIGINT REFERENCES object (id),
+    part_id BIGINT REFERENCES part (id),
+    shape_id BIGINT REFERENCES shape (id),
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    UNIQUE (world_id, path),
+    CHECK (kind IN ('object', 'part')),
+    CHECK ((object_id IS NULL) <> (part_id IS NULL))
+);
+COMMENT ON TABLE occurrence IS 'Every object and part as placed in a world, with its composed transform; the identity audit rows point at.';
+COMMENT ON COLUMN occurrence.id IS 'identity of the occurrence';
+COMMENT ON COLUMN occurrence.world_id IS 'the world';
+COMMENT ON COLUMN occurrence.parent_id IS 'occurrence that contains it; null for objects placed in the world';
+COMMENT ON COLUMN occurrence.object_no IS 'the world_object that it belongs to';
+COMMENT ON COLUMN occurrence.kind IS 'object or part';
+COMMENT ON COLUMN occurrence.path IS 'names of the instances from the world down, joined by /';
+COMMENT ON COLUMN occurrence.object_id IS 'the object, where it is one';
+COMMENT ON COLUMN occurrence.part_id IS 'the part, where it is one';
+COMMENT ON COLUMN occurrence.shape_id IS 'the part''s geometry';
+COMMENT ON COLUMN occurrence.m00 IS 'world_from_occurrence: row 0, column 0 of the rotation';
+COMMENT ON COLUMN occurrence.m01 IS 'world_from_occurrence: row 0, column 1 of the rotation';
+COMMENT ON COLUMN occurrence.m02 IS 'world_from_occurrence: row 0, column 2 of the rotation';
+COMMENT ON COLUMN occurrence.m03 IS 'world_from_occurrence: row 0 of the translation, mm';
+COMMENT ON COLUMN occurrence.m10 IS 'world_from_occurrence: row 1, column 0 of the rotation';
+COMMENT ON COLUMN occurrence.m11 IS 'world_from_occurrence: row 1, column 1 of the rotation';
+COMMENT ON COLUMN occurrence.m12 IS 'world_from_occurrence: row 1, column 2 of the rotation';
+COMMENT ON COLUMN occurrence.m13 IS 'world_from_occurrence: row 1 of the translation, mm';
+COMMENT ON COLUMN occurrence.m20 IS 'world_from_occurrence: row 2, column 0 of the rotation';
+COMMENT ON COLUMN occurrence.m21 IS 'world_from_occurrence: row 2, column 1 of the rotation';
+COMMENT ON COLUMN occurrence.m22 IS 'world_from_occurrence: row 2, column 2 of the rotation';
+COMMENT ON COLUMN occurrence.m23 IS 'world_from_occurrence: row 2 of the translation, mm';
+
+CREATE TABLE occurrence_box (
+    occurrence_id BIGINT PRIMARY KEY REFERENCES occurrence (id),
+    world_id BIGINT NOT NULL REFERENCES world (id),
+    page INTEGER NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1)
+);
+COMMENT ON TABLE occurrence_box IS 'World boxes of placed parts: the shape''s box carried into the world, packed into pages of an R-tree.';
+COMMENT ON COLUMN occurrence_box.occurrence_id IS 'the placed part';
+COMMENT ON COLUMN occurrence_box.world_id IS 'the world';
+COMMENT ON COLUMN occurrence_box.page IS 'page of box_page';
+COMMENT ON COLUMN occurrence_box.x0 IS 'least x of the box of the transformed shape box in the world, mm';
+COMMENT ON COLUMN occurrence_box.y0 IS 'least y of the box of the transformed shape box in the world, mm';
+COMMENT ON COLUMN occurrence_box.z0 IS 'least z of the box of the transformed shape box in the world, mm';
+COMMENT ON COLUMN occurrence_box.x1 IS 'greatest x of the box of the transformed shape box in the world, mm';
+COMMENT ON COLUMN occurrence_box.y1 IS 'greatest y of the box of the transformed shape box in the world, mm';
+COMMENT ON COLUMN occurrence_box.z1 IS 'greatest z of the box of the transformed shape box in the world, mm';
+
+CREATE TABLE box_page (
+    world_id BIGINT NOT NULL REFERENCES world (id),
+    page INTEGER NOT NULL,
+    box_count INTEGER NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    PRIMARY KEY (world_id, page)
+);
+COMMENT ON TABLE box_page IS 'Pages of occurrence_box: the union of their boxes.';
+COMMENT ON COLUMN box_page.world_id IS 'the world';
+COMMENT ON COLUMN box_page.page IS 'the page, in order of the packing';
+COMMENT ON COLUMN box_page.box_count IS 'number of boxes in the page';
+COMMENT ON COLUMN box_page.x0 IS 'least x of the page''s bounding box in the world, mm';
+COMMENT ON COLUMN box_page.y0 IS 'least y of the page''s bounding box in the world, mm';
+COMMENT ON COLUMN box_page.z0 IS 'least z of the page''s bounding box in the world, mm';
+COMMENT ON COLUMN box_page.x1 IS 'greatest x of the page''s bounding box in the world, mm';
+COMMENT ON COLUMN box_page.y1 IS 'greatest y of the page''s bounding box in the world, mm';
+COMMENT ON COLUMN box_page.z1 IS 'greatest z of the page''s bounding box in the world, mm';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('world', 'world', 'primary'),
+    ('world_attribute', 'world', 'primary'),
+    ('world_object', 'world', 'primary'),
+    ('camera', 'world', 'primary'),
+    ('rig', 'world', 'primary'),
+    ('rig_camera', 'world', 'primary'),
+    ('world_mount', 'world', 'primary'),
+    ('occurrence', 'world', 'redundant'),
+    ('occurrence_box', 'world', 'redundant'),
+    ('box_page', 'world', 'redundant');

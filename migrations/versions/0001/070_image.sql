@@ -1,0 +1,243 @@
+-- Images and what extraction finds in them.  Image coordinates are pixels (x right, y down); (0, 0) is the centre of the top-left pixel.
+
+CREATE SEQUENCE image_id_seq;
+CREATE TABLE image (
+    id BIGINT PRIMARY KEY,
+    sha256 TEXT NOT NULL UNIQUE,
+    file_name TEXT NOT NULL,
+    width INTEGER NOT NULL,
+    height INTEGER NOT NULL,
+    depth INTEGER NOT NULL,
+    channels INTEGER NOT NULL,
+    CHECK (width > 0 AND height > 0)
+);
+COMMENT ON TABLE image IS 'A picture, by content.';
+COMMENT ON COLUMN image.id IS 'identity of the image';
+COMMENT ON COLUMN image.sha256 IS 'SHA-256 of the file''s bytes, hexadecimal';
+COMMENT ON COLUMN image.file_name IS 'name of the file as first given, without its folder';
+COMMENT ON COLUMN image.width IS 'width, px';
+COMMENT ON COLUMN image.height IS 'height, px';
+COMMENT ON COLUMN image.depth IS 'bits a pixel and channel';
+COMMENT ON COLUMN image.channels IS 'number of channels';
+
+CREATE TABLE image_blob (
+    image_id BIGINT PRIMARY KEY REFERENCES image (id),
+    bytes BYTEA NOT NULL
+);
+COMMENT ON TABLE image_blob IS 'The bytes of an image, kept so that a run can be looked at months later.';
+COMMENT ON COLUMN image_blob.image_id IS 'the image';
+COMMENT ON COLUMN image_blob.bytes IS 'the file as it was read';
+
+CREATE SEQUENCE extraction_id_seq;
+CREATE TABLE extraction (
+    id BIGINT PRIMARY KEY,
+    image_id BIGINT NOT NULL REFERENCES image (id),
+    content_key TEXT NOT NULL UNIQUE,
+    parameters JSON NOT NULL,
+    version TEXT NOT NULL,
+    noise_sigma DOUBLE PRECISION NOT NULL
+);
+COMMENT ON TABLE extraction IS 'One extraction of arcs and regions from an image; all primitives hang on it.';
+COMMENT ON COLUMN extraction.id IS 'identity of the extraction';
+COMMENT ON COLUMN extraction.image_id IS 'the image';
+COMMENT ON COLUMN extraction.content_key IS 'hash of image, parameters and version: the same extraction is not made twice';
+COMMENT ON COLUMN extraction.parameters IS 'parameters, defaults included';
+COMMENT ON COLUMN extraction.version IS 'version of the extraction';
+COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noise found, grey levels of 0..255';
+
+CREATE TABLE edge_elements (
+    extraction_id BIGINT PRIMARY KEY REFERENCES extraction (id),
+    x REAL[] NOT NULL,
+    y REAL[] NOT NULL,
+    normal_x REAL[] NOT NULL,
+    normal_y REAL[] NOT NULL,
+    contrast REAL[] NOT NULL,
+    width REAL[] NOT NULL,
+    sigma REAL[] NOT NULL,
+    arc_no INTEGER[] NOT NULL
+);
+COMMENT ON TABLE edge_elements IS 'The edge elements of an extraction, packed: facet zero-crossings with sub-pixel position.';
+COMMENT ON COLUMN edge_elements.extraction_id IS 'the extraction';
+COMMENT ON COLUMN edge_elements.x IS 'x of each element, px';
+COMMENT ON COLUMN edge_elements.y IS 'y of each element, px';
+COMMENT ON COLUMN edge_elements.normal_x IS 'x of the unit normal, towards the bright side';
+COMMENT ON COLUMN edge_elements.normal_y IS 'y of the unit normal, towards the bright side';
+COMMENT ON COLUMN edge_elements.contrast IS 'height of the step, grey levels of 0..255';
+COMMENT ON COLUMN edge_elements.width IS 'width of the step, px';
+COMMENT ON COLUMN edge_elements.sigma IS 'standard deviation of the position along the normal, px';
+COMMENT ON COLUMN edge_elements.arc_no IS 'the image arc it belongs to; -1 where none';
+
+CREATE TABLE image_arc (
+    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    arc_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    topography TEXT NOT NULL,
+    start_x DOUBLE PRECISION NOT NULL,
+    start_y DOUBLE PRECISION NOT NULL,
+    end_x DOUBLE PRECISION NOT NULL,
+    end_y DOUBLE PRECISION NOT NULL,
+    centre_x DOUBLE PRECISION,
+    centre_y DOUBLE PRECISION,
+    radius DOUBLE PRECISION,
+    radius2 DOUBLE PRECISION,
+    axis_angle DOUBLE PRECISION,
+    length DOUBLE PRECISION NOT NULL,
+    closed BOOLEAN NOT NULL,
+    bright_side TEXT NOT NULL,
+    contrast DOUBLE PRECISION NOT NULL,
+    width DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION NOT NULL,
+    residual DOUBLE PRECISION NOT NULL,
+    element_count INTEGER NOT NULL,
+    PRIMARY KEY (extraction_id, arc_no),
+    CHECK (kind IN ('line', 'circular', 'elliptic', 'free')),
+    CHECK (topography IN ('edge', 'ridge', 'ravine')),
+    CHECK (bright_side IN ('left', 'right'))
+);
+COMMENT ON TABLE image_arc IS 'Arcs of an image: fitted to linked edge elements.';
+COMMENT ON COLUMN image_arc.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_arc.arc_no IS 'ordinal in the extraction, from 0';
+COMMENT ON COLUMN image_arc.kind IS 'line, circular, elliptic or free';
+COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine';
+COMMENT ON COLUMN image_arc.start_x IS 'x of the first end, px';
+COMMENT ON COLUMN image_arc.start_y IS 'y of the first end, px';
+COMMENT ON COLUMN image_arc.end_x IS 'x of the last end, px';
+COMMENT ON COLUMN image_arc.end_y IS 'y of the last end, px';
+COMMENT ON COLUMN image_arc.centre_x IS 'x of the centre of a circular or elliptic arc, px';
+COMMENT ON COLUMN image_arc.centre_y IS 'y of the centre, px';
+COMMENT ON COLUMN image_arc.radius IS 'radius, or semi-major axis, px';
+COMMENT ON COLUMN image_arc.radius2 IS 'semi-minor axis of an elliptic arc, px';
+COMMENT ON COLUMN image_arc.axis_angle IS 'angle of the major axis from x towards y, rad';
+COMMENT ON COLUMN image_arc.length IS 'length, px';
+COMMENT ON COLUMN image_arc.closed IS 'whether it is a closed curve';
+COMMENT ON COLUMN image_arc.bright_side IS 'side of the brighter grey, walking from first to last end in the picture: left or right';
+COMMENT ON COLUMN image_arc.contrast IS 'mean height of the step along it, grey levels of 0..255';
+COMMENT ON COLUMN image_arc.width IS 'mean width of the step, px';
+COMMENT ON COLUMN image_arc.sigma IS 'standard deviation of its lateral position, px';
+COMMENT ON COLUMN image_arc.residual IS 'rms distance of its edge elements from the fitted curve, px';
+COMMENT ON COLUMN image_arc.element_count IS 'number of edge elements';
+
+CREATE TABLE image_arc_mark (
+    extraction_id BIGINT NOT NULL,
+    arc_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (extraction_id, arc_no, name),
+    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
+);
+COMMENT ON TABLE image_arc_mark IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
+COMMENT ON COLUMN image_arc_mark.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_arc_mark.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_mark.name IS 'texture, highlight, bridged, unmatched_in_stereo';
+COMMENT ON COLUMN image_arc_mark.value IS 'strength of the mark, 0 to 1';
+
+CREATE TABLE image_arc_polyline (
+    extraction_id BIGINT NOT NULL,
+    arc_no INTEGER NOT NULL,
+    x REAL[] NOT NULL,
+    y REAL[] NOT NULL,
+    PRIMARY KEY (extraction_id, arc_no),
+    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
+);
+COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its linked edge elements in order.';
+COMMENT ON COLUMN image_arc_polyline.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_arc_polyline.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_polyline.x IS 'x of the points, px';
+COMMENT ON COLUMN image_arc_polyline.y IS 'y of the points, px';
+
+CREATE TABLE image_region (
+    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    region_no INTEGER NOT NULL,
+    area DOUBLE PRECISION NOT NULL,
+    centroid_x DOUBLE PRECISION NOT NULL,
+    centroid_y DOUBLE PRECISION NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    mean DOUBLE PRECISION NOT NULL,
+    variance DOUBLE PRECISION NOT NULL,
+    slope_x DOUBLE PRECISION NOT NULL,
+    slope_y DOUBLE PRECISION NOT NULL,
+    saturated_share DOUBLE PRECISION NOT NULL,
+    hole_count INTEGER NOT NULL,
+    PRIMARY KEY (extraction_id, region_no)
+);
+COMMENT ON TABLE image_region IS 'Regions of an image: connected sets of pixels that edges enclose.';
+COMMENT ON COLUMN image_region.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_region.region_no IS 'ordinal in the extraction, from 0';
+COMMENT ON COLUMN image_region.area IS 'area, px';
+COMMENT ON COLUMN image_region.centroid_x IS 'x of the centroid, px';
+COMMENT ON COLUMN image_region.centroid_y IS 'y of the centroid, px';
+COMMENT ON COLUMN image_region.x0 IS 'least x, px';
+COMMENT ON COLUMN image_region.y0 IS 'least y, px';
+COMMENT ON COLUMN image_region.x1 IS 'greatest x, px';
+COMMENT ON COLUMN image_region.y1 IS 'greatest y, px';
+COMMENT ON COLUMN image_region.mean IS 'mean grey, 0..255';
+COMMENT ON COLUMN image_region.variance IS 'variance of the grey about its plane';
+COMMENT ON COLUMN image_region.slope_x IS 'slope of the grey plane along x, grey levels a pixel';
+COMMENT ON COLUMN image_region.slope_y IS 'slope of the grey plane along y, grey levels a pixel';
+COMMENT ON COLUMN image_region.saturated_share IS 'share of saturated pixels';
+COMMENT ON COLUMN image_region.hole_count IS 'number of holes';
+
+CREATE TABLE region_outline (
+    extraction_id BIGINT NOT NULL,
+    region_no INTEGER NOT NULL,
+    ring_no INTEGER NOT NULL,
+    x REAL[] NOT NULL,
+    y REAL[] NOT NULL,
+    PRIMARY KEY (extraction_id, region_no, ring_no),
+    FOREIGN KEY (extraction_id, region_no) REFERENCES image_region (extraction_id, region_no)
+);
+COMMENT ON TABLE region_outline IS 'Outlines of the regions, packed polygons.';
+COMMENT ON COLUMN region_outline.extraction_id IS 'the extraction';
+COMMENT ON COLUMN region_outline.region_no IS 'the region';
+COMMENT ON COLUMN region_outline.ring_no IS '0 for the outer ring, then the holes';
+COMMENT ON COLUMN region_outline.x IS 'x of the vertices, px';
+COMMENT ON COLUMN region_outline.y IS 'y of the vertices, px';
+
+CREATE TABLE region_arc (
+    extraction_id BIGINT NOT NULL,
+    region_no INTEGER NOT NULL,
+    arc_no INTEGER NOT NULL,
+    side TEXT NOT NULL,
+    length DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (extraction_id, region_no, arc_no, side),
+    FOREIGN KEY (extraction_id, region_no) REFERENCES image_region (extraction_id, region_no),
+    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no),
+    CHECK (side IN ('left', 'right'))
+);
+COMMENT ON TABLE region_arc IS 'The arcs that bound a region.';
+COMMENT ON COLUMN region_arc.extraction_id IS 'the extraction';
+COMMENT ON COLUMN region_arc.region_no IS 'the region';
+COMMENT ON COLUMN region_arc.arc_no IS 'the arc';
+COMMENT ON COLUMN region_arc.side IS 'side of the arc on which the region lies, walking from first to last end: left or right';
+COMMENT ON COLUMN region_arc.length IS 'length of arc that borders the region, px';
+
+CREATE TABLE region_topography (
+    extraction_id BIGINT NOT NULL,
+    region_no INTEGER NOT NULL,
+    label TEXT NOT NULL,
+    pixels INTEGER NOT NULL,
+    PRIMARY KEY (extraction_id, region_no, label),
+    FOREIGN KEY (extraction_id, region_no) REFERENCES image_region (extraction_id, region_no),
+    CHECK (label IN ('peak', 'pit', 'saddle', 'ridge', 'ravine', 'flat', 'slope', 'convex', 'concave', 'saddle_hill', 'inflection'))
+);
+COMMENT ON TABLE region_topography IS 'How many pixels of a region carry each topographic label.';
+COMMENT ON COLUMN region_topography.extraction_id IS 'the extraction';
+COMMENT ON COLUMN region_topography.region_no IS 'the region';
+COMMENT ON COLUMN region_topography.label IS 'peak, pit, saddle, ridge, ravine, flat, slope, convex, concave, saddle_hill or inflection';
+COMMENT ON COLUMN region_topography.pixels IS 'number of pixels';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('image', 'image', 'primary'),
+    ('image_blob', 'image', 'primary'),
+    ('extraction', 'image', 'primary'),
+    ('edge_elements', 'image', 'primary'),
+    ('image_arc', 'image', 'primary'),
+    ('image_arc_mark', 'image', 'primary'),
+    ('image_arc_polyline', 'image', 'primary'),
+    ('image_region', 'image', 'primary'),
+    ('region_outline', 'image', 'primary'),
+    ('region_arc', 'image', 'primary'),
+    ('region_topography', 'image', 'primary');

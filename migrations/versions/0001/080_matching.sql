@@ -1,0 +1,284 @@
+-- Relational matching: units with relations on both sides, what could match what, and what was decided.
+
+CREATE TABLE view (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    view_no INTEGER NOT NULL,
+    camera TEXT NOT NULL,
+    purpose TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (run_id, view_no)
+);
+COMMENT ON TABLE view IS 'The view of the model that was predicted for one camera at one pose of a run.';
+COMMENT ON COLUMN view.run_id IS 'the run';
+COMMENT ON COLUMN view.view_no IS 'ordinal in the run, from 0';
+COMMENT ON COLUMN view.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN view.purpose IS 'what it was predicted for: prior, or final (at the pose found)';
+COMMENT ON COLUMN view.m00 IS 'world_from_camera: row 0, column 0 of the rotation';
+COMMENT ON COLUMN view.m01 IS 'world_from_camera: row 0, column 1 of the rotation';
+COMMENT ON COLUMN view.m02 IS 'world_from_camera: row 0, column 2 of the rotation';
+COMMENT ON COLUMN view.m03 IS 'world_from_camera: row 0 of the translation, mm';
+COMMENT ON COLUMN view.m10 IS 'world_from_camera: row 1, column 0 of the rotation';
+COMMENT ON COLUMN view.m11 IS 'world_from_camera: row 1, column 1 of the rotation';
+COMMENT ON COLUMN view.m12 IS 'world_from_camera: row 1, column 2 of the rotation';
+COMMENT ON COLUMN view.m13 IS 'world_from_camera: row 1 of the translation, mm';
+COMMENT ON COLUMN view.m20 IS 'world_from_camera: row 2, column 0 of the rotation';
+COMMENT ON COLUMN view.m21 IS 'world_from_camera: row 2, column 1 of the rotation';
+COMMENT ON COLUMN view.m22 IS 'world_from_camera: row 2, column 2 of the rotation';
+COMMENT ON COLUMN view.m23 IS 'world_from_camera: row 2 of the translation, mm';
+
+CREATE SEQUENCE unit_set_id_seq;
+CREATE TABLE unit_set (
+    id BIGINT PRIMARY KEY,
+    kind TEXT NOT NULL,
+    extraction_id BIGINT REFERENCES extraction (id),
+    run_id BIGINT,
+    view_no INTEGER,
+    FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no),
+    CHECK ((kind = 'image') = (extraction_id IS NOT NULL) AND (kind = 'view') = (view_no IS NOT NULL))
+);
+COMMENT ON TABLE unit_set IS 'A set of primitives that a matcher sees: of one image, or of the model as predicted for a view.';
+COMMENT ON COLUMN unit_set.id IS 'identity of the set';
+COMMENT ON COLUMN unit_set.kind IS 'image or view';
+COMMENT ON COLUMN unit_set.extraction_id IS 'the extraction whose arcs and regions they are';
+COMMENT ON COLUMN unit_set.run_id IS 'the run of the view';
+COMMENT ON COLUMN unit_set.view_no IS 'the view whose arcs and surfaces they are';
+
+CREATE TABLE unit (
+    unit_set_id BIGINT NOT NULL REFERENCES unit_set (id),
+    unit_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    ref_no INTEGER NOT NULL,
+    PRIMARY KEY (unit_set_id, unit_no),
+    CHECK (kind IN ('arc', 'region', 'view_arc', 'view_surface'))
+);
+COMMENT ON TABLE unit IS 'A primitive as a matcher sees it.';
+COMMENT ON COLUMN unit.unit_set_id IS 'the set';
+COMMENT ON COLUMN unit.unit_no IS 'ordinal in the set, from 0';
+COMMENT ON COLUMN unit.kind IS 'arc, region, view_arc or view_surface';
+COMMENT ON COLUMN unit.ref_no IS 'arc_no, region_no, view_arc_no or view_surface_no of what it stands for';
+
+CREATE TABLE unit_relation (
+    unit_set_id BIGINT NOT NULL,
+    kind TEXT NOT NULL,
+    unit_a INTEGER NOT NULL,
+    unit_b INTEGER NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (unit_set_id, kind, unit_a, unit_b),
+    FOREIGN KEY (unit_set_id, unit_a) REFERENCES unit (unit_set_id, unit_no),
+    FOREIGN KEY (unit_set_id, unit_b) REFERENCES unit (unit_set_id, unit_no)
+);
+COMMENT ON TABLE unit_relation IS 'Relations of two units with their measured values, stored with their inverse.';
+COMMENT ON COLUMN unit_relation.unit_set_id IS 'the set';
+COMMENT ON COLUMN unit_relation.kind IS 'bounds, adjacent, parallel, collinear, perpendicular, junction, concentric, equal_radius, surrounds';
+COMMENT ON COLUMN unit_relation.unit_a IS 'one unit';
+COMMENT ON COLUMN unit_relation.unit_b IS 'the other';
+COMMENT ON COLUMN unit_relation.value IS 'measured value: distance (px), angle (rad), shared length (px)';
+COMMENT ON COLUMN unit_relation.sigma IS 'standard deviation of the value';
+
+CREATE TABLE problem (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    problem_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    method TEXT NOT NULL,
+    units_id BIGINT NOT NULL REFERENCES unit_set (id),
+    labels_id BIGINT NOT NULL REFERENCES unit_set (id),
+    parameters JSON NOT NULL,
+    status TEXT NOT NULL,
+    cost DOUBLE PRECISION NOT NULL,
+    bound DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, problem_no),
+    CHECK (kind IN ('stereo', 'localisation')),
+    CHECK (status IN ('optimal', 'bounded', 'stopped'))
+);
+COMMENT ON TABLE problem IS 'One matching problem of a run: units to be given labels, and how it ended.';
+COMMENT ON COLUMN problem.run_id IS 'the run';
+COMMENT ON COLUMN problem.problem_no IS 'ordinal in the run, from 0';
+COMMENT ON COLUMN problem.kind IS 'stereo or localisation';
+COMMENT ON COLUMN problem.method IS 'method that solved it';
+COMMENT ON COLUMN problem.units_id IS 'units that get labels';
+COMMENT ON COLUMN problem.labels_id IS 'labels that they get';
+COMMENT ON COLUMN problem.parameters IS 'parameters of the method, defaults included';
+COMMENT ON COLUMN problem.status IS 'optimal, bounded or stopped';
+COMMENT ON COLUMN problem.cost IS 'cost of the assignment found';
+COMMENT ON COLUMN problem.bound IS 'proved lower bound of the cost';
+
+CREATE TABLE candidate (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    label_no INTEGER NOT NULL,
+    cost DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, problem_no, unit_no, label_no),
+    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+);
+COMMENT ON TABLE candidate IS 'Pairs of unit and label that passed the gate, with the cost of each by itself.';
+COMMENT ON COLUMN candidate.run_id IS 'the run';
+COMMENT ON COLUMN candidate.problem_no IS 'the problem';
+COMMENT ON COLUMN candidate.unit_no IS 'the unit';
+COMMENT ON COLUMN candidate.label_no IS 'the label';
+COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair';
+
+CREATE TABLE compatibility (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_a INTEGER NOT NULL,
+    label_a INTEGER NOT NULL,
+    unit_b INTEGER NOT NULL,
+    label_b INTEGER NOT NULL,
+    PRIMARY KEY (run_id, problem_no, unit_a, label_a, unit_b, label_b),
+    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+);
+COMMENT ON TABLE compatibility IS 'Pairs of candidates that a common relation confirms.';
+COMMENT ON COLUMN compatibility.run_id IS 'the run';
+COMMENT ON COLUMN compatibility.problem_no IS 'the problem';
+COMMENT ON COLUMN compatibility.unit_a IS 'one unit';
+COMMENT ON COLUMN compatibility.label_a IS 'its label';
+COMMENT ON COLUMN compatibility.unit_b IS 'the other unit';
+COMMENT ON COLUMN compatibility.label_b IS 'its label';
+
+CREATE TABLE vote (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    label_no INTEGER NOT NULL,
+    votes INTEGER NOT NULL,
+    overlap INTEGER NOT NULL,
+    disparity DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, problem_no, unit_no, label_no),
+    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+);
+COMMENT ON TABLE vote IS 'Votes of epipolar rows for pairs of arcs in stereo.';
+COMMENT ON COLUMN vote.run_id IS 'the run';
+COMMENT ON COLUMN vote.problem_no IS 'the problem';
+COMMENT ON COLUMN vote.unit_no IS 'unit of the left image';
+COMMENT ON COLUMN vote.label_no IS 'unit of the right image';
+COMMENT ON COLUMN vote.votes IS 'rows in which they were matched';
+COMMENT ON COLUMN vote.overlap IS 'rows that both cross';
+COMMENT ON COLUMN vote.disparity IS 'mean disparity over the votes, px of the rectified images';
+
+CREATE TABLE assignment (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    label_no INTEGER,
+    cost DOUBLE PRECISION NOT NULL,
+    reason TEXT NOT NULL,
+    PRIMARY KEY (run_id, problem_no, unit_no),
+    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no),
+    CHECK ((label_no IS NOT NULL) = (reason = 'matched'))
+);
+COMMENT ON TABLE assignment IS 'What the matcher decided for each unit.';
+COMMENT ON COLUMN assignment.run_id IS 'the run';
+COMMENT ON COLUMN assignment.problem_no IS 'the problem';
+COMMENT ON COLUMN assignment.unit_no IS 'the unit';
+COMMENT ON COLUMN assignment.label_no IS 'its label; null where it has none';
+COMMENT ON COLUMN assignment.cost IS 'what this decision costs';
+COMMENT ON COLUMN assignment.reason IS 'matched, or why not: no_candidate, null_cheaper, taken';
+
+CREATE TABLE assignment_error (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    neighbour_no INTEGER NOT NULL,
+    PRIMARY KEY (run_id, problem_no, unit_no, neighbour_no),
+    FOREIGN KEY (run_id, problem_no, unit_no) REFERENCES assignment (run_id, problem_no, unit_no)
+);
+COMMENT ON TABLE assignment_error IS 'Relations that an assignment leaves unconfirmed.';
+COMMENT ON COLUMN assignment_error.run_id IS 'the run';
+COMMENT ON COLUMN assignment_error.problem_no IS 'the problem';
+COMMENT ON COLUMN assignment_error.unit_no IS 'the unit';
+COMMENT ON COLUMN assignment_error.neighbour_no IS 'related unit that does not confirm it';
+
+CREATE TABLE bound_certificate (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    side TEXT NOT NULL,
+    item_no INTEGER NOT NULL,
+    dual DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, problem_no, side, item_no),
+    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no),
+    CHECK (side IN ('unit', 'label'))
+);
+COMMENT ON TABLE bound_certificate IS 'Dual values from which the lower bound of a problem can be recomputed.';
+COMMENT ON COLUMN bound_certificate.run_id IS 'the run';
+COMMENT ON COLUMN bound_certificate.problem_no IS 'the problem';
+COMMENT ON COLUMN bound_certificate.side IS 'unit or label';
+COMMENT ON COLUMN bound_certificate.item_no IS 'unit_no or label_no';
+COMMENT ON COLUMN bound_certificate.dual IS 'its dual value';
+
+CREATE TABLE search_node (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    node_no INTEGER NOT NULL,
+    parent_no INTEGER,
+    depth INTEGER NOT NULL,
+    bound DOUBLE PRECISION NOT NULL,
+    status TEXT NOT NULL,
+    PRIMARY KEY (run_id, problem_no, node_no),
+    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+);
+COMMENT ON TABLE search_node IS 'Nodes of a branch-and-bound search.';
+COMMENT ON COLUMN search_node.run_id IS 'the run';
+COMMENT ON COLUMN search_node.problem_no IS 'the problem';
+COMMENT ON COLUMN search_node.node_no IS 'ordinal in the search';
+COMMENT ON COLUMN search_node.parent_no IS 'node it was branched from';
+COMMENT ON COLUMN search_node.depth IS 'depth in the tree';
+COMMENT ON COLUMN search_node.bound IS 'lower bound at the node';
+COMMENT ON COLUMN search_node.status IS 'branched, pruned or solution';
+
+CREATE TABLE triangulated_unit (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    start_x DOUBLE PRECISION NOT NULL,
+    start_y DOUBLE PRECISION NOT NULL,
+    start_z DOUBLE PRECISION NOT NULL,
+    end_x DOUBLE PRECISION NOT NULL,
+    end_y DOUBLE PRECISION NOT NULL,
+    end_z DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, problem_no, unit_no),
+    FOREIGN KEY (run_id, problem_no, unit_no) REFERENCES assignment (run_id, problem_no, unit_no)
+);
+COMMENT ON TABLE triangulated_unit IS 'Stereo matches in space: ends of matched arcs in the frame of the rig.';
+COMMENT ON COLUMN triangulated_unit.run_id IS 'the run';
+COMMENT ON COLUMN triangulated_unit.problem_no IS 'the problem';
+COMMENT ON COLUMN triangulated_unit.unit_no IS 'the unit of the left image';
+COMMENT ON COLUMN triangulated_unit.start_x IS 'x of first end, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.start_y IS 'y of first end, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.start_z IS 'z of first end, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.end_x IS 'x of last end, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.end_y IS 'y of last end, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.end_z IS 'z of last end, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.sigma IS 'standard deviation of the ends along the line of sight, mm';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('view', 'matching', 'primary'),
+    ('unit_set', 'matching', 'primary'),
+    ('unit', 'matching', 'primary'),
+    ('unit_relation', 'matching', 'primary'),
+    ('problem', 'matching', 'primary'),
+    ('candidate', 'matching', 'primary'),
+    ('compatibility', 'matching', 'redundant'),
+    ('vote', 'matching', 'primary'),
+    ('assignment', 'matching', 'primary'),
+    ('assignment_error', 'matching', 'redundant'),
+    ('bound_certificate', 'matching', 'primary'),
+    ('search_node', 'matching', 'primary'),
+    ('triangulated_unit', 'matching', 'primary');

@@ -1,0 +1,296 @@
+-- Localisation: predicted views, hypotheses of the rig's pose, correspondences, measurements, and the verdict.
+
+CREATE TABLE inspection (
+    run_id BIGINT PRIMARY KEY REFERENCES run (id),
+    world_id BIGINT NOT NULL REFERENCES world (id),
+    rig_id BIGINT NOT NULL REFERENCES rig (id),
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    sigma_translation_mm DOUBLE PRECISION NOT NULL,
+    sigma_rotation DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    CHECK (sigma_translation_mm > 0 AND sigma_rotation > 0)
+);
+COMMENT ON TABLE inspection IS 'What an inspection run was given: images, rig and prior; its answer is in pose.';
+COMMENT ON COLUMN inspection.run_id IS 'the run';
+COMMENT ON COLUMN inspection.world_id IS 'the world, pinned to its revision';
+COMMENT ON COLUMN inspection.rig_id IS 'the rig';
+COMMENT ON COLUMN inspection.m00 IS 'world_from_rig as the prior has it: row 0, column 0 of the rotation';
+COMMENT ON COLUMN inspection.m01 IS 'world_from_rig as the prior has it: row 0, column 1 of the rotation';
+COMMENT ON COLUMN inspection.m02 IS 'world_from_rig as the prior has it: row 0, column 2 of the rotation';
+COMMENT ON COLUMN inspection.m03 IS 'world_from_rig as the prior has it: row 0 of the translation, mm';
+COMMENT ON COLUMN inspection.m10 IS 'world_from_rig as the prior has it: row 1, column 0 of the rotation';
+COMMENT ON COLUMN inspection.m11 IS 'world_from_rig as the prior has it: row 1, column 1 of the rotation';
+COMMENT ON COLUMN inspection.m12 IS 'world_from_rig as the prior has it: row 1, column 2 of the rotation';
+COMMENT ON COLUMN inspection.m13 IS 'world_from_rig as the prior has it: row 1 of the translation, mm';
+COMMENT ON COLUMN inspection.m20 IS 'world_from_rig as the prior has it: row 2, column 0 of the rotation';
+COMMENT ON COLUMN inspection.m21 IS 'world_from_rig as the prior has it: row 2, column 1 of the rotation';
+COMMENT ON COLUMN inspection.m22 IS 'world_from_rig as the prior has it: row 2, column 2 of the rotation';
+COMMENT ON COLUMN inspection.m23 IS 'world_from_rig as the prior has it: row 2 of the translation, mm';
+COMMENT ON COLUMN inspection.sigma_translation_mm IS 'standard deviation of the prior''s translation along each axis, mm';
+COMMENT ON COLUMN inspection.sigma_rotation IS 'standard deviation of the prior''s rotation about each axis, rad';
+
+CREATE TABLE inspection_image (
+    run_id BIGINT NOT NULL REFERENCES inspection (run_id),
+    camera TEXT NOT NULL,
+    image_id BIGINT NOT NULL REFERENCES image (id),
+    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    PRIMARY KEY (run_id, camera)
+);
+COMMENT ON TABLE inspection_image IS 'The images of an inspection, one a camera.';
+COMMENT ON COLUMN inspection_image.run_id IS 'the run';
+COMMENT ON COLUMN inspection_image.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN inspection_image.image_id IS 'its image';
+COMMENT ON COLUMN inspection_image.extraction_id IS 'the extraction used';
+
+CREATE TABLE view_arc (
+    run_id BIGINT NOT NULL,
+    view_no INTEGER NOT NULL,
+    view_arc_no INTEGER NOT NULL,
+    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    kind TEXT NOT NULL,
+    element_no INTEGER NOT NULL,
+    t0 DOUBLE PRECISION,
+    t1 DOUBLE PRECISION,
+    start_u DOUBLE PRECISION NOT NULL,
+    start_v DOUBLE PRECISION NOT NULL,
+    end_u DOUBLE PRECISION NOT NULL,
+    end_v DOUBLE PRECISION NOT NULL,
+    length DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, view_no, view_arc_no),
+    FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no),
+    CHECK (kind IN ('sharp', 'smooth', 'silhouette'))
+);
+COMMENT ON TABLE view_arc IS 'A run of a model arc, or of a silhouette, that a view predicts to be visible.';
+COMMENT ON COLUMN view_arc.run_id IS 'the run';
+COMMENT ON COLUMN view_arc.view_no IS 'the view';
+COMMENT ON COLUMN view_arc.view_arc_no IS 'ordinal in the view, from 0';
+COMMENT ON COLUMN view_arc.occurrence_id IS 'the placed part it belongs to';
+COMMENT ON COLUMN view_arc.kind IS 'sharp, smooth or silhouette';
+COMMENT ON COLUMN view_arc.element_no IS 'arc_no in the part''s shape; surface_no for a silhouette';
+COMMENT ON COLUMN view_arc.t0 IS 'start of the visible interval of the arc''s parameter; null for a silhouette';
+COMMENT ON COLUMN view_arc.t1 IS 'end of the visible interval';
+COMMENT ON COLUMN view_arc.start_u IS 'x of the first end in the image, px';
+COMMENT ON COLUMN view_arc.start_v IS 'y of the first end in the image, px';
+COMMENT ON COLUMN view_arc.end_u IS 'x of the last end in the image, px';
+COMMENT ON COLUMN view_arc.end_v IS 'y of the last end in the image, px';
+COMMENT ON COLUMN view_arc.length IS 'visible length in the image, px';
+
+CREATE TABLE view_surface (
+    run_id BIGINT NOT NULL,
+    view_no INTEGER NOT NULL,
+    view_surface_no INTEGER NOT NULL,
+    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    surface_no INTEGER NOT NULL,
+    visible_pixels DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, view_no, view_surface_no),
+    FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no)
+);
+COMMENT ON TABLE view_surface IS 'A surface that a view predicts to be visible.';
+COMMENT ON COLUMN view_surface.run_id IS 'the run';
+COMMENT ON COLUMN view_surface.view_no IS 'the view';
+COMMENT ON COLUMN view_surface.view_surface_no IS 'ordinal in the view, from 0';
+COMMENT ON COLUMN view_surface.occurrence_id IS 'the placed part it belongs to';
+COMMENT ON COLUMN view_surface.surface_no IS 'the surface in the part''s shape';
+COMMENT ON COLUMN view_surface.visible_pixels IS 'pixels it shows';
+
+CREATE TABLE hypothesis (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    hypothesis_no INTEGER NOT NULL,
+    origin TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    cost DOUBLE PRECISION NOT NULL,
+    support DOUBLE PRECISION NOT NULL,
+    distance DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (run_id, hypothesis_no)
+);
+COMMENT ON TABLE hypothesis IS 'A pose of the rig that was considered, refined as far as it was worth.';
+COMMENT ON COLUMN hypothesis.run_id IS 'the run';
+COMMENT ON COLUMN hypothesis.hypothesis_no IS 'rank in the run, 0 the best';
+COMMENT ON COLUMN hypothesis.origin IS 'where it came from: search, or shift (displaced by a period of the object)';
+COMMENT ON COLUMN hypothesis.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN hypothesis.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN hypothesis.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN hypothesis.m03 IS 'world_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN hypothesis.m10 IS 'world_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN hypothesis.m11 IS 'world_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN hypothesis.m12 IS 'world_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN hypothesis.m13 IS 'world_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN hypothesis.m20 IS 'world_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN hypothesis.m21 IS 'world_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN hypothesis.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN hypothesis.m23 IS 'world_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN hypothesis.cost IS 'cost by which hypotheses are ranked; less is better';
+COMMENT ON COLUMN hypothesis.support IS 'share of the predicted arc length that found edge elements';
+COMMENT ON COLUMN hypothesis.distance IS 'Mahalanobis distance from the prior';
+
+CREATE TABLE correspondence (
+    run_id BIGINT NOT NULL,
+    hypothesis_no INTEGER NOT NULL,
+    view_no INTEGER NOT NULL,
+    view_arc_no INTEGER NOT NULL,
+    arc_no INTEGER NOT NULL,
+    accepted BOOLEAN NOT NULL,
+    reason TEXT NOT NULL,
+    residual DOUBLE PRECISION NOT NULL,
+    angle DOUBLE PRECISION NOT NULL,
+    overlap DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, hypothesis_no, view_no, view_arc_no, arc_no),
+    FOREIGN KEY (run_id, hypothesis_no) REFERENCES hypothesis (run_id, hypothesis_no),
+    FOREIGN KEY (run_id, view_no, view_arc_no) REFERENCES view_arc (run_id, view_no, view_arc_no),
+    CHECK (accepted = (reason = 'assigned'))
+);
+COMMENT ON TABLE correspondence IS 'Pairs of visible model arc and image arc, accepted and rejected, at a hypothesis.';
+COMMENT ON COLUMN correspondence.run_id IS 'the run';
+COMMENT ON COLUMN correspondence.hypothesis_no IS 'the hypothesis';
+COMMENT ON COLUMN correspondence.view_no IS 'the view';
+COMMENT ON COLUMN correspondence.view_arc_no IS 'the model arc in the view';
+COMMENT ON COLUMN correspondence.arc_no IS 'the image arc in the extraction of the view''s camera';
+COMMENT ON COLUMN correspondence.accepted IS 'whether the pair was taken';
+COMMENT ON COLUMN correspondence.reason IS 'assigned, or why not: orientation, distance, overlap, better_elsewhere';
+COMMENT ON COLUMN correspondence.residual IS 'rms distance of the image arc from the projected model arc, px';
+COMMENT ON COLUMN correspondence.angle IS 'mean angle between them, rad';
+COMMENT ON COLUMN correspondence.overlap IS 'length of image arc that lies beside the model arc, px';
+
+CREATE TABLE edge_measurement (
+    run_id BIGINT NOT NULL,
+    view_no INTEGER NOT NULL,
+    measurement_no INTEGER NOT NULL,
+    view_arc_no INTEGER NOT NULL,
+    world_x DOUBLE PRECISION NOT NULL,
+    world_y DOUBLE PRECISION NOT NULL,
+    world_z DOUBLE PRECISION NOT NULL,
+    normal_u DOUBLE PRECISION NOT NULL,
+    normal_v DOUBLE PRECISION NOT NULL,
+    u DOUBLE PRECISION NOT NULL,
+    v DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION NOT NULL,
+    weight DOUBLE PRECISION NOT NULL,
+    residual DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, view_no, measurement_no),
+    FOREIGN KEY (run_id, view_no, view_arc_no) REFERENCES view_arc (run_id, view_no, view_arc_no)
+);
+COMMENT ON TABLE edge_measurement IS 'Edge points that the last refinement measured the pose with: enough to replay it.';
+COMMENT ON COLUMN edge_measurement.run_id IS 'the run';
+COMMENT ON COLUMN edge_measurement.view_no IS 'the view';
+COMMENT ON COLUMN edge_measurement.measurement_no IS 'ordinal in the view, from 0';
+COMMENT ON COLUMN edge_measurement.view_arc_no IS 'the model arc';
+COMMENT ON COLUMN edge_measurement.world_x IS 'x of the model point, mm, in the world''s frame';
+COMMENT ON COLUMN edge_measurement.world_y IS 'y of the model point, mm, in the world''s frame';
+COMMENT ON COLUMN edge_measurement.world_z IS 'z of the model point, mm, in the world''s frame';
+COMMENT ON COLUMN edge_measurement.normal_u IS 'x of the unit normal of the projected arc in the image';
+COMMENT ON COLUMN edge_measurement.normal_v IS 'y of the unit normal of the projected arc in the image';
+COMMENT ON COLUMN edge_measurement.u IS 'x of the edge point found, px';
+COMMENT ON COLUMN edge_measurement.v IS 'y of the edge point found, px';
+COMMENT ON COLUMN edge_measurement.sigma IS 'standard deviation along the normal, px';
+COMMENT ON COLUMN edge_measurement.weight IS 'weight that the robust loss left, 0 to 1';
+COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose found, px';
+
+CREATE TABLE pose (
+    run_id BIGINT PRIMARY KEY REFERENCES inspection (run_id),
+    verdict TEXT NOT NULL,
+    reason TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    covariance DOUBLE PRECISION[] NOT NULL,
+    singular_values DOUBLE PRECISION[] NOT NULL,
+    cost DOUBLE PRECISION NOT NULL,
+    margin DOUBLE PRECISION,
+    support DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    CHECK (verdict IN ('accepted', 'ambiguous', 'refused'))
+);
+COMMENT ON TABLE pose IS 'The verdict of an inspection and the pose of the rig.';
+COMMENT ON COLUMN pose.run_id IS 'the run';
+COMMENT ON COLUMN pose.verdict IS 'accepted, ambiguous (several poses fit; this one best) or refused';
+COMMENT ON COLUMN pose.reason IS 'why, one sentence';
+COMMENT ON COLUMN pose.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN pose.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN pose.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN pose.m03 IS 'world_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN pose.m10 IS 'world_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN pose.m11 IS 'world_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN pose.m12 IS 'world_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN pose.m13 IS 'world_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN pose.m20 IS 'world_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN pose.m21 IS 'world_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN pose.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN pose.m23 IS 'world_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN pose.covariance IS 'covariance of the pose, 6x6 row-major, t in mm then r in rad, right perturbation in the rig frame';
+COMMENT ON COLUMN pose.singular_values IS 'singular values of the refinement with 1 mrad scaled against 1 mm';
+COMMENT ON COLUMN pose.cost IS 'cost of the best hypothesis';
+COMMENT ON COLUMN pose.margin IS 'cost of the next distinct hypothesis less this one, as a share of this; null where there is none';
+COMMENT ON COLUMN pose.support IS 'share of the predicted arc length that found edge elements';
+
+CREATE TABLE part_in_view (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    feature_no INTEGER NOT NULL,
+    level TEXT NOT NULL,
+    path TEXT NOT NULL,
+    visible_pixels DOUBLE PRECISION NOT NULL,
+    covered_pixels DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, occurrence_id, feature_no),
+    CHECK (level IN ('part', 'feature')),
+    CHECK (visible_pixels >= 0 AND covered_pixels > 0)
+);
+COMMENT ON TABLE part_in_view IS 'Placed parts and features that the cameras see at the pose found.';
+COMMENT ON COLUMN part_in_view.run_id IS 'the run';
+COMMENT ON COLUMN part_in_view.occurrence_id IS 'the placed part';
+COMMENT ON COLUMN part_in_view.feature_no IS 'feature of its shape; -1 for the part as a whole';
+COMMENT ON COLUMN part_in_view.level IS 'part or feature';
+COMMENT ON COLUMN part_in_view.path IS 'path of the part, with the name of the feature';
+COMMENT ON COLUMN part_in_view.visible_pixels IS 'pixels it shows, over all cameras';
+COMMENT ON COLUMN part_in_view.covered_pixels IS 'pixels it would cover unoccluded';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('inspection', 'localisation', 'primary'),
+    ('inspection_image', 'localisation', 'primary'),
+    ('view_arc', 'localisation', 'primary'),
+    ('view_surface', 'localisation', 'primary'),
+    ('hypothesis', 'localisation', 'primary'),
+    ('correspondence', 'localisation', 'primary'),
+    ('edge_measurement', 'localisation', 'primary'),
+    ('pose', 'localisation', 'primary'),
+    ('part_in_view', 'localisation', 'primary');

@@ -1,0 +1,40 @@
+-- Arcs that do not lie on the surface whose loop uses them: an end is more than 0.01 mm off the plane, cylinder, cone, sphere or torus.
+-- Takes nothing; gives surface_id, loop_no, coedge_no, kind and the distance, mm.
+WITH ends AS (
+    SELECT surface_id, loop_no, coedge_no, arc_id, start_x AS x, start_y AS y, start_z AS z
+    FROM coedge JOIN arc ON arc.id = arc_id
+    UNION ALL
+    SELECT surface_id, loop_no, coedge_no, arc_id, end_x, end_y, end_z
+    FROM coedge JOIN arc ON arc.id = arc_id
+),
+placed AS (
+    SELECT
+        e.surface_id, e.loop_no, e.coedge_no, s.kind, s.radius, s.radius2, s.semi_angle,
+        (e.x - s.origin_x) * s.axis_z_x + (e.y - s.origin_y) * s.axis_z_y + (e.z - s.origin_z) * s.axis_z_z AS height,
+        (e.x - s.origin_x) * (e.x - s.origin_x) + (e.y - s.origin_y) * (e.y - s.origin_y)
+            + (e.z - s.origin_z) * (e.z - s.origin_z) AS square
+    FROM ends AS e
+    JOIN surface AS s ON s.id = e.surface_id
+),
+cylindrical AS (  -- height above the origin along the axis, and distance from the axis
+    SELECT *, sqrt(greatest(square - height * height, 0)) AS reach
+    FROM placed
+),
+distances AS (
+    SELECT
+        surface_id, loop_no, coedge_no, kind,
+        CASE kind
+            WHEN 'plane' THEN abs(height)
+            WHEN 'cylinder' THEN abs(reach - radius)
+            -- |R + h tan a| is the radius at height h; beyond the apex it is negative and the surface its mirror image.
+            WHEN 'cone' THEN abs(reach - abs(radius + height * tan(semi_angle))) * cos(semi_angle)
+            WHEN 'sphere' THEN abs(sqrt(square) - radius)
+            WHEN 'torus' THEN abs(sqrt((reach - radius) * (reach - radius) + height * height) - radius2)
+        END AS distance
+    FROM cylindrical
+)
+SELECT surface_id, loop_no, coedge_no, kind, max(distance) AS distance
+FROM distances
+WHERE distance > 0.01
+GROUP BY surface_id, loop_no, coedge_no, kind
+ORDER BY surface_id, loop_no, coedge_no

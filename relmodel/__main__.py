@@ -1,0 +1,7 @@
+"""`python -m relmodel`: the command line."""
+
+import sys
+
+from relmodel.cli.main import main
+
+sys.exit(main())

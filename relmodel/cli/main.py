@@ -1,0 +1,73 @@
+"""`relmodel VERB ...`: finds the verb's module, runs it, and turns errors into one sentence and an exit status.
+
+Each verb is a module of `relmodel.cli.verbs`: its docstring says what it does (the first line stands in the list of
+verbs), `EXAMPLE` shows a call, `add_arguments(parser)` declares its options and `run(args)` does it and returns the
+exit status.  These modules import nothing heavy before `run`, so that help answers at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from types import ModuleType
+
+from relmodel import __version__
+from relmodel.cli.options import add_store
+from relmodel.errors import RelmodelError
+
+# Verbs in the order in which help lists them; NAME is the module relmodel.cli.verbs.NAME.
+VERBS = ("init", "migrate", "load", "world", "find", "runs", "schema", "sql", "check")
+
+INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status: 0 done, 1 refused or failed check, 2 wrong use, 3 bad input."""
+    args = parser().parse_args(arguments)
+    try:
+        status: int = args.run(args)
+        sys.stdout.flush()
+    except RelmodelError as error:
+        print(f"relmodel {args.verb}: {error}", file=sys.stderr)
+        return error.exit_status
+    except KeyboardInterrupt:
+        print(f"relmodel {args.verb}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # The reader (head, less) has gone.  Point stdout at nothing, or Python complains when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
+    top = argparse.ArgumentParser(
+        prog="relmodel",
+        description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
+        epilog="exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad input",
+    )
+    top.add_argument("--version", action="version", version=f"relmodel {__version__}")
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name in VERBS:
+        module = import_module(f"relmodel.cli.verbs.{name}")
+        words = _words(module)
+        verb = verbs.add_parser(
+            name,
+            help=words[0].lower() + words[1:].partition("\n")[0].rstrip("."),
+            description=words,
+            epilog=f"example:\n  {module.EXAMPLE}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        add_store(verb)
+        module.add_arguments(verb)
+        verb.set_defaults(run=module.run)
+    return top
+
+
+def _words(module: ModuleType) -> str:
+    assert module.__doc__, f"{module.__name__} has no docstring"
+    return module.__doc__.strip()

@@ -1,0 +1,32 @@
+"""Options that several verbs share."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from relmodel.errors import UsageError
+
+
+def add_store(parser: argparse.ArgumentParser) -> None:
+    """`--store`, which every verb has."""
+    parser.add_argument(
+        "--store",
+        metavar="FILE-or-URL",
+        help="the store: a DuckDB file, or a postgresql+psycopg:// URL (default: the environment's RELMODEL_STORE)",
+    )
+
+
+def store_target(args: argparse.Namespace) -> str:
+    """The store that the call names.  Raises UsageError where neither the option nor the environment does."""
+    target = args.store or os.environ.get("RELMODEL_STORE")
+    if not target:
+        raise UsageError("no store is named: give --store FILE-or-URL or set RELMODEL_STORE")
+    return str(target)
+
+
+def add_format(parser: argparse.ArgumentParser) -> None:
+    """`--format`, which every verb that prints data has."""
+    parser.add_argument(
+        "--format", choices=("table", "json", "csv"), default="table", help="how data is printed (default: table)"
+    )

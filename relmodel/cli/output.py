@@ -1,0 +1,39 @@
+"""Data on stdout, as a table for people or as JSON or CSV for programs; words and progress on stderr."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+
+def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -> None:
+    """Print rows as `table`, `json` (a list of objects) or `csv`; nulls are blank, in JSON null."""
+    if form == "json":
+        json.dump([dict(zip(names, row, strict=True)) for row in rows], sys.stdout, default=_plain, indent=1)
+        sys.stdout.write("\n")
+    elif form == "csv":
+        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)
+    else:
+        from tabulate import tabulate
+
+        cells = [["" if v is None else v for v in row] for row in rows]
+        print(tabulate(cells, headers=list(names), tablefmt="simple", disable_numparse=False))
+
+
+def say(words: str) -> None:
+    """Words for the person at the terminal: what was done, never data."""
+    print(words, file=sys.stderr)
+
+
+def _plain(value: Any) -> Any:
+    """Values that JSON has no form for: NumPy's as Python's, bytes in hexadecimal, the rest as text."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, bytes):
+        return value.hex()
+    return str(value)

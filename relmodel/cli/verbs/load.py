@@ -1,0 +1,34 @@
+"""Load a CAD file or a mesh as an object.
+
+A second load of the same content adds nothing; another variant adds only what differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from relmodel.cli.options import store_target
+from relmodel.cli.output import say
+
+EXAMPLE = "relmodel load bulkhead.step --object bulkhead --variant A --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="STEP, OBJ, STL, PLY or GLB")
+    parser.add_argument("--object", required=True, metavar="NAME", help="name that the object is given")
+    parser.add_argument("--variant", default="", help="name of the variant")
+    parser.add_argument("--unit", help="length unit of a file that does not say it: mm, cm, m, inch, ...")
+    parser.add_argument("--allow-partial", action="store_true", help="take what can be read of a damaged file")
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.loading.load import load
+    from relmodel.store import Store
+
+    with Store.open(store_target(args)) as store:
+        report = load(
+            store, args.file, name=args.object, variant=args.variant, unit=args.unit, allow_partial=args.allow_partial
+        )
+    say(str(report))
+    return 0

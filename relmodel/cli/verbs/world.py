@@ -1,0 +1,25 @@
+"""Place objects in a world, as a world file says."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from relmodel.cli.options import store_target
+from relmodel.cli.output import say
+
+EXAMPLE = "relmodel world cell.yaml --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE", help="world file (YAML)")
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.store import Store
+    from relmodel.world.placement import place_world
+
+    with Store.open(store_target(args)) as store:
+        report = place_world(store, args.file)
+    say(str(report))
+    return 0

@@ -1,0 +1,63 @@
+"""A witness of what runs committed, kept beside a DuckDB file.
+
+DuckDB opens a file whose write-ahead log was cut short without a word, at an earlier commit.  Nothing inside the store
+can tell; so after each commit of a run a line is appended to the file STORE.journal and brought to disk, and
+`relmodel check` holds the lines against the rows.  A crash between the commit and its line loses the line only.
+PostgreSQL keeps checksums of its own log and needs no witness.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from relmodel.store.store import Store
+
+_LINE = re.compile(r"^(run_event|ledger) (\d+) (\d+)$", re.MULTILINE)
+
+
+class Commit(NamedTuple):
+    """A commit by a row that it holds: of `ledger` (ordinal is write_no) or `run_event` (ordinal is event_no)."""
+
+    relation: str
+    run_id: int
+    ordinal: int
+
+
+def journal_file(store: Store) -> Path | None:
+    """The side file of a store; None where it has none (PostgreSQL, in memory)."""
+    database = store.engine.url.database
+    if store.dialect != "duckdb" or not database or database.startswith(":"):
+        return None
+    return Path(f"{database}.journal")
+
+
+def record(store: Store, relation: str, run_id: int, ordinal: int) -> None:
+    """Append a commit to the side file and bring it to disk."""
+    file = journal_file(store)
+    if file is None:
+        return
+    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+    try:
+        os.write(descriptor, f"{relation} {run_id} {ordinal}\n".encode())
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def forget(store: Store) -> None:
+    """Remove the side file that a store of the same name left behind."""
+    file = journal_file(store)
+    if file is not None:
+        file.unlink(missing_ok=True)
+
+
+def recorded(store: Store) -> list[Commit]:
+    """The commits that the side file knows of; lines cut short by a crash are passed over."""
+    file = journal_file(store)
+    if file is None or not file.is_file():
+        return []
+    return [Commit(relation, int(run), int(ordinal)) for relation, run, ordinal in _LINE.findall(file.read_text())]

@@ -1,0 +1,125 @@
+"""What the verbs print and refuse."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from relmodel.cli.main import main
+from relmodel.store import Run, Store
+
+
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, object]]:
+    capsys.readouterr()
+    assert main([*arguments, "--format", "json"]) == 0
+    rows: list[dict[str, object]] = json.loads(capsys.readouterr().out)
+    return rows
+
+
+def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = printed(capsys, "schema", "--store", fresh_store)
+    assert all(entry["comment"] for entry in entries)
+    with Store.open(fresh_store) as store:
+        metadata = sa.MetaData()
+        metadata.reflect(store.engine)
+    columns = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
+    assert {(e["relation"], e["column"]) for e in entries if e["column"]} == columns
+
+
+def test_schema_of_one_relation(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert {e["relation"] for e in printed(capsys, "schema", "--store", fresh_store, "--relation", "loop")} == {"loop"}
+    assert main(["schema", "--store", fresh_store, "--relation", "lop"]) == 2
+
+
+def test_sql_prints_rows_in_each_form(fresh_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    query = "SELECT relation, NULL AS nothing FROM sds_relation WHERE relation IN ('arc', 'loop') ORDER BY relation"
+    rows = printed(capsys, "sql", "--store", fresh_store, query)
+    assert rows == [{"relation": "arc", "nothing": None}, {"relation": "loop", "nothing": None}]
+    file = tmp_path / "query.sql"
+    file.write_text(query)
+    assert main(["sql", "--store", fresh_store, "--file", str(file), "--format", "csv"]) == 0
+    assert list(csv.reader(io.StringIO(capsys.readouterr().out))) == [
+        ["relation", "nothing"],
+        ["arc", ""],
+        ["loop", ""],
+    ]
+    assert main(["sql", "--store", fresh_store, query]) == 0
+    assert capsys.readouterr().out.split()[0] == "relation"
+
+
+def test_sql_reads_stdin(fresh_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
+    assert printed(capsys, "sql", "--store", fresh_store) == [{"colon": ":a", "percent": "%s"}]
+
+
+REFUSED = (
+    "SELCT 1",
+    "SELECT * FROM nowhere",
+    "DELETE FROM sds_relation",
+    "CREATE TABLE mine (a INTEGER)",
+    "COMMIT; BEGIN READ WRITE; DELETE FROM sds_relation",
+    "COMMIT; DELETE FROM sds_relation; COMMIT",
+)
+
+
+def test_sql_refuses_what_is_wrong_or_writes(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for statement in REFUSED:
+        assert main(["sql", "--store", fresh_store, statement]) == 3, statement
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.count("\n") == 1
+    with Store.open(fresh_store) as store, store.read() as connection:
+        assert len(store.rows(connection, "relations")) > 50
+
+
+OUT_OF_REACH = (
+    "COPY (SELECT 1) TO '{folder}/out.csv'",
+    "SELECT * FROM read_csv('{folder}/in.csv')",
+    "ATTACH '{folder}/other.duckdb'",
+    "SET enable_external_access = true",
+    "SET lock_configuration = false",
+    "SET memory_limit = '100GB'",
+)
+
+
+def test_sql_on_duckdb_reaches_no_file_and_no_setting(
+    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "in.csv").write_text("a\n1\n")
+    for statement in OUT_OF_REACH:
+        assert main(["sql", "--store", str(duckdb_template), statement.format(folder=tmp_path)]) == 3, statement
+        assert "refused" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
+
+
+def test_runs_lists_status_and_filters(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "load", {}):
+            pass
+        with pytest.raises(ValueError, match="wrong"), Run.begin(store, "world", {}):
+            raise ValueError("wrong")
+    rows = printed(capsys, "runs", "--store", fresh_store)
+    assert [(r["kind"], r["status"], r["message"]) for r in rows] == [
+        ("world", "failed", "wrong"),
+        ("load", "ok", None),
+    ]
+    assert all(float(str(r["seconds"])) >= 0 for r in rows)
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--status", "ok")] == ["load"]
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--kind", "world")] == ["world"]
+
+
+def test_check_passes_on_a_new_store(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--store", fresh_store]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_check_prints_what_offends(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(fresh_store) as store, store.write() as connection:
+        store.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["pocket"]})
+    assert main(["check", "--store", fresh_store]) == 1
+    assert "feature_class" in capsys.readouterr().out
