@@ -1,7 +1,7 @@
 -- Placed parts whose world box meets a box, touching counts.
 -- Takes x0, y0, z0, x1, y1, z1 (mm, world) and world, a name.
--- Gives occurrence_id, shape_id, element_no (-1), path, name, the world box x0 .. z1, the box of the shape in its own frame
--- shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by occurrence_id.
+-- Gives occurrence_id, shape_id, element_no (-1), path, name, the world box x0 .. z1, the box of the shape in its own
+-- frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by occurrence_id.
 SELECT h.occurrence_id, o.shape_id, -1 AS element_no, h.path, h.name,
     h.x0, h.y0, h.z0, h.x1, h.y1, h.z1,
     s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,

@@ -1,7 +1,7 @@
 -- Surfaces of placed parts whose world box meets a box, touching counts.
 -- Takes x0, y0, z0, x1, y1, z1 (mm, world) and world, a name.
--- Gives occurrence_id, shape_id, element_no, path of the part, name, the world box x0 .. z1, the box in the shape's frame
--- shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by occurrence_id, element_no.
+-- Gives occurrence_id, shape_id, element_no, path of the part, name, the world box x0 .. z1, the box in the shape's
+-- frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by occurrence_id, element_no.
 SELECT h.occurrence_id, o.shape_id, h.surface_no AS element_no, h.path, h.name,
     h.x0, h.y0, h.z0, h.x1, h.y1, h.z1,
     e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,

@@ -1,5 +1,5 @@
 -- The newest revision of each object and variant that was loaded.
--- Takes nothing.  Gives object_variant_id, name, variant, revision, content_key (of the object), sorted by name, variant.
+-- Takes nothing.  Gives object_variant_id, name, variant, revision and the object's content_key, by name and variant.
 SELECT v.id AS object_variant_id, v.name, v.variant, v.revision, o.content_key
 FROM object_variant AS v
 JOIN object AS o ON o.id = v.object_id

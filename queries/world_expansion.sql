@@ -38,7 +38,8 @@ placed AS (
     JOIN object_variant AS v ON v.id = w.object_variant_id
     WHERE w.world_id = :world_id
     UNION ALL
-    SELECT p.object_no, p.depth + 1, p.ordinals || ARRAY[c.child_no], p.path || '/' || c.segment, c.object_id, c.part_id,
+    SELECT p.object_no, p.depth + 1, p.ordinals || ARRAY[c.child_no], p.path || '/' || c.segment, c.object_id,
+        c.part_id,
         p.m00 * c.m00 + p.m01 * c.m10 + p.m02 * c.m20,
         p.m00 * c.m01 + p.m01 * c.m11 + p.m02 * c.m21,
         p.m00 * c.m02 + p.m01 * c.m12 + p.m02 * c.m22,

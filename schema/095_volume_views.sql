@@ -12,15 +12,21 @@ COMMENT ON COLUMN current_world.content_key IS 'hash of all that the world file 
 
 CREATE VIEW placed_element AS
 SELECT o.world_id, o.id AS occurrence_id, o.path, o.shape_id, e.level, e.element_no,
-    least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1) + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
-    least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1) + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
-    least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1) + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
-    greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1) + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
-    greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1) + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
-    greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1) + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
+    least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
+        + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
+    least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
+        + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
+    least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1)
+        + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
+    greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1)
+        + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
+    greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1)
+        + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
+    greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
+        + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
 FROM occurrence AS o
 JOIN shape_box AS e ON e.shape_id = o.shape_id;
-COMMENT ON VIEW placed_element IS 'Features, surfaces and arcs of placed parts, with the world box of their box in the shape''s frame.';
+COMMENT ON VIEW placed_element IS 'Features, surfaces and arcs of placed parts; the box is theirs in the shape''s frame, carried.';
 COMMENT ON COLUMN placed_element.world_id IS 'the world';
 COMMENT ON COLUMN placed_element.occurrence_id IS 'the placed part';
 COMMENT ON COLUMN placed_element.path IS 'path of the placed part';

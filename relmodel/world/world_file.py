@@ -19,7 +19,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -96,12 +96,20 @@ def read_world_file(path: str | Path) -> WorldFile:
 def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
     import yaml
 
+    class Loader(yaml.SafeLoader):
+        """YAML without booleans: the file has none, and YAML 1.1 would read the key `on` as one."""
+
+        yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {
+            first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:bool"]
+            for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+        }
+
     try:
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"the world file {path} cannot be read: {error.strerror}") from error
     try:
-        data = yaml.safe_load(raw.decode())
+        data = yaml.load(raw.decode(), Loader)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""

@@ -9,9 +9,9 @@ import pytest
 import sqlalchemy as sa
 from synthetic_model import BOX, SyntheticModel, write_world
 
-from relmodel.errors import InputError
+from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrices, rotation_matrix
-from relmodel.store import Store
+from relmodel.store import Run, Store
 from relmodel.world import place_world
 
 
@@ -125,6 +125,33 @@ def test_unknown_objects_and_cycles_are_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError, match="contains itself"):
             place_world(store, file)
         assert count(store, "world") == count(store, "occurrence") == 0
+
+
+def test_mounts_point_at_rigs(tmp_path: Path) -> None:
+    (tmp_path / "head.yaml").write_text("one")
+    file = tmp_path / "w.yaml"
+    file.write_text(
+        "world: cell\nobjects: [{object: thing, name: a}, {object: thing, name: b}]\n"
+        "rigs: [{name: head, file: head.yaml}]\nmounts: [{rig: head, on: b, link: flange}]\n"
+    )
+
+    def write_rig(run: Run, connection: sa.Connection, name: str, path: Path) -> int:
+        rig_id = run.store.new_ids(connection, "rig", 1)
+        row = {"id": rig_id, "content_key": [path.read_text()], "name": [name]}
+        run.append(connection, "rig", row)
+        return int(rig_id[0])
+
+    with Store.create(tmp_path / "s.duckdb") as store:
+        SyntheticModel(6).fill(store)
+        with pytest.raises(UsageError, match="mounts rigs"):
+            place_world(store, file)
+        assert place_world(store, file, write_rig=write_rig).status == "added"
+        mount = store.table("world_mount")
+        with store.read() as connection:
+            row = connection.execute(sa.select(mount)).mappings().one()
+        assert (row["name"], row["object_no"], row["link"], row["m00"]) == ("head", 1, "flange", 1.0)
+        (tmp_path / "head.yaml").write_text("two")  # the rig changed, so the world did
+        assert place_world(store, file, write_rig=write_rig).revision == 2
 
 
 def test_object_without_parts(tmp_path: Path) -> None:
