@@ -62,7 +62,7 @@ def rotation_vector(rotation: Array) -> Array:
     sine = float(np.linalg.norm(skew))
     angle = float(np.arctan2(sine, (np.trace(rotation) - 1) / 2))
     if sine > 1e-9:
-        return skew * (angle / sine)
+        return np.asarray(skew * (angle / sine))
     if angle < 1:
         return skew
     # Half a turn: the axis is the column of R + I of greatest length.
@@ -80,11 +80,15 @@ def nearest_rotation(matrix: Array) -> Array:
 def boxes_carried(a_from_b: Array, boxes: Array) -> Array:
     """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1) in frame b, as the axis-aligned boxes in frame a that hold them.
 
-    `a_from_b` is one transform (4, 4) or one a box (n, 4, 4).
+    `a_from_b` is one transform (4, 4) or one a box (n, 4, 4).  (Arvo, "Transforming axis-aligned bounding boxes",
+    Graphics Gems 1990.)  Each bound is a sum of products in the order x, y, z, translation: rounding is monotone, so
+    a box that holds another still holds it when both are carried, and SQL that sums in this order gives equal bits.
     """
-    centre = (boxes[:, :3] + boxes[:, 3:]) / 2
-    half = (boxes[:, 3:] - boxes[:, :3]) / 2
-    rotation, translation = a_from_b[..., :3, :3], a_from_b[..., :3, 3]
-    centre = np.einsum("...ij,...j->...i", rotation, centre) + translation
-    half = np.einsum("...ij,...j->...i", np.abs(rotation), half)
-    return np.concatenate([centre - half, centre + half], axis=1)
+    low = np.empty((len(boxes), 3))
+    high = np.empty((len(boxes), 3))
+    for i in range(3):
+        products = [(a_from_b[..., i, j] * boxes[:, j], a_from_b[..., i, j] * boxes[:, 3 + j]) for j in range(3)]
+        (x, x_), (y, y_), (z, z_) = products
+        low[:, i] = np.minimum(x, x_) + np.minimum(y, y_) + np.minimum(z, z_) + a_from_b[..., i, 3]
+        high[:, i] = np.maximum(x, x_) + np.maximum(y, y_) + np.maximum(z, z_) + a_from_b[..., i, 3]
+    return np.concatenate([low, high], axis=1)

@@ -1,0 +1,67 @@
+-- Expands a world into all objects and parts placed in it, with composed transforms.
+-- Takes world_id.
+-- Gives object_no, depth (0: placed in the world), path (names joined by /), object_id or -1, part_id or -1,
+-- shape_id or -1, world_from_occurrence as m00 .. m23, and of a part the box of its shape, in the shape's frame, as
+-- x0 .. z1; parents before children, children in the order of the file.
+-- Paths are unique: a slash in a name becomes _; a name that siblings share, that is empty or that holds a # gets # and
+-- its ordinal.
+WITH RECURSIVE instance AS (
+    SELECT parent_id, child_no, replace(name, '/', '_') AS name, child_id AS object_id,
+        CAST(NULL AS BIGINT) AS part_id,
+        m00, m01, m02, m03,
+        m10, m11, m12, m13,
+        m20, m21, m22, m23
+    FROM object_object
+    UNION ALL
+    SELECT object_id, child_no, replace(name, '/', '_'), CAST(NULL AS BIGINT), part_id,
+        m00, m01, m02, m03,
+        m10, m11, m12, m13,
+        m20, m21, m22, m23
+    FROM object_part
+),
+child AS (
+    SELECT parent_id, child_no, object_id, part_id,
+        CASE WHEN name = '' OR name LIKE '%#%' OR count(*) OVER (PARTITION BY parent_id, name) > 1
+            THEN name || '#' || CAST(child_no AS TEXT) ELSE name END AS segment,
+        m00, m01, m02, m03,
+        m10, m11, m12, m13,
+        m20, m21, m22, m23
+    FROM instance
+),
+placed AS (
+    SELECT w.object_no, 0 AS depth, ARRAY[w.object_no] AS ordinals, w.name AS path, v.object_id,
+        CAST(NULL AS BIGINT) AS part_id,
+        w.m00, w.m01, w.m02, w.m03,
+        w.m10, w.m11, w.m12, w.m13,
+        w.m20, w.m21, w.m22, w.m23
+    FROM world_object AS w
+    JOIN object_variant AS v ON v.id = w.object_variant_id
+    WHERE w.world_id = :world_id
+    UNION ALL
+    SELECT p.object_no, p.depth + 1, p.ordinals || ARRAY[c.child_no], p.path || '/' || c.segment, c.object_id,
+        c.part_id,
+        p.m00 * c.m00 + p.m01 * c.m10 + p.m02 * c.m20,
+        p.m00 * c.m01 + p.m01 * c.m11 + p.m02 * c.m21,
+        p.m00 * c.m02 + p.m01 * c.m12 + p.m02 * c.m22,
+        p.m00 * c.m03 + p.m01 * c.m13 + p.m02 * c.m23 + p.m03,
+        p.m10 * c.m00 + p.m11 * c.m10 + p.m12 * c.m20,
+        p.m10 * c.m01 + p.m11 * c.m11 + p.m12 * c.m21,
+        p.m10 * c.m02 + p.m11 * c.m12 + p.m12 * c.m22,
+        p.m10 * c.m03 + p.m11 * c.m13 + p.m12 * c.m23 + p.m13,
+        p.m20 * c.m00 + p.m21 * c.m10 + p.m22 * c.m20,
+        p.m20 * c.m01 + p.m21 * c.m11 + p.m22 * c.m21,
+        p.m20 * c.m02 + p.m21 * c.m12 + p.m22 * c.m22,
+        p.m20 * c.m03 + p.m21 * c.m13 + p.m22 * c.m23 + p.m23
+    FROM placed AS p
+    JOIN child AS c ON c.parent_id = p.object_id
+)
+SELECT p.object_no, p.depth, p.path, coalesce(p.object_id, -1) AS object_id, coalesce(p.part_id, -1) AS part_id,
+    coalesce(s.id, -1) AS shape_id,
+    p.m00, p.m01, p.m02, p.m03,
+    p.m10, p.m11, p.m12, p.m13,
+    p.m20, p.m21, p.m22, p.m23,
+    s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
+FROM placed AS p
+LEFT JOIN part ON part.id = p.part_id
+LEFT JOIN shape AS s ON s.id = part.shape_id
+ORDER BY p.ordinals

@@ -1,0 +1,98 @@
+"""A world held in process, for planners that ask what lies in a volume hundreds of times a minute."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import UsageError
+from relmodel.geometry.transforms import matrices
+from relmodel.index.find import BOX_COLUMNS, LEVELS, Level, world_named
+from relmodel.index.rtree import PackedRTree
+from relmodel.index.volumes import Box, Volume, boxes_met
+from relmodel.store import Store
+
+Integers = npt.NDArray[np.int64]
+
+
+class WorldIndex:
+    """The boxes of a world's parts, features, surfaces and arcs: the answers of `in_volume` without the store.
+
+    Placed parts lie in a packed R-tree.  Elements are kept once a shape, in its frame and in the pages of the store:
+    a query carries the volume into the frame of each part that it meets.
+    """
+
+    def __init__(
+        self, parts: dict[str, npt.NDArray[Any]], elements: Mapping[Level, dict[str, npt.NDArray[Any]]]
+    ) -> None:
+        self._occurrence_id = parts["occurrence_id"].astype(np.int64)
+        self._world_from_part = matrices(parts)
+        self._shape_box = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        self._tree = PackedRTree(np.stack([parts[name] for name in BOX_COLUMNS], axis=1))
+        shapes, self._part_shape = np.unique(parts["shape_id"].astype(np.int64), return_inverse=True)
+        self._elements = {str(level): _ShapePages(shapes, columns) for level, columns in elements.items()}
+
+    @classmethod
+    def load(cls, store: Store, world: str | None = None) -> WorldIndex:
+        """The newest revision of a world of a store; the only one needs no name."""
+        with store.read() as connection:
+            world_id = world_named(store, connection, world)[0]
+            parts = store.columns(connection, "index_parts", world_id=world_id)
+            elements: dict[Level, dict[str, npt.NDArray[Any]]] = {
+                level: store.columns(connection, "index_elements", world_id=world_id, level=level)
+                for level in LEVELS
+                if level != "part"
+            }
+        return cls(parts, elements)
+
+    def in_volume(self, volume: Volume, level: str = "part") -> tuple[Integers, Integers]:
+        """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
+        if level not in LEVELS:
+            raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
+        if isinstance(volume, Box):
+            parts = self._tree.in_box(volume.bounds)
+        else:
+            parts = self._tree.in_half_spaces(volume.half_spaces)
+        parts = np.sort(parts)
+        if level != "part":
+            return self._elements_in(volume, self._elements[level], parts)
+        if not isinstance(volume, Box):
+            parts = parts[boxes_met(volume, self._world_from_part[parts], self._shape_box[parts])]
+        return self._occurrence_id[parts], np.full(len(parts), -1, np.int64)
+
+    def _elements_in(self, volume: Volume, pages: _ShapePages, parts: Integers) -> tuple[Integers, Integers]:
+        from relmodel.index import kernels
+
+        part, row = kernels.elements_in_half_spaces(
+            volume.half_spaces,
+            parts,
+            self._world_from_part,
+            self._part_shape,
+            pages.shape_pages,
+            pages.page_boxes,
+            pages.page_start,
+            pages.boxes,
+        )
+        element = pages.element_no[row]
+        order = np.lexsort((element, part))
+        return self._occurrence_id[part[order]], element[order]
+
+
+class _ShapePages:
+    """Boxes of the elements of a level, by shape and page; `columns` come sorted so."""
+
+    def __init__(self, shapes: Integers, columns: dict[str, npt.NDArray[Any]]) -> None:
+        self.element_no = columns["element_no"].astype(np.int64)
+        self.boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        shape = np.searchsorted(shapes, columns["shape_id"].astype(np.int64))
+        page = columns["page"].astype(np.int64)
+        first = np.flatnonzero(np.diff(shape, prepend=-1) | np.diff(page, prepend=-1))
+        self.page_start = np.append(first, len(page)).astype(np.int64)
+        self.shape_pages = np.searchsorted(shape[first], np.arange(len(shapes) + 1)).astype(np.int64)
+        self.page_boxes = np.empty((len(first), 6))
+        if len(first):
+            self.page_boxes[:, :3] = np.minimum.reduceat(self.boxes[:, :3], first)
+            self.page_boxes[:, 3:] = np.maximum.reduceat(self.boxes[:, 3:], first)

@@ -1,0 +1,224 @@
+"""Placing a world: from a world file to a revision of the world, its occurrences and their boxes in the store."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.errors import InputError, UsageError
+from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices, matrix_columns
+from relmodel.index.packing import pack, page_boxes
+from relmodel.store import Run, Store
+from relmodel.world.world_file import WorldFile, read_world_file
+
+# Writes the rig of a rig file within a run's transaction and returns its identity.
+RigWriter = Callable[[Run, Connection, str, Path], int]
+
+BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
+
+
+@dataclass(frozen=True)
+class WorldReport:
+    """What placing a world did.  `status` is added, or unchanged where the newest revision says the same."""
+
+    run_id: int
+    world: str
+    world_id: int
+    revision: int
+    status: str
+    objects: int
+    parts: int
+
+
+def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None = None) -> WorldReport:
+    """Place the world of a world file: a run of kind `world` that adds a revision, unless nothing changed.
+
+    Objects are pinned to the newest revision of their name and variant.  `write_rig` is how a rig file becomes rows:
+    a file that mounts rigs needs it.  Raises InputError where the file is bad, names an object that is not loaded, or
+    an object contains itself; the store's worlds are then as they were.
+    """
+    file = read_world_file(path)
+    if file.mounts and write_rig is None:
+        raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
+    with store.read() as connection:
+        pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
+        rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
+    content_key = _content_key(file, pinned, rig_digests)
+    inputs = {"world": (file.path.name, file.sha256)}
+    inputs |= {f"rig {name}": (file.rigs[name].name, digest) for name, digest in rig_digests.items()}
+    with (
+        Run.begin(store, "world", {"world": file.world}, inputs=inputs, packages=("numpy",)) as run,
+        run.write() as connection,
+    ):
+        newest = [row for row in store.rows(connection, "current_worlds") if row.name == file.world]
+        if newest and newest[0].content_key == content_key:
+            world_id, revision, status = int(newest[0].id), int(newest[0].revision), "unchanged"
+        else:
+            revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
+            world_id = _write_world(run, connection, file, pinned, revision, content_key)
+            _write_mounts(run, connection, file, world_id, write_rig)
+            _write_occurrences(run, connection, world_id, file.path)
+        counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
+        run.end("ok", f"world {file.world} revision {revision} {status}", connection)
+    return WorldReport(
+        run.id, file.world, world_id, revision, status, objects=counts.get("object", 0), parts=counts.get("part", 0)
+    )
+
+
+def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The loaded variant, newest revision, of each object of the file."""
+    by_name = {(row["name"], row["variant"]): row for row in loaded}
+    pinned = []
+    for placed in file.objects:
+        row = by_name.get((placed.object, placed.variant))
+        if row is None:
+            known = [name + (f" (variant {variant})" if variant else "") for name, variant in by_name]
+            asked = placed.object + (f" (variant {placed.variant})" if placed.variant else "")
+            raise InputError(
+                f"{file.path}: the object {asked} is not loaded: load it first, or name one of those that are: "
+                + (", ".join(known) or "there are none")
+            )
+        pinned.append(row)
+    return pinned
+
+
+def _content_key(file: WorldFile, pinned: list[dict[str, Any]], rig_digests: Mapping[str, str]) -> str:
+    """Hash of what the file says, of the content of the objects it names and of the rig files."""
+    content = {
+        "objects": [
+            [
+                o.name,
+                o.role,
+                o.world_from_object.tolist(),
+                row["name"],
+                row["variant"],
+                row["revision"],
+                row["content_key"],
+            ]
+            for o, row in zip(file.objects, pinned, strict=True)
+        ],
+        "rigs": dict(sorted(rig_digests.items())),
+        "mounts": [[m.rig, m.on, m.link, m.carrier_from_rig.tolist()] for m in file.mounts],
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _write_world(
+    run: Run, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]], revision: int, content_key: str
+) -> int:
+    world_id = int(run.store.new_ids(connection, "world", 1)[0])
+    run.append(
+        connection,
+        "world",
+        {"id": [world_id], "name": [file.world], "revision": [revision], "content_key": [content_key]},
+    )
+    run.append(
+        connection,
+        "world_object",
+        {
+            "world_id": world_id,
+            "object_no": np.arange(len(file.objects)),
+            "name": [o.name for o in file.objects],
+            "object_variant_id": np.array([row["object_variant_id"] for row in pinned]),
+            "role": [o.role for o in file.objects],
+            **matrix_columns([o.world_from_object for o in file.objects]),
+        },
+    )
+    return world_id
+
+
+def _write_mounts(
+    run: Run, connection: Connection, file: WorldFile, world_id: int, write_rig: RigWriter | None
+) -> None:
+    if not file.mounts or write_rig is None:
+        return
+    rig_ids = {name: write_rig(run, connection, name, path) for name, path in file.rigs.items()}
+    object_no = {o.name: number for number, o in enumerate(file.objects)}
+    run.append(
+        connection,
+        "world_mount",
+        {
+            "world_id": world_id,
+            "mount_no": np.arange(len(file.mounts)),
+            "name": [m.rig for m in file.mounts],
+            "object_no": np.array([object_no[m.on] for m in file.mounts]),
+            "link": [m.link for m in file.mounts],
+            "rig_id": np.array([rig_ids[m.rig] for m in file.mounts]),
+            **matrix_columns([m.carrier_from_rig for m in file.mounts]),
+        },
+    )
+
+
+def _write_occurrences(run: Run, connection: Connection, world_id: int, path: Path) -> None:
+    """Expand the world: `occurrence`, `occurrence_box` and `box_page`, identities in the order of the pages."""
+    cycles = [row.name for row in run.store.rows(connection, "object_cycles", world_id=world_id)]
+    if cycles:
+        raise InputError(f"{path}: the object {cycles[0]} contains itself: load it without the cycle")
+    placed = run.store.columns(connection, "world_expansion", world_id=world_id)
+    parents = _parents(placed["depth"])
+    is_part = placed["part_id"] >= 0
+    parts = np.flatnonzero(is_part)
+    objects = np.flatnonzero(~is_part)
+
+    boxes = np.stack([placed[name][parts] for name in BOX_COLUMNS], axis=1).astype(float)
+    boxes = boxes_carried(matrices({name: placed[name][parts] for name in MATRIX_COLUMNS}), boxes)
+    page = pack(boxes)
+    by_page = np.argsort(page, kind="stable")
+    parts, boxes, page = parts[by_page], boxes[by_page], page[by_page]
+
+    new = run.store.new_ids(connection, "occurrence", len(is_part))
+    ids = np.empty(len(is_part), np.int64)
+    ids[objects], ids[parts] = new[: len(objects)], new[len(objects) :]
+    roots, nested = objects[parents[objects] < 0], objects[parents[objects] >= 0]
+    for rows, kind, columns in (
+        (roots, "object", ()),
+        (nested, "object", ("parent_id",)),
+        (parts, "part", ("parent_id",)),
+    ):
+        values: dict[str, Any] = {"parent_id": ids[parents[rows]]} if columns else {}
+        references = ("object_id",) if kind == "object" else ("part_id", "shape_id")
+        run.append(
+            connection,
+            "occurrence",
+            {
+                "id": ids[rows],
+                "world_id": world_id,
+                "kind": kind,
+                **values,
+                **{name: placed[name][rows] for name in ("object_no", "path", *references, *MATRIX_COLUMNS)},
+            },
+        )
+    counts, bounds = page_boxes(boxes, page)
+    run.append(
+        connection,
+        "occurrence_box",
+        {"occurrence_id": ids[parts], "world_id": world_id, "page": page, **_box_columns(boxes)},
+    )
+    run.append(
+        connection,
+        "box_page",
+        {"world_id": world_id, "page": np.arange(len(counts)), "box_count": counts, **_box_columns(bounds)},
+    )
+
+
+def _parents(depth: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Row of the parent of each row of a tree in preorder, -1 for roots: the last row before it one level up."""
+    parents = np.full(len(depth), -1, np.int64)
+    above = np.flatnonzero(depth == 0)
+    for level in range(1, int(depth.max(initial=0)) + 1):
+        rows = np.flatnonzero(depth == level)
+        parents[rows] = above[np.searchsorted(above, rows) - 1]
+        above = rows
+    return parents
+
+
+def _box_columns(boxes: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.float64]]:
+    return {name: boxes[:, i] for i, name in enumerate(BOX_COLUMNS)}

@@ -1,0 +1,229 @@
+"""The world file: YAML that says which objects stand in a cell, in which role and where, and which rigs they carry.
+
+world: cell
+objects:
+  - object: bulkhead            # name it was loaded under
+    variant: b                  # default: the object's plain variant
+    name: workpiece             # default: the object's name
+    role: inspected             # inspected (default), fixture, robot or tool
+    world_from_object: [[1, 0, 0, 250], [0, 1, 0, 0], [0, 0, 1, 80], [0, 0, 0, 1]]    # mm; default identity
+rigs:
+  - {name: head, file: head.yaml}
+mounts:
+  - {rig: head, on: arm, link: flange, carrier_from_rig: [...]}    # link and transform may be left out
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import nearest_rotation
+
+ROLES = ("inspected", "fixture", "robot", "tool")
+
+# Numbers typed with six digits are off by some 1e-6 and are taken for the nearest rotation; more is a mistake.
+_ROTATION_TOLERANCE = 1e-4
+_ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True)
+class PlacedObject:
+    """An object as the world file places it."""
+
+    object: str
+    variant: str
+    name: str
+    role: str
+    world_from_object: npt.NDArray[np.float64]  # (4, 4), mm
+
+
+@dataclass(frozen=True)
+class Mount:
+    """A rig fixed to a placed object or to a link of it."""
+
+    rig: str
+    on: str
+    link: str | None
+    carrier_from_rig: npt.NDArray[np.float64]  # (4, 4), mm
+
+
+@dataclass(frozen=True)
+class WorldFile:
+    """What a world file says; all names in it are known to each other, all transforms are rigid."""
+
+    path: Path
+    sha256: str
+    world: str
+    objects: tuple[PlacedObject, ...]
+    rigs: Mapping[str, Path]
+    mounts: tuple[Mount, ...]
+
+
+def read_world_file(path: str | Path) -> WorldFile:
+    """Read and check a world file.  Raises InputError that says what is wrong, where, and the cure."""
+    path = Path(path)
+    data, sha256 = _read_yaml(path)
+    _known_keys(data, ("world", "objects", "rigs", "mounts"), path, "the file")
+    world = _text(data, "world", path, "the file")
+    entries = _list(data, "objects", path)
+    if not entries:
+        raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
+    objects = tuple(_placed_object(entry, path, f"objects[{i}]") for i, entry in enumerate(entries))
+    _unique([o.name for o in objects], path, "objects", "give one of them another name")
+
+    rigs: dict[str, Path] = {}
+    rig_entries = _list(data, "rigs", path)
+    for i, entry in enumerate(rig_entries):
+        where = f"rigs[{i}]"
+        _known_keys(entry, ("name", "file"), path, where)
+        rigs[_text(entry, "name", path, where)] = _inside(path, _text(entry, "file", path, where), where)
+    _unique([str(entry["name"]) for entry in rig_entries], path, "rigs", "give one of them another name")
+    mounts = tuple(
+        _mount(entry, path, f"mounts[{i}]", rigs, [o.name for o in objects])
+        for i, entry in enumerate(_list(data, "mounts", path))
+    )
+    return WorldFile(path, sha256, world, objects, rigs, mounts)
+
+
+def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        """YAML without booleans: the file has none, and YAML 1.1 would read the key `on` as one."""
+
+        yaml_implicit_resolvers = {  # noqa: RUF012
+            first: [(tag, pattern) for tag, pattern in resolvers if tag != "tag:yaml.org,2002:bool"]
+            for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+        }
+
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"the world file {path} cannot be read: {error.strerror}") from error
+    try:
+        data = yaml.load(raw.decode(), Loader)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        mark = getattr(error, "problem_mark", None)
+        at = f" at line {mark.line + 1}" if mark else ""
+        raise InputError(f"the world file {path} is no YAML{at}: correct it there") from error
+    if not isinstance(data, dict):
+        raise InputError(f"the world file {path} is no mapping: it needs the keys world and objects")
+    return data, hashlib.sha256(raw).hexdigest()
+
+
+def _placed_object(entry: Any, path: Path, where: str) -> PlacedObject:
+    _known_keys(entry, ("object", "variant", "name", "role", "world_from_object"), path, where)
+    name = _text(entry, "object", path, where)
+    instance = _text(entry, "name", path, where, name)
+    if "/" in instance:
+        raise InputError(
+            f"{path}: {where} has the name {instance!r} with a slash, which parts paths: give another name"
+        )
+    role = _text(entry, "role", path, where, "inspected")
+    if role not in ROLES:
+        raise InputError(f"{path}: {where} has the unknown role {role!r}: use one of {', '.join(ROLES)}")
+    return PlacedObject(
+        object=name,
+        variant=_text(entry, "variant", path, where, ""),
+        name=instance,
+        role=role,
+        world_from_object=_rigid(entry, "world_from_object", path, where),
+    )
+
+
+def _mount(entry: Any, path: Path, where: str, rigs: Mapping[str, Path], objects: list[str]) -> Mount:
+    _known_keys(entry, ("rig", "on", "link", "carrier_from_rig"), path, where)
+    rig, on = _text(entry, "rig", path, where), _text(entry, "on", path, where)
+    if rig not in rigs:
+        raise InputError(f"{path}: {where} names the rig {rig!r}, which is not among the file's rigs: {_listed(rigs)}")
+    if on not in objects:
+        raise InputError(f"{path}: {where} is on {on!r}, which is not among the file's objects: {_listed(objects)}")
+    link = _text(entry, "link", path, where) if entry.get("link") is not None else None
+    return Mount(rig, on, link, _rigid(entry, "carrier_from_rig", path, where))
+
+
+def _known_keys(entry: Any, known: tuple[str, ...], path: Path, where: str) -> None:
+    if not isinstance(entry, dict):
+        raise InputError(f"{path}: {where} is no mapping: it takes the keys {', '.join(known)}")
+    unknown = [str(key) for key in entry if key not in known]
+    if unknown:
+        raise InputError(f"{path}: {where} has the unknown key {unknown[0]!r}: it takes {', '.join(known)}")
+
+
+def _list(data: dict[str, Any], key: str, path: Path) -> list[Any]:
+    value = data.get(key)
+    if value is None:
+        return []
+    if not isinstance(value, list):
+        raise InputError(f"{path}: {key} is no list: begin each entry with a dash")
+    return value
+
+
+def _text(entry: dict[str, Any], key: str, path: Path, where: str, default: str | None = None) -> str:
+    value = entry.get(key)
+    if value is None:
+        if default is None:
+            raise InputError(f"{path}: {where} lacks {key}: add it")
+        return default
+    if isinstance(value, bool | list | dict) or not str(value).strip():
+        raise InputError(f"{path}: {key} of {where} is {value!r}: give a name")
+    return str(value)
+
+
+def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> npt.NDArray[np.float64]:
+    value = entry.get(key)
+    if value is None:
+        return np.eye(4)
+    what = f"{path}: {key} of {where}"
+    try:
+        matrix = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{what} is not made of numbers: give four rows of four") from error
+    if matrix.shape != (4, 4):
+        raise InputError(f"{what} has the shape {matrix.shape}: give four rows of four numbers")
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{what} holds a number that is not finite: correct it")
+    rotation = matrix[:3, :3]
+    off = max(
+        float(np.abs(rotation.T @ rotation - np.eye(3)).max()),
+        abs(float(np.linalg.det(rotation)) - 1),
+        float(np.abs(matrix[3] - [0, 0, 0, 1]).max()),
+    )
+    if off > _ROTATION_TOLERANCE:
+        raise InputError(
+            f"{what} is not a rotation and a translation (off by {off:.3g}): its rows 0 to 2 must hold an orthonormal, "
+            "right-handed 3x3 and a translation in mm, its last row 0 0 0 1"
+        )
+    if off > _ROUND_OFF:
+        matrix[:3, :3] = nearest_rotation(rotation)
+        matrix[3] = [0, 0, 0, 1]
+    return matrix
+
+
+def _inside(path: Path, name: str, where: str) -> Path:
+    """The file that a world file refers to, which must lie in its folder or below."""
+    folder = path.resolve().parent
+    file = (folder / name).resolve()
+    if not file.is_relative_to(folder):
+        raise InputError(f"{path}: {where} refers to {name!r} outside the world file's folder: put the file beside it")
+    if not file.is_file():
+        raise InputError(f"{path}: {where} refers to {name!r}, which is not there: correct the name")
+    return file
+
+
+def _unique(names: list[str], path: Path, key: str, cure: str) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"{path}: {key} has the name {twice[0]!r} twice: {cure}")
+
+
+def _listed(names: Any) -> str:
+    return ", ".join(names) or "there are none"

@@ -1,0 +1,192 @@
+"""A store filled with random shapes, parts and nested assemblies by appending rows, for tests that load no files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import yaml
+
+from relmodel.geometry.transforms import matrix_columns, rotation_matrix
+from relmodel.index.packing import pack
+from relmodel.store import Store
+
+BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
+LEVELS = ("feature", "surface", "arc")
+
+
+@dataclass
+class Node:
+    """An assembly: its children are (name, parent_from_child, shape number or assembly)."""
+
+    name: str
+    children: list[tuple[str, npt.NDArray[np.float64], int | Node]] = field(default_factory=list)
+
+
+@dataclass
+class Placed:
+    """A part as the oracle places it."""
+
+    path: str
+    world_from_part: npt.NDArray[np.float64]
+    shape: int
+
+
+class SyntheticModel:
+    """Random shapes with boxes of elements inside, and a tree of assemblies of them; `fill` writes it to a store."""
+
+    def __init__(self, seed: int, *, shapes: int = 5, elements: int = 30, groups: int = 4, parts: int = 6) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.shape_boxes = np.empty((shapes, 6))
+        self.elements: list[dict[str, npt.NDArray[np.float64]]] = []
+        for shape in range(shapes):
+            half = self.rng.uniform(2, 20, 3)
+            self.shape_boxes[shape] = [*-half, *half]
+            boxes = {}
+            for level in LEVELS:
+                ends = np.sort(self.rng.uniform(-half, half, (elements, 2, 3)), axis=1)
+                ends[::5, 1, 2] = ends[::5, 0, 2]  # every fifth has no thickness
+                boxes[level] = ends.reshape(elements, 6)
+            self.elements.append(boxes)
+        bolt = Node("bolt", [(f"item {i}", self.transform(15), int(self.rng.integers(shapes))) for i in range(3)])
+        self.root = Node("cell part")
+        for group in range(groups):
+            node = Node(f"group {group}", [("bolt", self.transform(60), bolt), ("bolt", self.transform(60), bolt)])
+            node.children += [(f"part/{i}", self.transform(80), int(self.rng.integers(shapes))) for i in range(parts)]
+            self.root.children.append((node.name, self.transform(250), node))
+
+    def transform(self, spread: float) -> npt.NDArray[np.float64]:
+        """A random rigid transform; one in three turns by quarters, so that boxes touch."""
+        out = np.eye(4)
+        if self.rng.random() < 1 / 3:
+            out[:3, :3] = np.round(rotation_matrix(np.eye(3)[self.rng.integers(3)] * np.pi / 2 * self.rng.integers(4)))
+        else:
+            out[:3, :3] = rotation_matrix(self.rng.uniform(-2, 2, 3))
+        out[:3, 3] = np.round(self.rng.uniform(-spread, spread, 3))
+        return out
+
+    def fill(self, store: Store, name: str = "thing", revision: int = 1, variant: str = "") -> None:
+        """Write the model as the loaded object `name`."""
+        tag = f"{name}/{variant}/{revision}"
+        with store.write() as connection:
+            shape_ids = store.new_ids(connection, "shape", len(self.shape_boxes))
+            store.append(
+                connection,
+                "shape",
+                {
+                    "id": shape_ids,
+                    "content_key": [f"{tag}/shape {i}" for i in range(len(shape_ids))],
+                    "kind": "solid",
+                    "surface_count": 0,
+                    "arc_count": 0,
+                    "area": 1.0,
+                    **dict(zip(BOX, self.shape_boxes.T, strict=True)),
+                },
+            )
+            feature_class = store.new_ids(connection, "feature_class", 1)
+            store.append(
+                connection, "feature_class", {"id": feature_class, "content_key": [f"{tag}/class"], "kind": ["pocket"]}
+            )
+            for shape, boxes in enumerate(self.elements):
+                for level, b in boxes.items():
+                    columns = {
+                        "shape_id": int(shape_ids[shape]),
+                        "level": level,
+                        "element_no": np.arange(len(b)),
+                        "page": pack(b, 8),
+                        **dict(zip(BOX, b.T, strict=True)),
+                    }
+                    store.append(connection, "shape_box", columns)
+                b = boxes["feature"]
+                store.append(
+                    connection,
+                    "feature",
+                    {
+                        "shape_id": int(shape_ids[shape]),
+                        "feature_no": np.arange(len(b)),
+                        "feature_class_id": int(feature_class[0]),
+                        "name": [f"pocket {i}" for i in range(len(b))],
+                        **matrix_columns(np.broadcast_to(np.eye(4), (len(b), 4, 4))),
+                        **dict(zip(BOX, b.T, strict=True)),
+                    },
+                )
+            part_ids = store.new_ids(connection, "part", len(shape_ids))
+            names = [f"P{i}" for i in range(len(part_ids))]
+            keys = [f"{tag}/part {i}" for i in range(len(part_ids))]
+            store.append(
+                connection,
+                "part",
+                {"id": part_ids, "content_key": keys, "number": names, "name": names, "shape_id": shape_ids},
+            )
+            object_id = self._fill_object(store, connection, self.root, part_ids, tag, {})
+            source_id = store.new_ids(connection, "source", 1)
+            store.append(
+                connection,
+                "source",
+                {
+                    "id": source_id,
+                    "file_name": [f"{name}.step"],
+                    "sha256": [tag],
+                    "format": ["step"],
+                    "unit": ["mm"],
+                    "unit_mm": [1.0],
+                    "loader_version": ["1"],
+                },
+            )
+            store.append(
+                connection,
+                "object_variant",
+                {
+                    "id": store.new_ids(connection, "object_variant", 1),
+                    "name": [name],
+                    "variant": [variant],
+                    "revision": [revision],
+                    "object_id": [object_id],
+                    "source_id": source_id,
+                },
+            )
+
+    def _fill_object(self, store, connection, node, part_ids, tag, done) -> int:  # type: ignore[no-untyped-def]
+        if id(node) in done:
+            return int(done[id(node)])
+        object_id = int(store.new_ids(connection, "object", 1)[0])
+        done[id(node)] = object_id
+        store.append(
+            connection,
+            "object",
+            {"id": [object_id], "content_key": [f"{tag}/{node.name}"], "name": [node.name], "kind": ["assembly"]},
+        )
+        for number, (name, parent_from_child, child) in enumerate(node.children):
+            common = {"child_no": [number], "name": [name], **matrix_columns(parent_from_child)}
+            if isinstance(child, Node):
+                child_id = self._fill_object(store, connection, child, part_ids, tag, done)
+                store.append(connection, "object_object", {"parent_id": [object_id], "child_id": [child_id], **common})
+            else:
+                row = {"object_id": [object_id], "part_id": [int(part_ids[child])], **common}
+                store.append(connection, "object_part", row)
+        return object_id
+
+    def placed(self, name: str, world_from_object: npt.NDArray[np.float64]) -> list[Placed]:
+        """All parts of the object placed under `name`, walked with NumPy: the oracle of the expansion."""
+        out: list[Placed] = []
+
+        def walk(node: Node, path: str, world_from_node: npt.NDArray[np.float64]) -> None:
+            names = [child[0].replace("/", "_") for child in node.children]
+            for number, (_, node_from_child, child) in enumerate(node.children):
+                unique = names[number] if names.count(names[number]) == 1 else f"{names[number]}#{number}"
+                world_from_child = world_from_node @ node_from_child
+                if isinstance(child, Node):
+                    walk(child, f"{path}/{unique}", world_from_child)
+                else:
+                    out.append(Placed(f"{path}/{unique}", world_from_child, child))
+
+        walk(self.root, name, world_from_object)
+        return out
+
+
+def write_world(path: Path, world: str, objects: list[dict[str, object]]) -> Path:
+    """A world file."""
+    path.write_text(yaml.safe_dump({"world": world, "objects": objects}))
+    return path
