@@ -1,0 +1,112 @@
+"""B-splines from knots, multiplicities, poles and weights: evaluation by the Cox-de Boor recurrence.
+
+Knots are distinct and increasing, with a multiplicity each, as in ISO 10303-42 and in the tables; poles of periodic
+splines are stored once and wrap.  Source: Piegl and Tiller, The NURBS Book, algorithms A2.1 to A4.4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Basis:
+    """The basis functions along one parameter.
+
+    flat: flat knots, `degree` of them before and after the domain (wrapped where periodic).
+    pole: which stored pole each of the `len(flat) - degree - 1` basis functions weighs.
+    """
+
+    degree: int
+    periodic: bool
+    knots: Array
+    flat: Array
+    pole: Index
+
+    @classmethod
+    def of(cls, degree: int, periodic: bool, knots: npt.ArrayLike, multiplicities: npt.ArrayLike) -> Basis:
+        """Basis from distinct knots and their multiplicities; a periodic one wraps its knots and poles."""
+        k = np.asarray(knots, float)
+        m = np.asarray(multiplicities, np.int64)
+        if not periodic:
+            flat = np.repeat(k, m)
+            return cls(degree, False, k, flat, np.arange(len(flat) - degree - 1))
+        once = np.repeat(k[:-1], m[:-1])
+        count = len(once)
+        first = m[0] - 1  # flat knots count from the last copy of the first knot
+        turn, place = np.divmod(np.arange(-degree, count + degree + 1) + first, count)
+        flat = once[place] + turn * (k[-1] - k[0])
+        return cls(degree, True, k, flat, np.arange(count + degree) % count)
+
+    def functions(self, t: Array) -> tuple[Index, Array, Array]:
+        """Poles (n, p + 1) that bear on each parameter (n,), with the values and first derivatives of their functions.
+
+        Parameters beyond the ends wrap where periodic, else the end span goes on.
+        """
+        p = self.degree
+        low, high = self.flat[p], self.flat[len(self.flat) - p - 1]
+        if self.periodic:
+            t = low + np.mod(t - low, high - low)
+        span = np.clip(np.searchsorted(self.flat, t, side="right") - 1, p, len(self.flat) - p - 2)
+        # A span of no length at the end of the domain: step back to the last that has one.
+        last = int(np.searchsorted(self.flat, high, side="left")) - 1
+        span = np.minimum(span, last)
+        lower: Array = np.ones((len(t), 1))
+        values: Array = lower
+        for degree in range(1, p + 1):
+            lower = values
+            values = np.zeros((len(t), degree + 1))
+            for j in range(degree):
+                left = self.flat[span - degree + 1 + j]
+                right = self.flat[span + 1 + j]
+                part = lower[:, j] / (right - left)
+                values[:, j] += part * (right - t)
+                values[:, j + 1] += part * (t - left)
+        derivatives = np.zeros_like(values)
+        for j in range(p):
+            step = p * lower[:, j] / (self.flat[span + 1 + j] - self.flat[span - p + 1 + j])
+            derivatives[:, j] -= step
+            derivatives[:, j + 1] += step
+        return self.pole[span[:, None] - p + np.arange(p + 1)], values, derivatives
+
+
+def curve(basis: Basis, poles: Array, weights: Array | None, t: Array) -> tuple[Array, Array]:
+    """Points (n, d) and first derivatives (n, d) of a curve with poles (m, d) and weights (m,) or None."""
+    pole, value, derivative = basis.functions(t)
+    if weights is None:
+        return np.einsum("ni,nid->nd", value, poles[pole]), np.einsum("ni,nid->nd", derivative, poles[pole])
+    homogeneous = np.concatenate([poles * weights[:, None], weights[:, None]], axis=1)[pole]
+    return _projected(
+        np.einsum("ni,nid->nd", value, homogeneous), np.einsum("ni,nid->nd", derivative, homogeneous)
+    )
+
+
+def surface(
+    u_basis: Basis, v_basis: Basis, poles: Array, weights: Array | None, u: Array, v: Array
+) -> tuple[Array, Array, Array]:
+    """Points and partial derivatives by u and v, each (n, 3), of a surface with poles (nu, nv, 3), weights (nu, nv)."""
+    u_pole, u_value, u_derivative = u_basis.functions(u)
+    v_pole, v_value, v_derivative = v_basis.functions(v)
+    net = poles if weights is None else np.concatenate([poles * weights[..., None], weights[..., None]], axis=2)
+    local = net[u_pole[:, :, None], v_pole[:, None, :]]
+    along_v = np.einsum("nj,nijd->nid", v_value, local)
+    point = np.einsum("ni,nid->nd", u_value, along_v)
+    by_u = np.einsum("ni,nid->nd", u_derivative, along_v)
+    by_v = np.einsum("ni,nid->nd", u_value, np.einsum("nj,nijd->nid", v_derivative, local))
+    if weights is None:
+        return point, by_u, by_v
+    projected, by_u = _projected(point, by_u)
+    return projected, by_u, _projected(point, by_v)[1]
+
+
+def _projected(point: Array, derivative: Array) -> tuple[Array, Array]:
+    """From homogeneous coordinates (last column the weight) to the point and its derivative."""
+    weight = point[:, -1:]
+    out = point[:, :-1] / weight
+    return out, (derivative[:, :-1] - out * derivative[:, -1:]) / weight

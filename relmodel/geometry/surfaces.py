@@ -1,0 +1,235 @@
+"""Surfaces from table rows alone: points, partial derivatives, normals, and parameters of points.
+
+Parameterisation as at the head of `schema/030_surface.sql`, with extrusion C(u) + v D, revolution C(v) turned by u
+about the axis, and offset B(u, v) + d n(u, v); agrees with the CAD kernel to 1e-9 mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry import bspline
+from relmodel.geometry.curves import Curves, vectors
+
+Array = npt.NDArray[np.float64]
+
+ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
+_EMPTY: dict[str, Any] = {}
+
+
+@dataclass(frozen=True)
+class SurfacePoints:
+    """Points of surfaces with their partial derivatives, each (n, 3)."""
+
+    points: Array
+    by_u: Array
+    by_v: Array
+
+
+class Surfaces:
+    """Surfaces to be evaluated, many at once.
+
+    columns: columns of the table `surface`.
+    splines, swept: columns of `surface_spline` and `surface_swept`, with `key` saying whose row each is.
+    rows: value of `key` -> row of `columns`; None where `key` counts the rows.
+    basis_curves, basis_surfaces: what swept rows refer to by row in their columns `basis_arc`, `basis_surface`
+        (-1 is none).
+    """
+
+    def __init__(
+        self,
+        columns: Mapping[str, Any],
+        splines: Mapping[str, Any] = _EMPTY,
+        swept: Mapping[str, Any] = _EMPTY,
+        basis_curves: Curves | None = None,
+        basis_surfaces: Surfaces | None = None,
+        key: str = "surface_no",
+        rows: Mapping[int, int] | None = None,
+    ) -> None:
+        self.kind = np.asarray(columns["kind"], dtype=object)
+        self.origin = vectors(columns, "origin")
+        self.x = vectors(columns, "axis_x")
+        self.z = vectors(columns, "axis_z")
+        direct = np.asarray(columns["direct"], bool)
+        self.y = np.where(direct[:, None], 1.0, -1.0) * np.cross(self.z, self.x)
+        self.radius = np.asarray(columns["radius"], float)
+        self.radius2 = np.asarray(columns["radius2"], float)
+        self.semi_angle = np.asarray(columns["semi_angle"], float)
+        self.domain = np.stack([np.asarray(columns[name], float) for name in ("u0", "u1", "v0", "v1")], axis=1)
+        self.reversed = np.asarray(columns["reversed"], bool)
+        self.splines: dict[int, tuple[bspline.Basis, bspline.Basis, Array, Array | None]] = {}
+        for i, number in enumerate(splines.get(key, ())):
+            row = int(number) if rows is None else rows[int(number)]
+            self.splines[row] = _spline(splines, i)
+        self.swept: dict[int, tuple[int, int, Array, float]] = {}
+        axes = vectors(swept, "axis") if swept else np.empty((0, 3))
+        for i, number in enumerate(swept.get(key, ())):
+            row = int(number) if rows is None else rows[int(number)]
+            self.swept[row] = (
+                int(swept["basis_arc"][i]),
+                int(swept["basis_surface"][i]),
+                axes[i],
+                float(swept["distance"][i]),
+            )
+        self.basis_curves = basis_curves
+        self.basis_surfaces = basis_surfaces
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
+        """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
+        row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
+        out = SurfacePoints(*(np.full((len(row), 3), np.nan) for _ in range(3)))
+        kind = self.kind[row]
+        for name in np.unique(kind.astype(str)):
+            at = np.flatnonzero(kind == name)
+            if name in ANALYTIC_KINDS:
+                _fill(out, at, self._analytic(name, row[at], u[at], v[at]))
+            else:
+                for one in np.unique(row[at]):
+                    here = at[row[at] == one]
+                    _fill(out, here, self._one(int(one), u[here], v[here]))
+        return out
+
+    def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
+        """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
+        row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
+        normal, good = _unit_normals(self.evaluate(row, u, v))
+        if not good.all():
+            at = np.flatnonzero(~good)
+            domain = self.domain[row[at]]
+            inside_u = u[at] + 1e-5 * ((domain[:, 0] + domain[:, 1]) / 2 - u[at])
+            inside_v = v[at] + 1e-5 * ((domain[:, 2] + domain[:, 3]) / 2 - v[at])
+            normal[at] = _unit_normals(self.evaluate(row[at], inside_u, inside_v))[0]
+        return np.where(self.reversed[row][:, None], -normal, normal)
+
+    def parameters(self, row: npt.ArrayLike, points: Array) -> tuple[Array, Array]:
+        """Parameters u, v (n,) of the points (n, 3) on the analytic surfaces `row` (n,), angles in [-pi, pi].
+
+        Of a point off the surface: those of its foot (of the same height, for a cone); NaN for other kinds.
+        """
+        row = np.broadcast_to(np.asarray(row, np.int64), len(points))
+        d = points - self.origin[row]
+        x, y, z = (np.einsum("nd,nd->n", d, axis[row]) for axis in (self.x, self.y, self.z))
+        kind = self.kind[row].astype(str)
+        round_ = np.isin(kind, ("cylinder", "cone", "sphere", "torus"))
+        # Behind the apex of a cone the radius is negative: the same generator goes on at the other side.
+        cos_a = np.cos(np.where(kind == "cone", self.semi_angle[row], 0.0))
+        v_cone = z / cos_a
+        behind = (kind == "cone") & (self.radius[row] + v_cone * np.sin(np.nan_to_num(self.semi_angle[row])) < 0)
+        sign = np.where(behind, -1.0, 1.0)
+        u = np.where(round_, np.arctan2(sign * y, sign * x), np.where(kind == "plane", x, np.nan))
+        v = np.full(len(points), np.nan)
+        across = np.hypot(x, y)
+        for name, value in (
+            ("plane", y),
+            ("cylinder", z),
+            ("cone", v_cone),
+            ("sphere", np.arctan2(z, across)),
+            ("torus", np.arctan2(z, across - self.radius[row])),
+        ):
+            v = np.where(kind == name, value, v)
+        return u, v
+
+    def _analytic(self, kind: str, row: npt.NDArray[np.int64], u: Array, v: Array) -> SurfacePoints:
+        o, x, y, z = self.origin[row], self.x[row], self.y[row], self.z[row]
+        if kind == "plane":
+            return SurfacePoints(o + u[:, None] * x + v[:, None] * y, x, y)
+        c, s = np.cos(u)[:, None], np.sin(u)[:, None]
+        e, turned = c * x + s * y, c * y - s * x
+        r = self.radius[row]
+        if kind == "cylinder":
+            across, height, across_by, height_by = r, v, np.zeros_like(v), np.ones_like(v)
+        elif kind == "cone":
+            sin_a, cos_a = np.sin(self.semi_angle[row]), np.cos(self.semi_angle[row])
+            across, height, across_by, height_by = r + v * sin_a, v * cos_a, sin_a, cos_a
+        else:
+            tube = self.radius2[row] if kind == "torus" else r
+            across = tube * np.cos(v) + (r if kind == "torus" else 0.0)
+            height, across_by, height_by = tube * np.sin(v), -tube * np.sin(v), tube * np.cos(v)
+        return SurfacePoints(
+            o + across[:, None] * e + height[:, None] * z,
+            across[:, None] * turned,
+            across_by[:, None] * e + height_by[:, None] * z,
+        )
+
+    def _one(self, row: int, u: Array, v: Array) -> SurfacePoints:
+        if row in self.splines:
+            u_basis, v_basis, poles, weights = self.splines[row]
+            return SurfacePoints(*bspline.surface(u_basis, v_basis, poles, weights, u, v))
+        basis_arc, basis_surface, axis, distance = self.swept[row]
+        kind = self.kind[row]
+        if kind == "extrusion":
+            assert self.basis_curves is not None
+            point, by = self.basis_curves.evaluate(np.full(len(u), basis_arc), u)
+            return SurfacePoints(point + v[:, None] * axis, by, np.tile(axis, (len(u), 1)))
+        if kind == "revolution":
+            assert self.basis_curves is not None
+            point, by = self.basis_curves.evaluate(np.full(len(u), basis_arc), v)
+            arm = _turned(point - self.origin[row], axis, u)
+            return SurfacePoints(self.origin[row] + arm, np.cross(axis, arm), _turned(by, axis, u))
+        assert self.basis_surfaces is not None
+        return self._offset(basis_surface, distance, u, v)
+
+    def _offset(self, basis: int, distance: float, u: Array, v: Array) -> SurfacePoints:
+        """Points exact; partial derivatives by central differences (relative error about 1e-8)."""
+        assert self.basis_surfaces is not None
+        inner = self.basis_surfaces
+
+        def points(u: Array, v: Array) -> Array:
+            at = inner.evaluate(np.full(len(u), basis), u, v)
+            return at.points + distance * _unit_normals(at)[0]
+
+        domain = inner.domain[basis]
+        h, k = 1e-5 * (domain[1] - domain[0]), 1e-5 * (domain[3] - domain[2])
+        by_u = (points(u + h, v) - points(u - h, v)) / (2 * h)
+        by_v = (points(u, v + k) - points(u, v - k)) / (2 * k)
+        return SurfacePoints(points(u, v), by_u, by_v)
+
+
+def _spline(
+    splines: Mapping[str, Any], i: int
+) -> tuple[bspline.Basis, bspline.Basis, Array, Array | None]:
+    u_basis, v_basis = (
+        bspline.Basis.of(
+            int(splines[f"{way}_degree"][i]),
+            bool(splines[f"{way}_periodic"][i]),
+            splines[f"{way}_knots"][i],
+            splines[f"{way}_multiplicities"][i],
+        )
+        for way in ("u", "v")
+    )
+    shape = int(splines["u_poles"][i]), int(splines["v_poles"][i])
+    weights = splines["weights"][i]
+    return (
+        u_basis,
+        v_basis,
+        np.asarray(splines["poles"][i], float).reshape(*shape, 3),
+        None if weights is None or len(weights) == 0 else np.asarray(weights, float).reshape(shape),
+    )
+
+
+def _fill(out: SurfacePoints, at: npt.NDArray[np.intp], values: SurfacePoints) -> None:
+    out.points[at], out.by_u[at], out.by_v[at] = values.points, values.by_u, values.by_v
+
+
+def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """Unit normals dS/du x dS/dv, and where they are sound."""
+    normal = np.cross(at.by_u, at.by_v)
+    length = np.linalg.norm(normal, axis=1)
+    u_speed, v_speed = np.linalg.norm(at.by_u, axis=1), np.linalg.norm(at.by_v, axis=1)
+    good = (length > 1e-9 * u_speed * v_speed) & (u_speed > 1e-9) & (v_speed > 1e-9)
+    return normal / np.where(length > 0, length, 1.0)[:, None], good
+
+
+def _turned(vectors_: Array, axis: Array, angle: Array) -> Array:
+    """Vectors (n, 3) turned about the unit axis (3,) by the angles (n,)."""
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    along = (vectors_ @ axis)[:, None] * axis
+    return c * (vectors_ - along) + s * np.cross(axis, vectors_) + along

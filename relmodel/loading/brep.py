@@ -1,0 +1,176 @@
+"""What follows from the rows of a boundary representation alone: lengths, boxes, adjacency, samples along arcs."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry.curves import Curves, box_columns, vector_columns
+from relmodel.geometry.pcurves import Pcurves
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.loading.neutral import ArcSamples, Table
+from relmodel.store.columns import Ragged
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+
+SMOOTH = float(np.deg2rad(1.0))
+SAMPLE_SPACING_MM = 1.0
+MOST_SAMPLES = 2000
+
+
+def arc_measures(curves: Curves) -> Table:
+    """Columns start, end, length and box of the arcs."""
+    rows = np.arange(len(curves))
+    return {
+        **vector_columns("start", curves.evaluate(rows, curves.t0)[0]),
+        **vector_columns("end", curves.evaluate(rows, curves.t1)[0]),
+        "length": curves.lengths(),
+        **box_columns(curves.boxes()),
+    }
+
+
+def surface_measures(surfaces: Surfaces, cells: int = 32) -> Table:
+    """Columns area, centroid and box of whole (untrimmed) domains, by a grid: good to about a thousandth."""
+    count = len(surfaces)
+    middle = (np.arange(cells) + 0.5) / cells
+    points, element = _grid(surfaces, middle)
+    area = element / cells**2
+    centroid = np.einsum("nk,nkd->nd", area, points) / np.maximum(area.sum(1), 1e-300)[:, None]
+    corners, _ = _grid(surfaces, np.linspace(0, 1, cells + 1))
+    box = np.concatenate([corners.min(1), corners.max(1)], axis=1) if count else np.empty((0, 6))
+    return {"area": area.sum(1), **vector_columns("centroid", centroid), **box_columns(box)}
+
+
+def _grid(surfaces: Surfaces, steps: Array) -> tuple[Array, Array]:
+    """Points (n, k, 3) and area elements (n, k) of each domain's unit square on a grid of steps in 0..1."""
+    count, side = len(surfaces), len(steps)
+    a, b = (np.tile(g.ravel(), count) for g in np.meshgrid(steps, steps, indexing="ij"))
+    row = np.repeat(np.arange(count), side * side)
+    u0, u1, v0, v1 = surfaces.domain[row].T
+    at = surfaces.evaluate(row, u0 + a * (u1 - u0), v0 + b * (v1 - v0))
+    element = np.linalg.norm(np.cross(at.by_u, at.by_v), axis=1) * (u1 - u0) * (v1 - v0)
+    return at.points.reshape(count, side * side, 3), element.reshape(count, side * side)
+
+
+class ArcNormals:
+    """Outward normals of the two surfaces that meet in each arc.
+
+    a, b: row of the coedge that runs along the arc and of the one that runs against it, -1 where there is none.
+    Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts.
+    """
+
+    def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
+        self.surface = np.asarray(coedges["surface_no"], np.int64)
+        self.reversed = np.asarray(coedges["reversed"], bool)
+        arc = np.asarray(coedges["arc_no"], np.int64)
+        rows = np.arange(len(arc))
+        self.a, self.b = np.full(len(curves), -1), np.full(len(curves), -1)
+        along, against = rows[~self.reversed][::-1], rows[self.reversed][::-1]
+        self.a[arc[along]] = along  # written backwards: the first row stands
+        self.b[arc[against]] = against
+        # Both the same way, as in a badly oriented sheet: the second is b.
+        others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
+        self.b[arc[others]] = others
+        only = self.a < 0
+        self.a[only], self.b[only] = self.b[only], -1
+        others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
+        self.b[arc[others]] = others
+        self._pcurve = self._pcurve_of(coedges, pcurves)
+
+    def _pcurve_of(self, coedges: Table, pcurves: Table) -> Index:
+        """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
+        names = ("surface_no", "loop_no", "coedge_no")
+        keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
+        have = np.stack([np.asarray(pcurves[n], np.int64) for n in names], axis=1)
+        base = (keys.max(0, initial=0) + 1)[1:]
+        flat, flat_have = ((k[:, 0] * base[0] + k[:, 1]) * base[1] + k[:, 2] for k in (keys, have))
+        out = np.full(len(keys), -1)
+        out[np.searchsorted(flat, flat_have)] = np.arange(len(have))
+        return out
+
+    def at(self, coedge: Index, arc: Index, t: Array) -> Array:
+        """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1."""
+        # An end may be the apex of a cone or a pole, where the normal is not one: step in by a ten-millionth.
+        t0, t1 = self.curves.t0[arc], self.curves.t1[arc]
+        t = np.clip(t, t0 + 1e-7 * (t1 - t0), t1 - 1e-7 * (t1 - t0))
+        surface = self.surface[coedge]
+        u, v = self.surfaces.domain[surface][:, :2].mean(1), self.surfaces.domain[surface][:, 2:].mean(1)
+        analytic = np.isin(self.surfaces.kind[surface].astype(str), ANALYTIC_KINDS)
+        points = self.curves.evaluate(arc[analytic], t[analytic])[0]
+        u[analytic], v[analytic] = self.surfaces.parameters(surface[analytic], points)
+        drawn = np.flatnonzero(~analytic & (self._pcurve[coedge] >= 0))
+        uv = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[drawn])
+        u[drawn], v[drawn] = uv.T
+        return self.surfaces.normals(surface, u, v)
+
+
+def adjacency(normals: ArcNormals) -> Table:
+    """Columns surface_a, surface_b, convexity and angle of `shape_arc`."""
+    curves, a, b = normals.curves, normals.a, normals.b
+    both = np.flatnonzero((a >= 0) & (b >= 0) & (curves.kind != "degenerate"))
+    t = (curves.t0[both] + curves.t1[both]) / 2
+    normal_a, normal_b = normals.at(a[both], both, t), normals.at(b[both], both, t)
+    tangent = _unit(curves.evaluate(both, t)[1])
+    tangent = np.where(normals.reversed[a[both]][:, None], -tangent, tangent)
+    angle = np.full(len(curves), np.nan)
+    angle[both] = np.arctan2(
+        np.einsum("nd,nd->n", np.cross(normal_a, normal_b), tangent), np.einsum("nd,nd->n", normal_a, normal_b)
+    )
+    surface = np.append(normals.surface, -1)
+    surface_a, surface_b = surface[a], surface[b]
+    convexity = np.select(
+        [
+            curves.kind == "degenerate",
+            b < 0,
+            surface_a == surface_b,
+            np.abs(angle) < SMOOTH,
+            angle > 0,
+        ],
+        ["degenerate", "free", "seam", "smooth", "convex"],
+        "concave",
+    )
+    return {"surface_a": surface_a, "surface_b": surface_b, "convexity": convexity.tolist(), "angle": angle}
+
+
+def samples(normals: ArcNormals, length: Array) -> ArcSamples:
+    """Points along each arc, ends included, evenly spaced: about 1 mm, at least 2 and at most 2000 an arc."""
+    curves = normals.curves
+    count = np.clip(np.ceil(length / SAMPLE_SPACING_MM).astype(np.int64) + 1, 2, MOST_SAMPLES)
+    offsets = np.concatenate([[0], np.cumsum(count)])
+    arc = np.repeat(np.arange(len(curves)), count)
+    share = (np.arange(len(arc)) - offsets[arc]) / (count[arc] - 1)
+    t = curves.t0[arc] + share * (curves.t1[arc] - curves.t0[arc])
+    for one in np.flatnonzero(~np.isin(curves.kind.astype(str), ("line", "circle", "degenerate"))):
+        t[offsets[one] : offsets[one + 1]] = _evenly(curves, int(one), int(count[one]))
+    t[offsets[1:] - 1] = curves.t1
+    points, by = curves.evaluate(arc, t)
+    normal_a, normal_b = np.zeros((len(arc), 3), np.float32), np.zeros((len(arc), 3), np.float32)
+    have = np.flatnonzero(normals.a[arc] >= 0)
+    normal_a[have] = normals.at(normals.a[arc[have]], arc[have], t[have])
+    normal_b[have] = normal_a[have]
+    have = np.flatnonzero(normals.b[arc] >= 0)
+    normal_b[have] = normals.at(normals.b[arc[have]], arc[have], t[have])
+    triple = 3 * offsets
+    return ArcSamples(
+        arc_no=np.arange(len(curves)),
+        parameters=Ragged(t, offsets),
+        points=Ragged(points.ravel(), triple),
+        tangents=Ragged(_unit(by).astype(np.float32).ravel(), triple),
+        normals_a=Ragged(normal_a.ravel(), triple),
+        normals_b=Ragged(normal_b.ravel(), triple),
+    )
+
+
+def _evenly(curves: Curves, arc: int, count: int) -> Array:
+    """Parameters of points evenly spaced along one arc, by the chords of a finer polyline."""
+    t = np.linspace(curves.t0[arc], curves.t1[arc], 8 * count + 65)
+    points = curves.evaluate(np.full(len(t), arc), t)[0]
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return np.interp(np.linspace(0.0, along[-1], count), along, t)
+
+
+def _unit(vectors: Array) -> Array:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return vectors / np.where(length > 0, length, 1.0)

@@ -1,0 +1,53 @@
+"""What the text of a STEP file (ISO 10303-21) says of itself, without a CAD kernel."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from relmodel.errors import InputError
+
+# A string ends at a quote that is not doubled; a comment at the first */.
+_BLANKED = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
+_ENTITY = re.compile(rb"\b(ADVANCED_FACE|FACE_SURFACE|NEXT_ASSEMBLY_USAGE_OCCURRENCE|PRODUCT|EDGE_CURVE)\s*\(")
+_SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Summary:
+    """schema_name: as written, with the numbers behind it left off.  Counts are of instances in the data section."""
+
+    schema_name: str | None
+    faces: int
+    edges: int
+    products: int
+    usages: int
+
+
+def summarise(path: Path, name: str | None = None) -> Summary:
+    """Schema and counts of a STEP file.  `name` is what to call it in an error.
+
+    Raises InputError where it is not Part 21 at all, or was cut off before its end.
+    """
+    name = name or str(path)
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {name}: {error.strerror}; give the path of a STEP file.") from error
+    if b"ISO-10303-21;" not in text[:4096]:
+        raise InputError(f"{name} is not a STEP file: it does not begin with ISO-10303-21; give a STEP Part 21 file.")
+    if b"END-ISO-10303-21" not in text[-4096:]:
+        raise InputError(f"{name} is cut off: END-ISO-10303-21 is missing at its end; export or copy it again.")
+    schema = _SCHEMA.search(text)
+    counts = dict.fromkeys((b"ADVANCED_FACE", b"FACE_SURFACE", b"NEXT_ASSEMBLY_USAGE_OCCURRENCE", b"PRODUCT"), 0)
+    counts[b"EDGE_CURVE"] = 0
+    for entity in _ENTITY.findall(_BLANKED.sub(b"''", text)):
+        counts[entity] += 1
+    return Summary(
+        schema_name=schema[1].decode("latin-1").split("{")[0].strip() if schema else None,
+        faces=counts[b"ADVANCED_FACE"] + counts[b"FACE_SURFACE"],
+        edges=counts[b"EDGE_CURVE"],
+        products=counts[b"PRODUCT"],
+        usages=counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"],
+    )

@@ -1,0 +1,96 @@
+"""STEP files (AP203, AP214, AP242), read by the CAD kernel in a child process under limits of time and memory.
+
+The kernel crashes on many damaged files, so it never runs in the caller's process; the child hands its result back
+through a file, for the kernel prints on stdout.
+"""
+
+from __future__ import annotations
+
+import gzip
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from relmodel.errors import InputError
+from relmodel.loading import part21
+from relmodel.loading.neutral import LoadedModel
+
+TIME_LIMIT_S = 300.0
+UNPACKED_LIMIT = 2 << 30
+SUFFIXES = (".step", ".stp", ".step.gz", ".stp.gz")
+
+
+def read_step(
+    path: str | Path, *, allow_partial: bool = False, time_limit_s: float = TIME_LIMIT_S
+) -> LoadedModel:
+    """Read a STEP file, gzipped or not, into parts, shapes and assemblies; lengths become mm.
+
+    Raises InputError where the file is missing, not STEP, damaged, takes more than `time_limit_s` or the child's
+    memory limit, holds no exact face, or loses faces on reading (`allow_partial` takes those that are left).
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"There is no file {path}; give the path of a STEP file.")
+    with tempfile.TemporaryDirectory(prefix="relmodel-") as folder:
+        plain = path
+        if path.suffix.lower() == ".gz":
+            plain = Path(folder) / "in.step"
+            _unpack(path, plain)
+        summary = part21.summarise(plain, str(path))
+        if summary.faces == 0:
+            raise InputError(f"{path} holds no exact face (ADVANCED_FACE); export it as a B-rep, or load a mesh of it.")
+        model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s)
+    model.schema_name = summary.schema_name
+    model.faces_in_file = summary.faces
+    if model.faces_loaded == 0 or (model.faces_loaded < summary.faces and not allow_partial):
+        raise InputError(
+            f"{path}: {summary.faces - model.faces_loaded} of {summary.faces} faces were lost on reading; "
+            "repair the file, or take what is left with --allow-partial."
+        )
+    return model
+
+
+def _unpack(path: Path, to: Path) -> None:
+    size = 0
+    try:
+        with gzip.open(path, "rb") as packed, to.open("wb") as out:
+            while chunk := packed.read(1 << 20):
+                size += len(chunk)
+                if size > UNPACKED_LIMIT:
+                    raise InputError(f"{path} unpacks to more than {UNPACKED_LIMIT >> 30} GB; split the assembly.")
+                out.write(chunk)
+    except (OSError, EOFError) as error:
+        raise InputError(f"{path} cannot be unpacked ({error}); copy it again.") from error
+
+
+def _run(plain: Path, path: Path, out: Path, time_limit_s: float) -> LoadedModel:
+    command = [sys.executable, "-m", "relmodel.loading.step_kernel", str(plain.resolve()), str(out)]
+    root = str(Path(__file__).resolve().parents[2])
+    try:
+        done = subprocess.run(
+            command,
+            cwd=root,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            timeout=time_limit_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise InputError(
+            f"Reading {path} took more than {time_limit_s:g} s and was stopped; split the assembly, or repair the file."
+        ) from error
+    if done.returncode == 0 and out.is_file():
+        with out.open("rb") as result:
+            model = pickle.load(result)
+        if isinstance(model, LoadedModel):
+            return model
+        raise InputError(str(model).replace("{path}", str(path)))
+    if done.returncode < 0:
+        name = signal.Signals(-done.returncode).name
+        raise InputError(f"The CAD kernel crashed on {path} ({name}); the file is damaged: export it again.")
+    last = done.stderr.decode(errors="replace").strip().splitlines()
+    raise InputError(f"{path} could not be read ({last[-1] if last else 'no reason given'}); export it again.")

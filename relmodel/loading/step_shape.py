@@ -1,0 +1,264 @@
+"""One shape of the CAD kernel as columns: what only the kernel knows is pulled here, the rest follows in `brep.py`.
+
+Runs in the child process of `step_kernel.py` alone.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepLib import BRepLib
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
+from OCP.Bnd import Bnd_Box
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.GProp import GProp_GProps
+from OCP.ShapeAnalysis import ShapeAnalysis
+from OCP.TopAbs import TopAbs_ShapeEnum as Type
+from OCP.TopAbs import TopAbs_Orientation as Sense
+from OCP.TopExp import TopExp
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+from relmodel.geometry.curves import Curves, box_columns
+from relmodel.geometry.surfaces import Surfaces
+from relmodel.loading import brep, step_geometry
+from relmodel.loading.neutral import Mesh, Shape, Table
+
+CHORD_MM = 0.05
+CHORD_RAD = 0.15
+# Of a part larger than 5 m the chord grows with it, so that its mesh stays bounded.
+CHORD_SHARE = 1e-5
+
+# Kinds whose greatest extents lie on their boundary: their box is that of their arcs.
+_BOUNDED_BY_ARCS = ("plane", "cylinder", "cone", "extrusion")
+
+
+def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
+    """Columns of a shape that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
+    BRepLib.BuildCurves3d_s(shape)
+    face_keys, edge_keys = face_map(shape), edge_map(shape)
+    faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
+    edges = [TopoDS.Edge(edge_keys.FindKey(i)) for i in range(1, edge_keys.Extent() + 1)]
+    support = step_geometry.SurfaceRows()
+    for face in faces:
+        support.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), reversed_=_is_reversed(face), shape=face)
+    curve_rows = step_geometry.CurveRows()
+    for edge in edges:
+        _add_edge(curve_rows, edge)
+    surface_columns = support.columns()
+    arc_columns, arc_splines = curve_rows.columns(), curve_rows.splines()
+    loops, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
+
+    curves = Curves(arc_columns, arc_splines)
+    basis_curves = Curves(support.basis_curves.columns(), support.basis_curves.splines())
+    basis_surfaces = Surfaces(support.basis.columns(), support.basis.splines())
+    surfaces = Surfaces(surface_columns, support.splines(), support.swept(), basis_curves, basis_surfaces)
+    arc_columns |= brep.arc_measures(curves)
+    surface_columns |= _masses(faces)
+    surface_columns |= box_columns(_boxes(faces, surface_columns["kind"], coedges, arc_columns))
+    for name, values in (("name", names), ("colour", colours), ("layer", layers)):
+        surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
+    normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
+    arc_columns |= brep.adjacency(normals)
+    solid = _has(shape, Type.TopAbs_SOLID)
+    return Shape(
+        kind="solid" if solid else "sheet",
+        volume=_volume(shape) if solid else None,
+        surfaces=surface_columns,
+        surface_splines=support.splines(),
+        surface_swept=support.swept(),
+        arcs=arc_columns,
+        arc_splines=arc_splines,
+        loops=loops,
+        coedges=coedges,
+        pcurves=pcurves,
+        basis_arcs=support.basis_curves.columns() | brep.arc_measures(basis_curves),
+        basis_arc_splines=support.basis_curves.splines(),
+        basis_surfaces=support.basis.columns() | brep.surface_measures(basis_surfaces),
+        basis_surface_splines=support.basis.splines(),
+        mesh=_mesh(shape, faces, surfaces),
+        samples=brep.samples(normals, arc_columns["length"]),
+    )
+
+
+def face_map(shape: Any) -> Any:
+    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1."""
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, keys)
+    return keys
+
+
+def edge_map(shape: Any) -> Any:
+    """Edges of the faces of a shape; loose edges are left out."""
+    keys = ShapeMap()
+    faces = face_map(shape)
+    for i in range(1, faces.Extent() + 1):
+        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, keys)
+    return keys
+
+
+def _has(shape: Any, kind: Any) -> bool:
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, kind, keys)
+    return bool(keys.Extent())
+
+
+def _is_reversed(shape: Any) -> bool:
+    return bool(shape.Orientation() == Sense.TopAbs_REVERSED)
+
+
+def _add_edge(rows: step_geometry.CurveRows, edge: Any) -> None:
+    if BRep_Tool.Degenerated_s(edge):
+        point = BRep_Tool.Pnt_s(TopExp.FirstVertex_s(edge)).Coord()
+        t0, t1 = BRep_Tool.Range_s(edge)
+        rows.add_degenerate(point, t0, t1)
+    else:
+        t0, t1 = BRep_Tool.Range_s(edge)
+        rows.add(BRep_Tool.Curve_s(edge, 0.0, 0.0), t0, t1, shape=edge)
+
+
+def _wires(face: Any) -> list[Any]:
+    """Wires of a face, the outer one first."""
+    wires = []
+    walk = TopoDS_Iterator(face)
+    while walk.More():
+        if walk.Value().ShapeType() == Type.TopAbs_WIRE:
+            wires.append(TopoDS.Wire(walk.Value()))
+        walk.Next()
+    if len(wires) > 1:
+        outer = ShapeAnalysis.OuterWire_s(face)
+        wires.sort(key=lambda wire: not wire.IsSame(outer))
+    return wires
+
+
+def _ordered_edges(wire: Any, face: Any, edge_keys: Any, backwards: bool) -> list[Any]:
+    """Edges of a wire head to tail, oriented as the wire of the face has them."""
+    edges = []
+    walk = TopoDS_Iterator(wire)
+    while walk.More():
+        edges.append(TopoDS.Edge(walk.Value()))
+        walk.Next()
+    if not _is_chain(edges, _is_reversed(wire)):
+        explorer = BRepTools_WireExplorer(wire, face)
+        chain = []
+        while explorer.More():
+            chain.append(explorer.Current())
+            explorer.Next()
+        if len(chain) == len(edges):
+            return chain[::-1] if backwards else chain
+    return edges[::-1] if _is_reversed(wire) != backwards else edges
+
+
+def _is_chain(edges: list[Any], against: bool) -> bool:
+    if len(edges) < 2:
+        return True
+    if against:
+        edges = edges[::-1]
+    tails = [TopExp.LastVertex_s(e, True) for e in edges]
+    heads = [TopExp.FirstVertex_s(e, True) for e in edges]
+    return all(tail.IsSame(head) for tail, head in zip(tails, heads[1:] + heads[:1], strict=True))
+
+
+def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, Table, Table]:
+    loops: Table = {"surface_no": [], "loop_no": [], "outer_loop": []}
+    coedges: dict[str, list[Any]] = defaultdict(list, {k: [] for k in step_geometry.COEDGE_COLUMNS})
+    pcurves = step_geometry.PcurveRows()
+    for surface_no, face in enumerate(faces):
+        forward = TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
+        backwards = _is_reversed(face)
+        for loop_no, wire in enumerate(_wires(forward)):
+            loops["surface_no"].append(surface_no)
+            loops["loop_no"].append(loop_no)
+            loops["outer_loop"].append(loop_no == 0)
+            for coedge_no, edge in enumerate(_ordered_edges(wire, forward, edge_keys, backwards)):
+                coedges["surface_no"].append(surface_no)
+                coedges["loop_no"].append(loop_no)
+                coedges["coedge_no"].append(coedge_no)
+                coedges["arc_no"].append(edge_keys.FindIndex(edge) - 1)
+                coedges["reversed"].append(_is_reversed(edge) != backwards)
+                if kinds[surface_no] != "plane":
+                    curve = BRep_Tool.CurveOnSurface_s(edge, forward, 0.0, 0.0)
+                    if curve is not None:
+                        t0, t1 = BRep_Tool.Range_s(edge, forward)
+                        pcurves.add(surface_no, loop_no, coedge_no, curve, t0, t1)
+    for table, flag in ((loops, "outer_loop"), (coedges, "reversed")):
+        for name, values in table.items():
+            table[name] = np.array(values, bool if name == flag else np.int64)
+    return loops, dict(coedges), pcurves.columns()
+
+
+def _masses(faces: list[Any]) -> Table:
+    """Area and centroid of each face."""
+    out = np.empty((len(faces), 4))
+    for i, face in enumerate(faces):
+        props = GProp_GProps()
+        BRepGProp.SurfaceProperties_s(face, props)
+        out[i] = abs(props.Mass()), *props.CentreOfMass().Coord()
+    return {"area": out[:, 0], "centroid_x": out[:, 1], "centroid_y": out[:, 2], "centroid_z": out[:, 3]}
+
+
+def _volume(shape: Any) -> float:
+    props = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, props)
+    return abs(float(props.Mass()))
+
+
+def _boxes(faces: list[Any], kinds: list[str], coedges: Table, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Boxes of the faces (n, 6): of their arcs, widened by the kernel where the surface can bulge beyond them."""
+    low, high = np.full((len(faces), 3), np.inf), np.full((len(faces), 3), -np.inf)
+    arc_low = np.stack([arcs[name] for name in ("x0", "y0", "z0")], axis=1)
+    arc_high = np.stack([arcs[name] for name in ("x1", "y1", "z1")], axis=1)
+    np.minimum.at(low, coedges["surface_no"], arc_low[coedges["arc_no"]])
+    np.maximum.at(high, coedges["surface_no"], arc_high[coedges["arc_no"]])
+    for i, face in enumerate(faces):
+        if kinds[i] not in _BOUNDED_BY_ARCS:
+            box = Bnd_Box()
+            BRepBndLib.AddOptimal_s(face, box, False, False)
+            low[i] = np.minimum(low[i], box.CornerMin().Coord())
+            high[i] = np.maximum(high[i], box.CornerMax().Coord())
+    return np.concatenate([low, high], axis=1)
+
+
+def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
+    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices."""
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box, False)
+    chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
+    BRepTools.Clean_s(shape)
+    BRepMesh_IncrementalMesh(shape, chord, False, CHORD_RAD, False)
+    vertices, parameters, owner, triangles, triangle_surfaces = [], [], [], [], []
+    start = 0
+    for surface_no, face in enumerate(faces):
+        location = TopLoc_Location()
+        mesh = BRep_Tool.Triangulation_s(face, location)
+        if mesh is None or not mesh.HasUVNodes():
+            continue
+        count = mesh.NbNodes()
+        points = np.array([mesh.Node(i).Coord() for i in range(1, count + 1)])
+        if not location.IsIdentity():
+            matrix = step_geometry.matrix(location.Transformation())
+            points = points @ matrix[:3, :3].T + matrix[:3, 3]
+        corners = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)], np.int32) - 1
+        vertices.append(points)
+        parameters.append(np.array([mesh.UVNode(i).Coord() for i in range(1, count + 1)]))
+        owner.append(np.full(count, surface_no))
+        triangles.append((corners[:, ::-1] if _is_reversed(face) else corners) + start)
+        triangle_surfaces.append(np.full(len(corners), surface_no, np.int32))
+        start += count
+    if not vertices:
+        raise ValueError("the kernel made no triangle of any face")
+    uv = np.concatenate(parameters)
+    return Mesh(
+        chord_mm=chord,
+        chord_rad=CHORD_RAD,
+        vertices=np.concatenate(vertices),
+        normals=surfaces.normals(np.concatenate(owner), uv[:, 0], uv[:, 1]).astype(np.float32),
+        triangles=np.concatenate(triangles).astype(np.int32),
+        triangle_surfaces=np.concatenate(triangle_surfaces),
+    )
