@@ -36,6 +36,13 @@ class Ragged:
         values = np.concatenate(arrays) if arrays else np.empty(0, dtype)
         return cls(values, offsets, null if null.any() else None)
 
+    def take(self, rows: npt.NDArray[np.int64]) -> Ragged:
+        """The given rows, in the given order."""
+        lengths = np.diff(self.offsets)[rows]
+        offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+        index = np.arange(offsets[-1]) + np.repeat(self.offsets[:-1][rows] - offsets[:-1], lengths)
+        return Ragged(self.values[index], offsets, None if self.null is None else self.null[rows])
+
 
 # Values of one column: an array, a packed ragged column, a list (None is null), or one value for all rows.
 ColumnValues: TypeAlias = "npt.NDArray[Any] | Ragged | Sequence[Any] | str | float | int | bool | None"
@@ -53,3 +60,48 @@ def row_count(columns: Columns) -> int:
 def is_scalar(values: ColumnValues) -> bool:
     """Whether one value stands for all rows."""
     return not isinstance(values, np.ndarray | Ragged | list | tuple)
+
+
+def take(columns: Columns, rows: npt.NDArray[np.int64]) -> dict[str, ColumnValues]:
+    """The given rows of a table, in the given order; one value for all rows stays so."""
+    out: dict[str, ColumnValues] = {}
+    for name, values in columns.items():
+        if isinstance(values, Ragged):
+            out[name] = values.take(rows)
+        elif isinstance(values, np.ndarray):
+            out[name] = values[rows]
+        elif isinstance(values, list | tuple):
+            out[name] = [values[i] for i in rows.tolist()]
+        else:
+            out[name] = values
+    return out
+
+
+def stack(tables: Sequence[Columns]) -> dict[str, ColumnValues]:
+    """Rows of several tables after each other; a table without a row may lack columns, others may not."""
+    filled = [t for t in tables if row_count(t) and t]
+    if not filled:
+        return dict(tables[0]) if tables else {}
+    return {name: _stacked([t[name] for t in filled], [row_count(t) for t in filled]) for name in filled[0]}
+
+
+def _stacked(parts: Sequence[ColumnValues], counts: Sequence[int]) -> ColumnValues:
+    if all(isinstance(p, Ragged) for p in parts):
+        packed = [p for p in parts if isinstance(p, Ragged)]
+        starts = np.cumsum([0, *(len(p.values) for p in packed)])
+        offsets = [p.offsets[:-1] + start for p, start in zip(packed, starts[:-1], strict=True)]
+        null = None
+        if any(p.null is not None for p in packed):
+            null = np.concatenate([np.zeros(len(p), bool) if p.null is None else p.null for p in packed])
+        values = np.concatenate([p.values for p in packed])
+        return Ragged(values, np.concatenate([*offsets, starts[-1:]]).astype(np.int64), null)
+    if all(isinstance(p, np.ndarray) for p in parts):
+        return np.concatenate([np.asarray(p) for p in parts])
+    out: list[Any] = []
+    for part, count in zip(parts, counts, strict=True):
+        if is_scalar(part):
+            out += [part] * count
+        else:
+            assert isinstance(part, np.ndarray | list | tuple)
+            out += part.tolist() if isinstance(part, np.ndarray) else list(part)
+    return out

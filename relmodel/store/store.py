@@ -111,11 +111,14 @@ class Store:
 
     @cached_property
     def _metadata(self) -> MetaData:
-        return MetaData()
+        # All tables at once: one after the other costs the catalogue queries again for each.
+        metadata = MetaData()
+        metadata.reflect(self.engine)
+        return metadata
 
     def table(self, name: str) -> Table:
         """Table of the store, reflected: its columns are spelled in `schema/` only."""
-        return Table(name, self._metadata, autoload_with=self.engine)
+        return self._metadata.tables[name]
 
     @contextmanager
     def read(self) -> Iterator[Connection]:
@@ -130,11 +133,11 @@ class Store:
         with self.engine.begin() as connection:
             yield connection
 
-    def rows(self, connection: Connection, name: str, **parameters: Any) -> Sequence[Row[Any]]:
+    def rows(self, connection: Connection, name: str, /, **parameters: Any) -> Sequence[Row[Any]]:
         """Rows of the named query `queries/NAME.sql`."""
         return connection.execute(sql.query(name), parameters).all()
 
-    def columns(self, connection: Connection, name: str, **parameters: Any) -> dict[str, npt.NDArray[Any]]:
+    def columns(self, connection: Connection, name: str, /, **parameters: Any) -> dict[str, npt.NDArray[Any]]:
         """Result of the named query by columns: arrays of one length, list columns as object arrays of arrays.
 
         Nulls are NaN in columns of floats and None in columns of text; integer columns must have none.

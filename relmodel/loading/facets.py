@@ -1,0 +1,458 @@
+"""Triangles to surfaces and arcs: flat regions become planes, smooth ones facets, sharp and open edges chains of arcs.
+
+Everything is said to be fitted: a mesh only tells of points on the surfaces that it came from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.chains import Chains, chain_edges
+from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
+from relmodel.store import Ragged
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
+SMOOTH_RAD = np.radians(20)  # facets that turn less belong to one curved surface
+CONVEXITY_RAD = np.radians(1)
+SAMPLE_MM = 1.0
+_MOST_SAMPLES = 200_000  # of a shape
+_WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
+
+
+@dataclass
+class _Edges:
+    """Edges between welded vertices: the ends, and the triangle and its side on both sides (-1 is none)."""
+
+    ends: Ints  # (n, 2), in the direction in which triangle a runs along it
+    triangle_a: Ints
+    triangle_b: Ints
+    angle: Floats  # dihedral, positive convex, NaN where there is no triangle b
+
+
+def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
+    """The shape that triangles (m, 3), counter-clockwise from outside, of vertices (n, 3) in mm bound.
+
+    Vertices are welded where they coincide; None where no triangle has an area.
+    """
+    vertices, triangles = _weld(vertices, triangles)
+    if len(triangles) == 0:
+        return None
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    tolerance = max(1e-3, 1e-5 * diagonal)
+    edges, closed = _edges(vertices, triangles)
+    volume = None
+    if closed:
+        a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
+        volume = float(np.sum(a * np.cross(b, c)) / 6)
+        if volume < 0:  # inside out
+            triangles = triangles[:, ::-1].copy()
+            edges, _ = _edges(vertices, triangles)
+            volume = -volume
+    region, plane = _regions(vertices, triangles, edges, tolerance)
+    surfaces, normals = _surfaces(vertices, triangles, region, plane)
+
+    region_a = region[edges.triangle_a]
+    region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
+    border = np.flatnonzero(region_a != region_b)
+    chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
+    arcs, splines = _arcs(vertices, chains, edges, border, region_a, region_b, tolerance)
+    loops, coedges = _loops(vertices, chains, arcs, surfaces)
+    return Shape(
+        kind="mesh",
+        volume=volume,
+        surfaces=surfaces,
+        surface_splines={},
+        surface_swept={},
+        arcs=arcs,
+        arc_splines=splines,
+        loops=loops,
+        coedges=coedges,
+        pcurves={},
+        basis_arcs={},
+        basis_arc_splines={},
+        basis_surfaces={},
+        basis_surface_splines={},
+        mesh=_mesh(vertices, triangles, region, normals),
+        samples=_samples(vertices, chains, edges, border, normals),
+    )
+
+
+def _weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
+    """Merge vertices that coincide; drop triangles without area and those that are given twice."""
+    used = np.unique(triangles)
+    if len(used) == 0:
+        return vertices[:0], triangles[:0]
+    extent = float(np.ptp(vertices[used], axis=0).max())
+    cells = np.round((vertices - vertices[used].min(axis=0)) / max(extent * 1e-7, 1e-7)).astype(np.int64)
+    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    vertices, triangles = vertices[first], inverse.ravel()[triangles]
+    corner = vertices[triangles]
+    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    triangles = triangles[area > 1e-12 * extent * extent]
+    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
+    triangles = triangles[np.sort(first)]
+    used, inverse = np.unique(triangles, return_inverse=True)
+    return vertices[used], inverse.reshape(-1, 3)
+
+
+def _triangle_normals(vertices: Floats, triangles: Ints) -> Floats:
+    """Normals (m, 3) whose length is the area."""
+    corner = vertices[triangles]
+    return np.asarray(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2)
+
+
+def _edges(vertices: Floats, triangles: Ints) -> tuple[_Edges, bool]:
+    """Edges, and whether they close the surface.  Where more than two triangles meet, or two that disagree about
+    inside and outside, each of them ends there."""
+    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    order = np.lexsort((np.arange(len(ends)), high, low))
+    key = low[order] * (len(vertices) + 1) + high[order]
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    count = np.diff(np.append(start, len(key)))
+    one, two = order[start], order[np.minimum(start + 1, len(order) - 1)]
+    pair = (count == 2) & (ends[one, 0] == ends[two, 1])
+    alone = np.ones(len(ends), bool)
+    alone[one[pair]] = alone[two[pair]] = False
+    single = np.flatnonzero(alone)
+    half = np.concatenate([one[pair], single])
+    triangle_a = owner[half]
+    triangle_b = np.concatenate([owner[two[pair]], np.full(len(single), -1)])
+    angle = np.full(len(half), np.nan)
+    k = int(pair.sum())
+    normal = _triangle_normals(vertices, triangles)
+    na, nb = normal[triangle_a[:k]], normal[triangle_b[:k]]
+    along = vertices[ends[half[:k], 1]] - vertices[ends[half[:k], 0]]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    angle[:k] = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
+    return _Edges(ends[half], triangle_a, triangle_b, angle), len(single) == 0
+
+
+def _components(count: int, a: Ints, b: Ints) -> Ints:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _regions(vertices: Floats, triangles: Ints, edges: _Edges, tolerance: float) -> tuple[Ints, Bools]:
+    """Region of each triangle, and whether each region is flat."""
+    inner = edges.triangle_b >= 0
+    a, b, angle = edges.triangle_a[inner], edges.triangle_b[inner], np.abs(edges.angle[inner])
+    length = np.linalg.norm(np.diff(vertices[edges.ends[inner]], axis=1)[:, 0], axis=1)
+    flat = angle < FLAT_RAD
+    patch = _components(len(triangles), a[flat], b[flat])
+    count = int(patch.max()) + 1
+    planar = _residuals(vertices, triangles, patch)[0] <= tolerance
+
+    # A curved surface is tessellated into patches that turn a little against each other, all about as wide; a plane
+    # that runs smoothly into it is wider, and two patches alone are two planes.
+    area = np.bincount(patch, np.linalg.norm(_triangle_normals(vertices, triangles), axis=1), minlength=count)
+    border = patch[edges.triangle_a] != np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
+    rim = np.linalg.norm(np.diff(vertices[edges.ends[border]], axis=1)[:, 0], axis=1)
+    perimeter = np.bincount(patch[edges.triangle_a[border]], rim, minlength=count)
+    second = edges.triangle_b[border]
+    perimeter += np.bincount(patch[second[second >= 0]], rim[second >= 0], minlength=count)
+    width = 2 * area / np.maximum(perimeter, 1e-300)
+    bend = (angle < SMOOTH_RAD) & (patch[a] != patch[b]) & (length > 0)
+    group = _components(count, patch[a[bend]], patch[b[bend]])
+    size = np.bincount(group)[group]
+    order = np.lexsort((width, group))
+    start = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
+    median = width[order[start + (np.bincount(group) - 1) // 2]][group]
+    plane = planar & ((size <= 2) | (width > _WIDE * median))
+    join = bend & ~plane[patch[a]] & ~plane[patch[b]]
+    merged = _components(count, patch[a[join]], patch[b[join]])
+    # Number regions by their first triangle.
+    _, first, region = np.unique(merged[patch], return_index=True, return_inverse=True)
+    rank = np.argsort(np.argsort(first))
+    region = rank[region.ravel()]
+    is_plane = np.zeros(len(first), bool)
+    is_plane[region] = plane[patch]
+    return region, is_plane
+
+
+def _residuals(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+    """Of each region: greatest distance from its mean plane, that plane's unit normal, centroid, and the area."""
+    normal = _triangle_normals(vertices, triangles)
+    weight = np.linalg.norm(normal, axis=1)
+    count = int(region.max()) + 1
+    area = np.bincount(region, weight, minlength=count)
+    total: Floats = np.stack([np.bincount(region, normal[:, i], minlength=count) for i in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    upward = np.array([0.0, 0.0, 1.0])
+    total = np.where(length > 1e-9 * area[:, None], total / np.maximum(length, 1e-300), upward)
+    middle = vertices[triangles].mean(axis=1)
+    centroid: Floats = np.stack([np.bincount(region, weight * middle[:, i], minlength=count) for i in range(3)], axis=1)
+    centroid = np.asarray(centroid / area[:, None], float)
+    away = np.abs(np.einsum("tij,tj->ti", vertices[triangles] - centroid[region][:, None], total[region]))
+    residual: Floats = np.zeros(count)
+    np.maximum.at(residual, region, away.max(axis=1))
+    return residual, np.asarray(total, float), centroid, np.asarray(area, float)
+
+
+def _surfaces(vertices: Floats, triangles: Ints, region: Ints, plane: Bools) -> tuple[Table, Floats]:
+    """Rows of the regions, and the outward normal (m, 3, 3) of each triangle's corners."""
+    residual, normal, centroid, area = _residuals(vertices, triangles, region)
+    count = len(plane)
+    helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    axis_x = np.cross(helper, normal)
+    axis_x /= np.linalg.norm(axis_x, axis=1, keepdims=True)
+    axis_y = np.cross(normal, axis_x)
+    corner = vertices[triangles]
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, region, corner.min(axis=1))
+    np.maximum.at(high, region, corner.max(axis=1))
+    arm = corner - centroid[region][:, None]
+    uv = np.stack([np.einsum("tij,tj->ti", arm, axis[region]) for axis in (axis_x, axis_y)], axis=2)
+    uv_low, uv_high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+    np.minimum.at(uv_low, region, uv.min(axis=1))
+    np.maximum.at(uv_high, region, uv.max(axis=1))
+    kind = np.where(plane, "plane", "facets")
+
+    def of_plane(values: Floats) -> Floats:
+        return np.where(plane, values, np.nan)
+
+    table: Table = {
+        "kind": kind,
+        "recognised_kind": kind,
+        **{f"origin_{c}": of_plane(centroid[:, i]) for i, c in enumerate("xyz")},
+        **{f"axis_x_{c}": of_plane(axis_x[:, i]) for i, c in enumerate("xyz")},
+        **{f"axis_z_{c}": of_plane(normal[:, i]) for i, c in enumerate("xyz")},
+        "direct": np.ones(count, bool),
+        **{name: np.full(count, np.nan) for name in ("radius", "radius2", "semi_angle")},
+        "u0": np.where(plane, uv_low[:, 0], 0.0),
+        "u1": np.where(plane, uv_high[:, 0], 0.0),
+        "v0": np.where(plane, uv_low[:, 1], 0.0),
+        "v1": np.where(plane, uv_high[:, 1], 0.0),
+        "reversed": np.zeros(count, bool),
+        "area": area,
+        **{f"centroid_{c}": centroid[:, i] for i, c in enumerate("xyz")},
+        **{name: low[:, i] for i, name in enumerate(("x0", "y0", "z0"))},
+        **{name: high[:, i] for i, name in enumerate(("x1", "y1", "z1"))},
+        "provenance": ["fitted"] * count,
+        "residual": np.where(plane, residual, 0.0),
+        **{name: [None] * count for name in ("name", "colour", "layer")},
+    }
+    # Corners of facets take the mean normal of the region's triangles at the vertex.
+    area_normal = _triangle_normals(vertices, triangles)
+    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
+    _, inverse = np.unique(key, return_inverse=True)
+    spread = np.repeat(area_normal, 3, axis=0)
+    mean = np.stack([np.bincount(inverse.ravel(), spread[:, i]) for i in range(3)], axis=1)[inverse.ravel()]
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    corners = np.where(plane[region][:, None, None], normal[region][:, None, :], mean.reshape(-1, 3, 3))
+    return table, corners
+
+
+def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> Mesh:
+    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    return Mesh(
+        chord_mm=0.0,
+        chord_rad=0.0,
+        vertices=vertices[triangles.ravel()[first]],
+        normals=normals.reshape(-1, 3)[first].astype(np.float32),
+        triangles=inverse.reshape(-1, 3).astype(np.int32),
+        triangle_surfaces=region.astype(np.int32),
+    )
+
+
+def _arcs(
+    vertices: Floats, chains: Chains, edges: _Edges, border: Ints, region_a: Ints, region_b: Ints, tolerance: float
+) -> tuple[Table, Table]:
+    """Rows of the chains: lines where straight, polylines where not."""
+    n = chains.count
+    if n == 0:
+        return {}, {}
+    points = vertices[chains.vertices]
+    start, last = chains.offsets[:-1] + np.arange(n), chains.offsets[1:] + np.arange(n)
+    which = np.repeat(np.arange(n), np.diff(chains.offsets) + 1)
+    begin, end = points[start], points[last]
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    step = step[which[1:] == which[:-1]]
+    length = np.add.reduceat(step, chains.offsets[:-1])
+    chord = end - begin
+    direction = chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-300)
+    arm = points - begin[which]
+    away = np.linalg.norm(arm - np.sum(arm * direction[which], axis=1, keepdims=True) * direction[which], axis=1)
+    residual = np.maximum.reduceat(away, start)
+    line = (residual <= tolerance) & (np.linalg.norm(chord, axis=1) > 0.5 * length)
+    length = np.where(line, np.linalg.norm(chord, axis=1), length)
+    kind = np.where(line, "line", "polyline")
+
+    halfway = (chains.offsets[:-1] + chains.offsets[1:] - 1) // 2
+    middle, turned = border[chains.edges[halfway]], chains.turned[halfway]
+    angle = edges.angle[middle]
+    convexity = np.select(
+        [region_b[middle] < 0, np.abs(angle) < CONVEXITY_RAD, angle > 0],
+        ["free", "smooth", "convex"],
+        "concave",
+    )
+    arcs: Table = {
+        "kind": kind,
+        "recognised_kind": kind,
+        **{f"origin_{c}": np.where(line, begin[:, i], np.nan) for i, c in enumerate("xyz")},
+        **{f"axis_x_{c}": np.where(line, direction[:, i], np.nan) for i, c in enumerate("xyz")},
+        **{f"axis_z_{c}": np.full(n, np.nan) for c in "xyz"},
+        "radius": np.full(n, np.nan),
+        "radius2": np.full(n, np.nan),
+        "t0": np.zeros(n),
+        "t1": length,
+        **{f"start_{c}": begin[:, i] for i, c in enumerate("xyz")},
+        **{f"end_{c}": end[:, i] for i, c in enumerate("xyz")},
+        "length": length,
+        **{f"{c}0": np.minimum.reduceat(points[:, i], start) for i, c in enumerate("xyz")},
+        **{f"{c}1": np.maximum.reduceat(points[:, i], start) for i, c in enumerate("xyz")},
+        "provenance": ["fitted"] * n,
+        "residual": np.where(line, residual, 0.0),
+        "surface_a": np.where(turned, region_b[middle], region_a[middle]),
+        "surface_b": np.where(turned, region_a[middle], region_b[middle]),
+        "convexity": convexity,
+        "angle": angle,
+    }
+    curved = np.flatnonzero(~line)
+    place = np.concatenate([[0.0], np.cumsum(step)])
+    knots, poles = [], []
+    for i in curved.tolist():
+        a, b = int(chains.offsets[i]), int(chains.offsets[i + 1])
+        knots.append(place[a : b + 1] - place[a])
+        poles.append(points[a + i : b + i + 1])
+    if not len(curved):
+        return arcs, {}
+    splines: Table = {
+        "arc_no": curved,
+        "degree": np.ones(len(curved), np.int64),
+        "periodic": np.zeros(len(curved), bool),
+        "rational": np.zeros(len(curved), bool),
+        "knots": Ragged.pack(knots),
+        "multiplicities": Ragged.pack([np.r_[2, np.ones(len(k) - 2), 2] for k in knots], np.int32),
+        "poles": Ragged.pack(poles),
+        "weights": Ragged.pack([None] * len(curved)),
+    }
+    return arcs, splines
+
+
+def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
+    """Loops and coedges of the regions; the outer loop of a region is the one that encloses most."""
+    n = chains.count
+    if n == 0:
+        return {}, {}
+    begin = chains.vertices[chains.offsets[:-1] + np.arange(n)]
+    end = chains.vertices[chains.offsets[1:] + np.arange(n)]
+    a, b = np.asarray(arcs["surface_a"], np.int64), np.asarray(arcs["surface_b"], np.int64)
+    two = np.flatnonzero(b >= 0)
+    arc = np.concatenate([np.arange(n), two])
+    surface = np.concatenate([a, b[two]])
+    backward = np.concatenate([np.zeros(n, bool), np.ones(len(two), bool)])
+    tail, head = np.where(backward, end[arc], begin[arc]), np.where(backward, begin[arc], end[arc])
+    # Coedges of one surface that share a vertex are of one loop.
+    node = np.unique(np.concatenate([surface * np.int64(len(vertices)) + v for v in (tail, head)]), return_inverse=True)
+    ends = node[1].ravel().reshape(2, -1)
+    loop = _components(len(node[0]), ends[0], ends[1])[ends[0]]
+
+    size = _enclosed(vertices, chains, arc, surface, backward, loop, surfaces)
+    _, first = np.unique(loop, return_index=True)
+    order = np.lexsort((first, -size[loop[first]], surface[first]))
+    rank = np.empty(len(first), np.int64)
+    rank[loop[first[order]]] = np.arange(len(first))
+    owner = surface[first[order]]
+    loop_no = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    sequence = _follow(rank[loop], ends[0], ends[1])
+    position = rank[loop][sequence]
+    coedge_no = np.arange(len(sequence)) - np.searchsorted(position, position)
+    loops: Table = {"surface_no": owner, "loop_no": loop_no, "outer_loop": loop_no == 0}
+    coedges: Table = {
+        "surface_no": surface[sequence],
+        "loop_no": loop_no[position],
+        "coedge_no": coedge_no,
+        "arc_no": arc[sequence],
+        "reversed": backward[sequence],
+    }
+    return loops, coedges
+
+
+def _enclosed(
+    vertices: Floats, chains: Chains, arc: Ints, surface: Ints, backward: Bools, loop: Ints, surfaces: Table
+) -> Floats:
+    """Twice the area that each loop encloses, seen along its surface's normal; of facets, its length."""
+    n = chains.count
+    points = vertices[chains.vertices]
+    which = np.repeat(np.arange(n), np.diff(chains.offsets) + 1)
+    inside = which[1:] == which[:-1]
+    cross = np.cross(points[:-1], points[1:])[inside]
+    swept = np.stack([np.add.reduceat(cross[:, i], chains.offsets[:-1]) for i in range(3)], axis=1)[arc]
+    normal = np.stack([np.asarray(surfaces[f"axis_z_{c}"], float) for c in "xyz"], axis=1)[surface]
+    flat = np.sum(swept * normal, axis=1) * np.where(backward, -1, 1)
+    length = np.add.reduceat(np.linalg.norm(np.diff(points, axis=0), axis=1)[inside], chains.offsets[:-1])[arc]
+    size = np.bincount(loop, np.where(np.isnan(flat), length, flat))
+    return np.asarray(np.abs(size))
+
+
+def _follow(loop: Ints, tail: Ints, head: Ints) -> Ints:
+    """Coedges loop by loop, each followed by one that begins where it ends, if any is left."""
+    order = np.argsort(loop, kind="stable")
+    leaving: dict[int, list[int]] = {}
+    for i in order[::-1].tolist():
+        leaving.setdefault(int(tail[i]), []).append(i)
+    done = np.zeros(len(loop), bool)
+    out: list[int] = []
+    current = -1
+    for i in order.tolist():
+        while not done[i]:
+            choices = leaving.get(int(head[current]), []) if current >= 0 and loop[current] == loop[i] else []
+            while choices and done[choices[-1]]:
+                choices.pop()
+            current = choices.pop() if choices else i
+            done[current] = True
+            out.append(current)
+    return np.array(out, dtype=np.int64)
+
+
+def _samples(vertices: Floats, chains: Chains, edges: _Edges, border: Ints, normals: Floats) -> ArcSamples:
+    """Points along the chains, a millimetre or, on a small part, less apart, with the normals on both sides."""
+    n = chains.count
+    which = np.repeat(np.arange(n), np.diff(chains.offsets))
+    first = chains.vertices[np.arange(len(which)) + which]
+    second = chains.vertices[np.arange(len(which)) + which + 1]
+    vector = vertices[second] - vertices[first]
+    step = np.linalg.norm(vector, axis=1)
+    length = np.add.reduceat(step, chains.offsets[:-1]) if n else np.empty(0)
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    spacing = max(min(SAMPLE_MM, diagonal / 100), float(length.sum()) / _MOST_SAMPLES)
+    count = np.maximum(np.ceil(length / spacing).astype(np.int64), 1) + 1
+    offsets = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    chain = np.repeat(np.arange(n), count)
+    t = (np.arange(len(chain)) - offsets[chain]) / (count[chain] - 1) * length[chain]
+    place = np.concatenate([[0.0], np.cumsum(step)])
+    base = place[chains.offsets[:-1]][chain]
+    edge = np.searchsorted(place, base + t, side="right") - 1
+    edge = np.clip(edge, chains.offsets[:-1][chain], chains.offsets[1:][chain] - 1)
+    tangent = vector[edge] / step[edge, None]
+    points = vertices[first[edge]] + (base + t - place[edge])[:, None] * tangent
+    face = normals.mean(axis=1)
+    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-300)
+    source = border[chains.edges[edge]]
+    turned = chains.turned[edge]
+    left = np.where(turned, edges.triangle_b[source], edges.triangle_a[source])
+    right = np.where(turned, edges.triangle_a[source], edges.triangle_b[source])
+    normal_a = face[left]
+    normal_b = np.where((right >= 0)[:, None], face[right], normal_a)
+    packed = 3 * offsets
+    return ArcSamples(
+        arc_no=np.arange(n),
+        parameters=Ragged(t, offsets),
+        points=Ragged(points.ravel(), packed),
+        tangents=Ragged(tangent.astype(np.float32).ravel(), packed),
+        normals_a=Ragged(normal_a.astype(np.float32).ravel(), packed),
+        normals_b=Ragged(normal_b.astype(np.float32).ravel(), packed),
+    )

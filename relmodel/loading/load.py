@@ -1,0 +1,78 @@
+"""Loading a model file into a store."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from relmodel.errors import InputError
+from relmodel.loading import mesh
+from relmodel.loading.neutral import LoadedModel
+from relmodel.loading.write import LoadReport, SourceFile, store_model
+from relmodel.store import Run, Store
+
+STEP_SUFFIXES = (".step", ".stp", ".p21")
+
+
+def load(
+    store: Store,
+    path: str | Path,
+    *,
+    name: str,
+    variant: str = "",
+    unit: str | None = None,
+    allow_partial: bool = False,
+) -> LoadReport:
+    """Load a STEP or mesh file under a name and a variant.
+
+    `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
+    unless `allow_partial`.  Geometry that the store holds already is shared; the same content under the same name and
+    variant adds nothing.  Raises InputError where the file is missing or bad; the store is then as it was, but for
+    the row of the run and its load report.
+    """
+    path = Path(path)
+    suffix = _suffix(path)
+    if not path.is_file():
+        raise InputError(f"there is no file {path}: check its name")
+    if path.stat().st_size == 0:
+        raise InputError(f"{path} is empty: export it again")
+    if suffix not in STEP_SUFFIXES:
+        mesh.check_unit(path, unit)
+    elif unit is not None:
+        raise InputError(f"{path.name} states its own unit of length: leave --unit out")
+    digest = hashlib.file_digest(path.open("rb"), "sha256").hexdigest()
+    parameters = {"name": name, "variant": variant, "unit": unit, "allow_partial": allow_partial}
+    packages = ("cadquery-ocp-novtk",) if suffix in STEP_SUFFIXES else ("trimesh",)
+    inputs = {"model": (path.name, digest)}
+    with Run.begin(store, "load", parameters, inputs=inputs, packages=(*packages, "numpy", "duckdb")) as run:
+        try:
+            model = _read(path, suffix, unit, allow_partial)
+            with run.write() as connection:
+                report = store_model(run, connection, model, name, variant, SourceFile(path.name, digest))
+                run.end("ok", connection=connection)
+        except Exception as error:
+            message = str(error) or type(error).__name__
+            with run.write() as connection:
+                run.append(connection, "load_report", {"run_id": [run.id], "status": "refused", "message": message})
+                run.end("refused" if isinstance(error, InputError) else "failed", message, connection)
+            raise
+    return report
+
+
+def _suffix(path: Path) -> str:
+    """Suffix that says the format, that of the file within a `.gz` of STEP.  Raises InputError for an unknown one."""
+    suffix = path.suffix.lower()
+    if suffix == ".gz" and Path(path.stem).suffix.lower() in STEP_SUFFIXES:
+        return Path(path.stem).suffix.lower()
+    if suffix in STEP_SUFFIXES or suffix[1:] in mesh.FORMATS:
+        return suffix
+    known = ", ".join([*STEP_SUFFIXES, *(f".{f}" for f in mesh.FORMATS)])
+    raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
+
+
+def _read(path: Path, suffix: str, unit: str | None, allow_partial: bool) -> LoadedModel:
+    if suffix not in STEP_SUFFIXES:
+        return mesh.read_mesh(path, unit)
+    from relmodel.loading.step import read_step
+
+    return read_step(path, allow_partial=allow_partial)

@@ -1,0 +1,127 @@
+"""Loading files into stores on both engines: what is added, what is shared, what is left after a failure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from relmodel.errors import InputError
+from relmodel.loading import write
+from relmodel.loading.load import load
+from relmodel.store import Store
+
+RUN_TABLES = {"run", "run_input", "run_event", "ledger", "load_report", "sds_relation"}
+
+
+def write_box(path: Path, height: float) -> Path:
+    path.parent.mkdir(exist_ok=True)
+    trimesh.creation.box(bounds=[[0, 0, 0], [30, 20, height]]).export(path)
+    return path
+
+
+def row_counts(store: Store) -> dict[str, int]:
+    with store.read() as connection:
+        tables = sorted(r.relation for r in connection.execute(store.table("sds_relation").select()))
+        return {
+            name: len(connection.execute(store.table(name).select()).all()) for name in tables if name not in RUN_TABLES
+        }
+
+
+def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str, tmp_path: Path) -> None:
+    low, high = write_box(tmp_path / "box.stl", 10), write_box(tmp_path / "high" / "box.stl", 11)
+    with Store.create(store_target) as store:
+        first = load(store, low, name="box", variant="A", unit="mm")
+        assert (first.status, first.revision) == ("added", 1)
+        assert (first.parts, first.occurrences, first.faces_loaded) == (1, 1, 6)
+        assert (first.shapes_added, first.surfaces_added, first.arcs_added) == (1, 6, 12)
+        before = row_counts(store)
+        assert before["surface"] == before["loop"] == 6
+        assert before["arc"] == before["surface_adjacency"] == 12
+        assert before["coedge"] == 24
+
+        again = load(store, low, name="box", variant="A", unit="mm")
+        assert (again.status, again.object_variant_id) == ("unchanged", first.object_variant_id)
+        assert row_counts(store) == before
+
+        # The bottom and the four edges around it stay.
+        second = load(store, high, name="box", variant="B", unit="mm")
+        assert (second.status, second.revision) == ("added", 1)
+        assert (second.shapes_added, second.surfaces_added, second.arcs_added) == (1, 5, 8)
+        after = row_counts(store)
+        assert after["surface"] == 11
+        assert after["arc"] == 20
+        assert after["shape_surface"] == 12
+
+        third = load(store, high, name="box", variant="A", unit="mm")
+        assert (third.status, third.revision, third.object_id) == ("added", 2, second.object_id)
+        changed = {name for name, count in row_counts(store).items() if count != after[name]}
+        assert changed == {"object_variant"}
+
+
+def test_rows_of_a_box_are_what_its_geometry_says(store_target: str, tmp_path: Path) -> None:
+    path = write_box(tmp_path / "box.stl", 10)
+    with Store.create(store_target) as store, store.read() as connection:
+        load(store, path, name="box", unit="mm")
+
+        def rows(table: str) -> list[dict[str, object]]:
+            return [dict(r._mapping) for r in connection.execute(store.table(table).select())]
+
+        (shape,) = rows("shape")
+        assert shape["area"] == pytest.approx(2 * (600 + 300 + 200))
+        assert shape["volume"] == pytest.approx(6000)
+        assert [shape[c] for c in ("x0", "y0", "z0", "x1", "y1", "z1")] == [0, 0, 0, 30, 20, 10]
+        adjacency = rows("surface_adjacency")
+        assert {r["convexity"] for r in adjacency} == {"convex"}
+        assert all(r["angle"] == pytest.approx(np.pi / 2) for r in adjacency)
+        relations = rows("surface_relation")
+        parallel = sorted(float(str(r["value"])) for r in relations if r["kind"] == "parallel")
+        assert parallel == pytest.approx([10, 20, 30])
+        assert sum(r["kind"] == "perpendicular" for r in relations) == 12
+        assert {r["level"] for r in rows("shape_box")} == {"surface", "arc"}
+        assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 18
+
+
+def test_a_failure_leaves_only_the_run(store_target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_box(tmp_path / "box.stl", 10)
+    with Store.create(store_target) as store:
+        empty = row_counts(store)
+
+        def fail(*_: object) -> None:
+            raise InputError("the shape is bad: mend it")
+
+        monkeypatch.setattr(write, "append_shapes", fail)
+        with pytest.raises(InputError, match="mend it"):
+            load(store, path, name="box", unit="mm")
+        assert row_counts(store) == empty
+        with store.read() as connection:
+            (report,) = connection.execute(store.table("load_report").select())
+            assert (report.status, report.message, report.source_id) == ("refused", "the shape is bad: mend it", None)
+            events = connection.execute(store.table("run_event").select()).all()
+            assert [(e.kind, e.status) for e in events] == [("begun", "ok"), ("ended", "refused")]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "unit", "said"),
+    [
+        ("part.doc", b"x", None, "no known format"),
+        ("part.stl", b"", "mm", "is empty"),
+        ("part.stl", b"x", None, "--unit mm"),
+        ("part.stl", b"x", "furlong", "no unit of length"),
+        ("part.glb", b"x", "mm", "leave --unit out"),
+        ("gone.stl", None, "mm", "there is no file"),
+    ],
+)
+def test_a_bad_call_leaves_nothing(
+    name: str, content: bytes | None, unit: str | None, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with Store.create(tmp_path / "store.duckdb") as store:
+        with pytest.raises(InputError, match=said):
+            load(store, path, name="part", unit=unit)
+        with store.read() as connection:
+            assert not connection.execute(store.table("run").select()).all()

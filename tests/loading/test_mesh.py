@@ -1,0 +1,192 @@
+"""Meshes: surfaces and arcs of bodies with known faces and edges, scene graphs, units, bad files."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from relmodel.errors import InputError
+from relmodel.loading.facets import shape_from_triangles
+from relmodel.loading.mesh import read_mesh
+from relmodel.loading.neutral import Shape
+
+
+def shape_of(mesh: trimesh.Trimesh) -> Shape:
+    shape = shape_from_triangles(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64))
+    assert shape is not None
+    return shape
+
+
+L_OUTLINE = [(0.0, 0.0), (30.0, 0.0), (30.0, 10.0), (10.0, 10.0), (10.0, 30.0), (0.0, 30.0)]
+
+
+def l_bracket() -> trimesh.Trimesh:
+    """An L of 12 corners, its caps cut into triangles by hand."""
+    n = len(L_OUTLINE)
+    vertices = np.array([(x, y, z) for z in (0.0, 5.0) for x, y in L_OUTLINE])
+    cap = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
+    faces = [t[::-1] for t in cap] + [tuple(i + n for i in t) for t in cap]
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, j + n), (i, j + n, i + n)]
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def test_a_bracket_has_planes_lines_and_one_concave_edge() -> None:
+    shape = shape_of(l_bracket())
+    assert Counter(shape.surfaces["kind"]) == {"plane": 8}
+    assert Counter(shape.arcs["kind"]) == {"line": 18}
+    assert Counter(shape.arcs["convexity"]) == {"convex": 17, "concave": 1}
+    assert np.allclose(np.abs(shape.arcs["angle"]), np.pi / 2)
+    assert shape.volume == pytest.approx(500 * 5)
+    assert shape.surfaces["area"].sum() == pytest.approx(2 * 500 + 120 * 5)
+    # Each plane has one loop, and its coedges run head to tail with the material to the left.
+    assert Counter(shape.loops["surface_no"]) == dict.fromkeys(range(8), 1)
+    for surface in range(8):
+        rows = np.flatnonzero(shape.coedges["surface_no"] == surface)
+        ends = []
+        for row in rows:
+            arc, backward = shape.coedges["arc_no"][row], shape.coedges["reversed"][row]
+            pair = [np.array([shape.arcs[f"{e}_{c}"][arc] for c in "xyz"]) for e in ("start", "end")]
+            ends.append(pair[::-1] if backward else pair)
+        heads, tails = np.array([e[1] for e in ends]), np.array([e[0] for e in ends])
+        assert np.array_equal(heads, np.roll(tails, -1, axis=0))
+        normal = np.array([shape.surfaces[f"axis_z_{c}"][surface] for c in "xyz"])
+        swept = np.cross(tails, heads).sum(axis=0) @ normal / 2
+        assert swept == pytest.approx(shape.surfaces["area"][surface])
+
+
+def test_inside_out_is_turned() -> None:
+    mesh = l_bracket()
+    mesh.faces = mesh.faces[:, ::-1]
+    assert shape_of(mesh).volume == pytest.approx(2500)
+
+
+def test_a_tessellated_cylinder_is_one_curved_surface_between_two_planes() -> None:
+    shape = shape_of(trimesh.creation.cylinder(radius=50, height=200, sections=64))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 2, "facets": 1}
+    assert Counter(shape.arcs["kind"]) == {"polyline": 2}
+    rim = 2 * 50 * np.sin(np.pi / 64) * 64
+    assert shape.arcs["length"] == pytest.approx([rim, rim])
+    assert list(shape.arc_splines["poles"].offsets) == [0, 65 * 3, 130 * 3]
+    points = shape.samples.points.values.reshape(-1, 3)
+    radial = np.linalg.norm(points[:, :2], axis=1)
+    assert np.all((radial <= 50 + 1e-9) & (radial >= 50 * np.cos(np.pi / 64) - 1e-9))
+    assert np.allclose(np.abs(points[:, 2]), 100)
+    # About a millimetre apart; the two normals are along and across the axis.
+    assert len(points) == pytest.approx(2 * rim, rel=0.05)
+    normals = [n.values.reshape(-1, 3)[:, 2] for n in (shape.samples.normals_a, shape.samples.normals_b)]
+    assert np.allclose(sorted(np.abs(np.array(normals)).mean(axis=1)), [0, 1], atol=1e-6)
+
+
+def test_a_plane_that_runs_into_a_rounding_stays_a_plane() -> None:
+    angle = np.linspace(0, np.pi / 2, 10)
+    arc = [(40 + 10 * np.sin(a), 20 + 10 * np.cos(a)) for a in angle]
+    outline = np.array([(0.0, 0.0), (0.0, 30.0), *arc, (50.0, 0.0)])[::-1]
+    n = len(outline)
+    vertices = np.array([(x, y, z) for z in (0.0, 5.0) for x, y in outline])
+    cap = [(0, i, i + 1) for i in range(1, n - 1)]
+    faces = [t[::-1] for t in cap] + [tuple(i + n for i in t) for t in cap]
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, j + n), (i, j + n, i + n)]
+    shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 6, "facets": 1}
+
+
+def test_sheets_and_edges_of_four_facets_are_taken() -> None:
+    sheet = trimesh.Trimesh([[0, 0, 0], [9, 0, 0], [9, 5, 0], [0, 5, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
+    shape = shape_of(sheet)
+    assert shape.volume is None
+    assert Counter(shape.arcs["convexity"]) == {"free": 4}
+    assert sorted(shape.arcs["length"]) == pytest.approx([5, 5, 9, 9])
+    one, two = (trimesh.creation.box(bounds=[c, np.add(c, 10)]) for c in ((0, 0, 0), (10, 10, 0)))
+    shape = shape_of(trimesh.util.concatenate([one, two]))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 12}
+    assert shape.volume is None
+    assert np.isnan(shape.arcs["angle"]).sum() == 4  # the common edge, once for each facet at it
+
+
+def scene_file(path: Path) -> Path:
+    scene = trimesh.Scene()
+    bracket = l_bracket()
+    bracket.metadata["units"] = "m"
+    move = trimesh.transformations.translation_matrix
+    turn = trimesh.transformations.rotation_matrix(0.3, [0, 0, 1])
+    scene.add_geometry(bracket, geom_name="bracket", node_name="one", transform=move([1, 2, 3]))
+    for name, transform in (("two", turn), ("mirrored", np.diag([-1.0, 1, 1, 1])), ("large", np.diag([2.0, 2, 2, 1]))):
+        scene.graph.update(frame_to=name, frame_from="one", geometry="bracket", matrix=transform)
+    scene.export(path)
+    return path
+
+
+def test_a_scene_becomes_assemblies_and_shared_geometry_stays_shared(tmp_path: Path) -> None:
+    model = read_mesh(scene_file(tmp_path / "scene.glb"))
+    assert (model.unit, model.unit_mm) == ("m", 1000.0)
+    assert len(model.shapes) == 3  # as given, mirrored, twice as large
+    truth = trimesh.load_scene(tmp_path / "scene.glb")
+    expected = sorted(abs(g.volume) * 1e9 for g in truth.dump())
+    found = []
+    stack = [(model.assemblies[model.root], np.eye(4))]
+    bounds = []
+    while stack:
+        assembly, world = stack.pop()
+        for instance in assembly.instances:
+            world_from_child = world @ instance.parent_from_child
+            assert np.allclose(world_from_child[:3, :3].T @ world_from_child[:3, :3], np.eye(3))
+            assert np.linalg.det(world_from_child[:3, :3]) == pytest.approx(1)
+            if instance.kind == "assembly":
+                stack.append((model.assemblies[instance.child], world_from_child))
+            else:
+                shape = model.shapes[model.parts[instance.child].shape]
+                found.append(shape.volume)
+                points = shape.mesh.vertices @ world_from_child[:3, :3].T + world_from_child[:3, 3]
+                bounds.append([points.min(axis=0), points.max(axis=0)])
+    assert sorted(v for v in found if v is not None) == pytest.approx(expected)
+    low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
+    assert np.allclose([low, high], truth.bounds * 1000, atol=1e-2)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("mm", 30), ("in", 762), ("m", 30000)])
+def test_the_unit_that_is_given_holds(unit: str, size: float, tmp_path: Path) -> None:
+    l_bracket().export(tmp_path / "part.ply")
+    model = read_mesh(tmp_path / "part.ply", unit)
+    assert model.shapes[0].surfaces["x1"].max() == pytest.approx(size)
+
+
+@pytest.mark.parametrize("name", ["part.stl", "part.ply", "part.obj", "part.glb", "part.3mf", "part.gltf"])
+def test_text_is_refused(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("It was a dark and stormy night.\n")
+    with pytest.raises(InputError, match="part"):
+        read_mesh(tmp_path / name, "mm" if name[-3:] in ("stl", "ply", "obj") else None)
+
+
+def test_a_file_may_not_refer_outside_its_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "inside"
+    folder.mkdir()
+    l_bracket().export(folder / "part.gltf")
+    assert read_mesh(folder / "part.gltf").shapes[0].volume is not None
+    tree = json.loads((folder / "part.gltf").read_text())
+    for buffer in tree["buffers"]:
+        (folder / buffer["uri"]).rename(tmp_path / buffer["uri"])
+        buffer["uri"] = "../" + buffer["uri"]
+    (folder / "part.gltf").write_text(json.dumps(tree))
+    with pytest.raises(InputError, match="cannot be read"):
+        read_mesh(folder / "part.gltf")
+
+
+@pytest.mark.data
+def test_known_meshes_load(data_dir: Path) -> None:
+    shared = read_mesh(data_dir / "mesh" / "pins.glb")
+    assert len(shared.shapes) == 2
+    cube = read_mesh(data_dir / "photo_cube" / "model.obj", "mm")
+    lines = np.asarray(cube.shapes[0].arcs["kind"]) == "line"
+    assert lines.sum() == 12
+    assert cube.shapes[0].arcs["length"][lines] == pytest.approx([84] * 12)
+    soup = read_mesh(data_dir / "mesh" / "soup.stl", "mm")
+    assert soup.shapes[0].volume is None
