@@ -161,11 +161,12 @@ def segment(
     correlation: float,
     price: FloatArray,
     free_price: float,
-    max_radius: float,
+    min_sagitta: float,
 ) -> tuple[IntArray, IntArray]:
     """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,).
 
-    A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.
+    A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.  A circular piece
+    bows out by at least `min_sagitta` px.
     """
     n = len(x)
     pieces = np.empty((n, 2), np.int32)
@@ -196,7 +197,9 @@ def segment(
                         best, best_kind = line, 0
                     if members >= 8 and line > price[1]:
                         _, _, radius, square = circle_of_moments(moments)
-                        if radius < max_radius and price[1] + scale * square < best:
+                        dx, dy = x[breaks[j]] - x[breaks[i]], y[breaks[j]] - y[breaks[i]]
+                        bent = dx * dx + dy * dy > 8.0 * min_sagitta * radius or members > 3.0 * radius
+                        if bent and price[1] + scale * square < best:
                             best, best_kind = price[1] + scale * square, 1
                 if cost[i] + best < cost[j]:
                     cost[j] = cost[i] + best
@@ -278,4 +281,26 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
             out[arc, 0], out[arc, 1], out[arc, 2], out[arc, 3] = cx + ox, cy + oy, dx, dy
         out[arc, 4] = square
         out[arc, 7] = plain / (end - begin)
+    return out
+
+
+@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8)")
+def joint_costs(
+    x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray, pairs: IntArray, correlation: float
+) -> FloatArray:
+    """Fits of pairs of arcs taken as one: (m, 3) chi-square / (2 correlation) as a line, as a circle, and sagitta."""
+    out = np.empty((len(pairs), 3))
+    for at in range(len(pairs)):
+        a, b = pairs[at, 0], pairs[at, 1]
+        ox, oy = x[offsets[a]], y[offsets[a]]
+        moments = np.zeros(9)
+        for arc in (a, b):
+            begin, end = offsets[arc], offsets[arc + 1]
+            moments += running_moments(x[begin:end] - ox, y[begin:end] - oy, weight[begin:end])[end - begin]
+        scale = moments[0] / (2.0 * correlation)
+        _, _, radius, square = circle_of_moments(moments)
+        out[at, 0] = scale * line_of_moments(moments)[4]
+        out[at, 1] = scale * square
+        span = offsets[a + 1] - offsets[a] + offsets[b + 1] - offsets[b]
+        out[at, 2] = span * span / (8.0 * radius)
     return out
