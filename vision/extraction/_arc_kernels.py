@@ -165,8 +165,8 @@ def segment(
 ) -> tuple[IntArray, IntArray]:
     """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,).
 
-    A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.  A circular piece
-    bows out by at least `min_sagitta` px.
+    A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.
+    A circular piece bows out by at least `min_sagitta` px.
     """
     n = len(x)
     pieces = np.empty((n, 2), np.int32)

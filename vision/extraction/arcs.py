@@ -2,7 +2,7 @@
 
 A chain's pieces are priced (Rissanen's principle) at a constant for each piece plus half its chi-square, the members
 taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
-different chains are then joined wherever one arc describes both for less.  An arc runs with the bright side on its left.
+different chains are then joined wherever one arc describes both for less.
 """
 
 from dataclasses import dataclass, fields
@@ -33,8 +33,8 @@ class Arcs:
 
     `kind` indexes `KINDS`.  Start to end walks with the bright side on the left (y down).  `centre_x`, `centre_y` and
     `radius` are NaN but for circular arcs.  `contrast` (grey) and `width` (px) are means; `sigma` (px) is the standard
-    deviation of the arc's lateral position, `angle_sigma` (rad) of its direction; `residual` (px) the rms distance of its elements.
-    Arc i holds edge elements `elements[offsets[i] : offsets[i + 1]]`, in order.
+    deviation of the arc's lateral position, `angle_sigma` (rad) of its direction; `residual` (px) the rms
+    distance of its elements.  Arc i holds edge elements `elements[offsets[i] : offsets[i + 1]]`, in order.
     """
 
     kind: npt.NDArray[np.int8]
@@ -97,9 +97,7 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
     return _measure(edges, weight, members, kinds, correlation, scale)
 
 
-def _pieces_to_members(
-    chains: Chains, pieces: IntArray, kinds: IntArray, min_elements: int
-) -> tuple[Chains, IntArray]:
+def _pieces_to_members(chains: Chains, pieces: IntArray, kinds: IntArray, min_elements: int) -> tuple[Chains, IntArray]:
     """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners."""
     chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
     at_start = pieces[:, 0] == chains.offsets[chain]
@@ -114,7 +112,9 @@ def _pieces_to_members(
     return _gather(chains.elements, first, counts, closed), kinds
 
 
-def _gather(elements: IntArray, first: npt.NDArray[np.int_], counts: npt.NDArray[np.int_], closed: BoolArray) -> Chains:
+def _gather(
+    elements: IntArray, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: BoolArray
+) -> Chains:
     offsets = np.concatenate([[0], np.cumsum(counts)])
     where = np.repeat(first - offsets[:-1], counts) + np.arange(offsets[-1])
     return Chains(elements[where], offsets.astype(np.int32), closed)
@@ -123,7 +123,7 @@ def _gather(elements: IntArray, first: npt.NDArray[np.int_], counts: npt.NDArray
 def _join(
     edges: EdgeElements, weight: FloatArray, members: Chains, kinds: IntArray, correlation: float, reach: float
 ) -> tuple[Chains, IntArray]:
-    """One round: pairs of arcs, end to start, that one line or circle describes for less; each arc in one pair at most."""
+    """One round: pairs of arcs, end to start, that one line or circle describes for less; each arc in at most one."""
     from scipy.spatial import cKDTree
 
     from vision.extraction import _arc_kernels
@@ -154,7 +154,9 @@ def _join(
     circle[(kinds[tail] == LINE) & (kinds[head] == LINE)] = np.inf
     saving = apart[tail] + apart[head] - np.minimum(line, circle) - 0.1 * distance
     # a misfit that long arcs can pay for is still a misfit
-    fits = 2.0 * np.minimum(joint[:, 0], joint[:, 1]) * correlation < 2.0 * (members.counts[tail] + members.counts[head])
+    fits = 2.0 * np.minimum(joint[:, 0], joint[:, 1]) * correlation < 2.0 * (
+        members.counts[tail] + members.counts[head]
+    )
     partner = np.full(len(members), -1, np.intp)
     taken = np.zeros(len(members), np.bool_)
     new_kinds = kinds.copy()
