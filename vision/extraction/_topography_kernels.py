@@ -34,6 +34,7 @@ def classify(
     labels = np.empty((rows, columns), np.uint8)
     down = np.empty((4, grey.shape[1]))
     a = np.empty((10, columns))
+    signs, hill = np.zeros(2, np.int64), np.zeros(2, np.int64)
     for r in range(rows):
         for i in range(4):
             even = i % 2 == 0
@@ -88,9 +89,10 @@ def classify(
                 er, ec = er / norm, ec / norm
             else:
                 er, ec = 1.0, 0.0
-            signs = np.zeros(2, np.int64)
-            hill = np.zeros(2, np.int64)
-            for side in range(2):
+            signs[:] = 0
+            hill[:] = 0
+            # where neither bends half enough no root can
+            for side in range(2 if abs(mean) + root > 0.5 * bend else 0):
                 vr, vc = (er, ec) if side == 0 else (-ec, er)
                 second = mean + root if side == 0 else mean - root
                 first = gr * vr + gc * vc
