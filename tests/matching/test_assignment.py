@@ -23,7 +23,7 @@ def random_candidates(rng: np.random.Generator, units: int, labels: int, share: 
 
 def assert_proved(problem: Candidates, found: Assignment) -> None:
     """The conditions of the certificate, spelled out apart from the solver."""
-    unit, label, cost, null, labels = problem
+    unit, label, cost, null, _ = problem
     assert np.all(found.label_dual <= 0)
     assert np.all(found.unit_dual <= null)
     assert np.all(cost - found.unit_dual[unit] - found.label_dual[label] >= -1e-9)
