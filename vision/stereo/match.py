@@ -12,6 +12,7 @@ from vision.cameras import Rig
 from vision.stereo.epipolar import (
     DepthRange,
     EpipolarParameters,
+    Integers,
     StereoArcs,
     Votes,
     common_row_range,
@@ -37,7 +38,7 @@ class StereoMatches:
 
     `assignment.label` (left arcs,) is the right arc of each left one, -1 for none, `reason` says why: matched,
     no_candidate, null_cheaper or taken.  `left_votable`, `right_votable`: arcs that cross epipolar rows; the others lie
-    along them, and stereo says nothing about them.
+    along them or outside what both pictures show, and stereo says nothing about them.
     """
 
     parameters: StereoParameters
@@ -52,15 +53,23 @@ class StereoMatches:
 
     @property
     def left_unmatched(self) -> Flags:
-        """Left arcs that should have found a partner and did not: highlights, texture, what only one camera sees."""
-        return self.left_votable & (self.assignment.label < 0)
+        """Left arcs that should have found a counterpart and did not: highlights, texture, what one camera alone sees.
+
+        A fragment whose rows vote for an arc that goes to another fragment has a counterpart, though no partner.
+        """
+        return self._unmatched(self.votes.left, self.votes.left_extent, self.assignment.label >= 0, self.left_votable)
 
     @property
     def right_unmatched(self) -> Flags:
-        """Right arcs that should have found a partner and did not."""
-        free = np.ones(len(self.right_votable), bool)
-        free[self.assignment.label[self.assignment.label >= 0]] = False
-        return self.right_votable & free
+        """Right arcs that should have found a counterpart and did not."""
+        taken = np.zeros(len(self.right_votable), bool)
+        taken[self.assignment.label[self.assignment.label >= 0]] = True
+        return self._unmatched(self.votes.right, self.votes.right_extent, taken, self.right_votable)
+
+    def _unmatched(self, arc: Integers, extent: Integers, matched: Flags, votable: Flags) -> Flags:
+        most = np.zeros(len(extent), np.int64)
+        np.maximum.at(most, arc, self.votes.votes)
+        return votable & ~matched & (2 * most < extent)
 
 
 def match_arcs(
