@@ -28,7 +28,7 @@ def row_crossings(offsets, x, y, reach, least_rise):  # type: ignore[no-untyped-
         for p in range(first, last):
             low, high = min(y[p], y[p + 1]), max(y[p], y[p + 1])
             # Rows in [low, high): a row through a point counts once, and not at all at a turning point.
-            start, stop = int(ceil(low)), int(ceil(high))
+            start, stop = ceil(low), ceil(high)
             if start >= stop:
                 continue
             a, b = max(first, p - reach), min(last, p + 1 + reach)

@@ -1,4 +1,4 @@
-"""Step 1 of Pong's matcher: arcs of both pictures cross the rows of the rectified pair, and rows vote for pairs of arcs.
+"""Step 1 of Pong's matcher: arcs of both pictures cross the rows of the rectified pair; rows vote for pairs of arcs.
 
 Pong, Haralick and Shapiro, Pattern Recognition Letters 1989; dynamic programming along a row after Ohta and Kanade,
 PAMI 7 (1985).
@@ -54,7 +54,7 @@ class DepthRange:
             size = np.array([width, height])
             cell = ((pixels + 0.5) / size * grid.shape[::-1]).astype(np.int64)
             column, row = np.clip(cell, 0, np.array(grid.shape[::-1]) - 1).T
-            return grid[row, column]
+            return np.asarray(grid[row, column])
 
         return look_up(self.near), look_up(self.far)
 

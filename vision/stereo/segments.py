@@ -36,7 +36,7 @@ class Candidates:
 
 
 def similarity(votes: Votes) -> Floats:
-    """S = votes/overlap * overlap/longer extent of each pair, 0..1: the share of the longer arc's rows that vote for it."""
+    """S = votes/overlap * overlap/longer extent of each pair, 0..1: the share of the longer arc's rows that agree."""
     longer = np.maximum(votes.left_extent[votes.left], votes.right_extent[votes.right])
     return np.asarray(votes.votes / votes.overlap * (votes.overlap / longer))
 
