@@ -63,49 +63,55 @@ def match_rows(  # type: ignore[no-untyped-def]
     angle_sigma,
     contrast_sigma,
     skip,
+    layers,
 ):
     """The right crossing matched to each left one, -1 for none, by dynamic programming along each row.
 
     `left_start`, `right_start` (rows + 1): crossings of a row lie between two of them, by ascending x.  `low`, `high`:
-    disparities that each left crossing may have.
+    disparities that each left crossing may have.  Matches of one layer keep their order along the row; what a layer
+    leaves alone is matched anew in the next, since what stands before the rest may reverse the order.
     """
     match = np.full(len(left_x), -1, np.int64)
+    free = np.ones(len(right_x), np.bool_)
     for row in range(len(left_start) - 1):
-        first, other_first = left_start[row], right_start[row]
-        n, m = left_start[row + 1] - first, right_start[row + 1] - other_first
-        best = np.empty((n + 1, m + 1))
-        step = np.zeros((n + 1, m + 1), np.int8)  # 0: leave the right one, 1: leave the left one, 2: match
-        for b in range(m + 1):
-            best[0, b] = b * skip
-        for a in range(1, n + 1):
-            i = first + a - 1
-            best[a, 0] = a * skip
-            for b in range(1, m + 1):
-                j = other_first + b - 1
-                least, how = best[a, b - 1] + skip, 0
-                other = best[a - 1, b] + skip
-                if other < least:
-                    least, how = other, 1
-                d = left_x[i] - right_x[j]
-                if low[i] <= d <= high[i]:
-                    e = (left_angle[i] - right_angle[j]) / angle_sigma
-                    c = (left_contrast[i] - right_contrast[j]) / contrast_sigma
-                    g = (d - 0.5 * (low[i] + high[i])) / (high[i] - low[i] + 1e-12)
-                    other = best[a - 1, b - 1] + e * e + c * c + g * g
+        for _ in range(layers):
+            left = left_start[row] + np.flatnonzero(match[left_start[row] : left_start[row + 1]] < 0)
+            right = right_start[row] + np.flatnonzero(free[right_start[row] : right_start[row + 1]])
+            n, m = len(left), len(right)
+            best = np.empty((n + 1, m + 1))
+            step = np.zeros((n + 1, m + 1), np.int8)  # 0: leave the right one, 1: leave the left one, 2: match
+            for b in range(m + 1):
+                best[0, b] = b * skip
+            for a in range(1, n + 1):
+                i = left[a - 1]
+                best[a, 0] = a * skip
+                for b in range(1, m + 1):
+                    j = right[b - 1]
+                    least, how = best[a, b - 1] + skip, 0
+                    other = best[a - 1, b] + skip
                     if other < least:
-                        least, how = other, 2
-                best[a, b] = least
-                step[a, b] = how
-        a, b = n, m
-        while a > 0 and b > 0:
-            if step[a, b] == 2:
-                match[first + a - 1] = other_first + b - 1
-                a -= 1
-                b -= 1
-            elif step[a, b] == 1:
-                a -= 1
-            else:
-                b -= 1
+                        least, how = other, 1
+                    d = left_x[i] - right_x[j]
+                    if low[i] <= d <= high[i]:
+                        e = (left_angle[i] - right_angle[j]) / angle_sigma
+                        c = (left_contrast[i] - right_contrast[j]) / contrast_sigma
+                        g = (d - 0.5 * (low[i] + high[i])) / (high[i] - low[i] + 1e-12)
+                        other = best[a - 1, b - 1] + e * e + c * c + g * g
+                        if other < least:
+                            least, how = other, 2
+                    best[a, b] = least
+                    step[a, b] = how
+            a, b = n, m
+            while a > 0 and b > 0:
+                if step[a, b] == 2:
+                    match[left[a - 1]] = right[b - 1]
+                    free[right[b - 1]] = False
+                    a -= 1
+                    b -= 1
+                elif step[a, b] == 1:
+                    a -= 1
+                else:
+                    b -= 1
     return match
 
 

@@ -102,16 +102,19 @@ class Votes:
 @dataclass(frozen=True)
 class EpipolarParameters:
     """`least_rise`: sine of the angle to the rows below which a crossing says nothing of disparity; `angle_sigma` rad;
-    `contrast_sigma`: of the signed logarithm of the step; `skip`: price of a crossing left alone.
+    `contrast_sigma`: of the signed logarithm of the step; `skip`: price of a crossing left alone; `layers`: how often
+    what could not keep the order along a row is matched anew.
 
     On rendered metal true pairs differ by 0.05 rad and 0.25 in the median, by 0.2 rad and 0.8 at the 95th percentile,
     and one in fifteen changes sign.  Between half and twice these values precision and recall move by a few hundredths.
+    A second layer lifts the recall on random wireframes, where order means little, from .86 to .96.
     """
 
     least_rise: float = 0.2
     angle_sigma: float = 0.25
     contrast_sigma: float = 0.7
     skip: float = 2.0
+    layers: int = 2
 
 
 def cross_rows(
@@ -175,7 +178,7 @@ def vote(
     match = _epipolar_kernels.match_rows(
         left.start, left.x, left.angle, signed_log(left.contrast), low, high,
         right.start, right.x, right.angle, signed_log(right.contrast),
-        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip,
+        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
     )  # fmt: skip
     i = np.flatnonzero(match >= 0)
     j = match[i]
