@@ -49,7 +49,7 @@ def circle(centre: npt.ArrayLike, radius: float, count: int = 240) -> Floats:
 
 @dataclass(frozen=True)
 class Scene:
-    """`partner` (left arcs,): the right arc of each, -1 for clutter; `course` (left arcs,): points in the rig's frame."""
+    """`partner` (left arcs,): right arc of each, -1 for clutter; `course` (left arcs,): points in the rig's frame."""
 
     left: StereoArcs
     right: StereoArcs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -37,7 +37,7 @@ def least_by_enumeration(cost: Floats, skip: float) -> float:
     """Least cost of any ordered one-to-one matching of rows and columns of `cost`."""
     n, m = cost.shape
     return min(
-        cost[list(rows), list(columns)].sum() + skip * (n + m - 2 * k)
+        float(cost[list(rows), list(columns)].sum()) + skip * (n + m - 2 * k)
         for k in range(min(n, m) + 1)
         for rows in combinations(range(n), k)
         for columns in combinations(range(m), k)
@@ -71,7 +71,7 @@ def test_rows_are_matched_at_least_cost() -> None:
     side = []
     for s in start:
         x, angle, contrast = rng.uniform(0, 40, s[-1]), rng.normal(0, 0.3, s[-1]), rng.normal(0, 1, s[-1])
-        for a, b in zip(s[:-1], s[1:], strict=True):
+        for a, b in pairwise(s):
             x[a:b].sort()
         side.append((x, angle, contrast))
     (lx, la, lc), (rx, ra, rc) = side

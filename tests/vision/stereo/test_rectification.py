@@ -49,8 +49,8 @@ def test_equals_opencv_triangulation(points: npt.NDArray[np.float64]) -> None:
         for n, c in rig.cameras.items()
     }
     rays = {n: (rays[n] - c.matrix[:2, 2]) / np.diag(c.matrix)[:2] for n, c in rig.cameras.items()}
-    poses = [inverse(rig.rig_from_camera[n])[:3] for n in ("left", "right")]
-    theirs = cv2.triangulatePoints(*poses, rays["left"].T.copy(), rays["right"].T.copy())
+    first, second = (inverse(rig.rig_from_camera[n])[:3] for n in ("left", "right"))
+    theirs = np.asarray(cv2.triangulatePoints(first, second, rays["left"].T.copy(), rays["right"].T.copy()), float)
     left = rectified.points(rectified.left, seen["left"])
     right = rectified.points(rectified.right, seen["right"])
     np.testing.assert_allclose(
