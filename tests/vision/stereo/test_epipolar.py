@@ -36,12 +36,13 @@ def test_level_arcs_cross_nothing() -> None:
 def least_by_enumeration(cost: Floats, skip: float) -> float:
     """Least cost of any ordered one-to-one matching of rows and columns of `cost`."""
     n, m = cost.shape
-    return min(
-        float(cost[list(rows), list(columns)].sum()) + skip * (n + m - 2 * k)
+    costs = [
+        cost[list(rows), list(columns)].sum() + skip * (n + m - 2 * k)
         for k in range(min(n, m) + 1)
         for rows in combinations(range(n), k)
         for columns in combinations(range(m), k)
-    )
+    ]
+    return float(min(costs))
 
 
 def test_a_later_layer_matches_what_reverses_the_order() -> None:
