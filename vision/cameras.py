@@ -132,7 +132,7 @@ class Camera:
         return np.asarray((pixels - self.matrix[:2, 2]) @ np.linalg.inv(self.matrix[:2, :2]).T)
 
     def _distort(self, xy: Floats) -> Floats:
-        if self.is_pinhole:
+        if self.is_pinhole or not len(xy):
             return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
         import cv2
 

@@ -44,7 +44,7 @@ class EdgeElements:
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.intp] | npt.NDArray[np.bool_]) -> "EdgeElements":
+    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "EdgeElements":
         """The elements that `rows` (indices or a mask) selects."""
         return EdgeElements(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 

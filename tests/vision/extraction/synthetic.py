@@ -2,6 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
 FloatArray = npt.NDArray[np.float64]
@@ -42,5 +43,10 @@ def disc(
     dark: float = 60,
     bright: float = 160,
 ) -> FloatArray:
-    """Bright disc (the profile of its blurred border taken as that of a straight step: true to blur^2 / radius)."""
-    return render(lambda x, y: radius - np.hypot(x - cx, y - cy), shape, blur, dark, bright)
+    """Bright disc, drawn eight times as large, blurred there in two dimensions, and averaged over the pixels."""
+    times = 8
+    y, x = ((np.arange(times * n) - (times - 1) / 2) / times for n in shape)
+    distance = radius - np.hypot(x[None, :] - cx, y[:, None] - cy)
+    share = gaussian_filter(np.clip(0.5 + times * distance, 0.0, 1.0), times * blur)
+    share = share.reshape(shape[0], times, shape[1], times).mean(axis=(1, 3))
+    return np.asarray(dark + (bright - dark) * share)

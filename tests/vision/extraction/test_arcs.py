@@ -1,0 +1,94 @@
+"""Linking and arcs against pictures drawn from closed forms."""
+
+import numpy as np
+import pytest
+
+from vision.extraction.arcs import CIRCULAR, LINE, Arcs, fit_arcs
+from vision.extraction.edges import edge_elements
+from vision.extraction.linking import clear, fill_gaps, link
+
+from .synthetic import FloatArray, disc, render, step
+
+ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
+
+
+def arcs_of(image: FloatArray) -> Arcs:
+    edges = edge_elements(image)
+    chains = clear(edges, link(edges, image.shape), min_elements=5, min_strength=20)
+    return fit_arcs(edges, fill_gaps(edges, chains, image), scale=1.4)
+
+
+def noisy(image: FloatArray, sigma: float, seed: int = 7) -> FloatArray:
+    return image + np.random.default_rng(seed).normal(0, sigma, image.shape)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_a_step_is_one_line_with_the_bright_side_on_its_left(angle: float) -> None:
+    arcs = arcs_of(noisy(step(angle, 0.3, (120, 120)), 5.0))
+    arcs = arcs.take(arcs.length > 30)
+    assert arcs.kind.tolist() == [LINE]
+    middle = np.array([(arcs.start_x + arcs.end_x) / 2, (arcs.start_y + arcs.end_y) / 2]).ravel()
+    bright = np.array([np.cos(angle), np.sin(angle)])
+    assert abs((middle - 59.5) @ bright - 0.3) < 0.06
+    left = np.array([arcs.direction[0, 1], -arcs.direction[0, 0]])
+    assert left @ bright > 0.9999
+    assert arcs.contrast[0] == pytest.approx(100, rel=0.05)
+
+
+def test_predicted_lateral_sigma_is_the_scatter() -> None:
+    errors = []
+    for seed in range(40):
+        arcs = arcs_of(noisy(step(0.4, 0.2, (90, 90)), 10.0, seed))
+        at = int(np.argmax(arcs.length))
+        middle = np.array([arcs.start_x[at] + arcs.end_x[at], arcs.start_y[at] + arcs.end_y[at]]) / 2 - 44.5
+        errors.append((middle @ [np.cos(0.4), np.sin(0.4)] - 0.2) / arcs.sigma[at])
+    assert 0.6 < float(np.std(errors)) < 1.5
+
+
+@pytest.mark.parametrize("radius", [8.0, 20.0, 45.0])
+def test_a_disc_is_one_closed_circle_of_its_radius(radius: float) -> None:
+    arcs = arcs_of(noisy(disc(60.3, 58.8, radius, (120, 120)), 4.0))
+    arcs = arcs.take(arcs.length > 20)
+    assert arcs.kind.tolist() == [CIRCULAR]
+    assert arcs.closed.all()
+    assert arcs.radius[0] == pytest.approx(radius, abs=0.05)
+    assert np.hypot(arcs.centre_x[0] - 60.3, arcs.centre_y[0] - 58.8) < 0.06
+    assert arcs.length[0] == pytest.approx(2 * np.pi * radius, rel=0.04)
+
+
+def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
+    half, corner = 50.0, 15.0
+
+    def inside(x: FloatArray, y: FloatArray) -> FloatArray:
+        dx, dy = np.abs(x - 80) - (half - corner), np.abs(y - 80) - (half - corner)
+        outside = np.hypot(np.maximum(dx, 0), np.maximum(dy, 0))
+        return np.asarray(corner - outside - np.minimum(np.maximum(dx, dy), 0))
+
+    arcs = arcs_of(noisy(render(inside, (160, 160), 0.7, 60, 160), 2.0))
+    lines, circles = arcs.take(arcs.kind == LINE), arcs.take(arcs.kind == CIRCULAR)
+    assert len(lines) == 4
+    assert len(circles) == 4
+    np.testing.assert_allclose(lines.length, 2 * (half - corner), atol=12)
+    np.testing.assert_allclose(circles.radius, corner, atol=1.5)
+    corners = np.column_stack([np.abs(circles.centre_x - 80), np.abs(circles.centre_y - 80)])
+    np.testing.assert_allclose(corners, half - corner, atol=1.5)
+
+
+def test_a_line_broken_by_a_gap_is_joined() -> None:
+    image = step(np.pi / 2, 0.2, (100, 160))
+    image[:, 70:80] = 110.0
+    arcs = arcs_of(noisy(image, 2.0))
+    across = arcs.take((np.abs(arcs.direction[:, 1]) < 0.05) & (arcs.length > 100))
+    assert len(across) == 1
+
+
+def test_a_square_corner_parts_two_lines() -> None:
+    image = render(lambda x, y: np.minimum(x, y) - 40.0, (120, 120), 0.7, 60, 160)
+    arcs = arcs_of(noisy(image, 2.0))
+    arcs = arcs.take(arcs.length > 20)
+    assert arcs.kind.tolist() == [LINE, LINE]
+    np.testing.assert_allclose(np.sort(np.abs(arcs.direction[:, 0])), [0, 1], atol=0.01)
+
+
+def test_nothing_gives_nothing() -> None:
+    assert len(arcs_of(np.full((50, 50), 90.0))) == 0

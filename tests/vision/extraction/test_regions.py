@@ -1,0 +1,88 @@
+"""Regions against known layouts."""
+
+import numpy as np
+import pytest
+
+from vision.extraction.arcs import fit_arcs
+from vision.extraction.edges import edge_elements
+from vision.extraction.linking import clear, fill_gaps, link
+from vision.extraction.regions import BoolArray, FloatArray, edge_mask, leak_proof_regions, plain_regions
+
+from .synthetic import disc, render
+
+
+def frame(gap: int) -> tuple[FloatArray, BoolArray]:
+    """120 x 160, parted at column 80 by a wall of edge pixels with a hole of `gap` px; the right is brighter."""
+    mask = np.zeros((120, 160), np.bool_)
+    mask[:, 80] = True
+    mask[60 : 60 + gap, 80] = False
+    grey = np.where(np.arange(160) < 80, 60.0, 120.0) * np.ones((120, 1))
+    return grey, mask
+
+
+def test_the_plain_step_leaks_and_the_default_does_not() -> None:
+    grey, mask = frame(6)
+    assert len(plain_regions(grey, mask)) == 1
+    regions = leak_proof_regions(grey, mask)
+    assert len(regions) == 2
+    left = regions.labels[10, 10]
+    assert (regions.labels == left)[:, :78].mean() > 0.999
+    assert not (regions.labels == left)[:, 83:].any()
+
+
+def test_one_surface_crossed_by_a_stray_edge_stays_one() -> None:
+    mask = np.zeros((120, 160), np.bool_)
+    mask[30:70, 80] = True
+    assert len(leak_proof_regions(np.full((120, 160), 90.0), mask)) == 1
+
+
+def test_attributes_of_a_rectangle_on_a_grey_plane() -> None:
+    mask = np.zeros((100, 140), np.bool_)
+    mask[20, 30:91] = mask[70, 30:91] = mask[20:71, 30] = mask[20:71, 90] = True
+    y, x = np.mgrid[:100, :140].astype(float)
+    grey = 50 + 0.5 * x - 0.25 * y
+    grey[30:35, 40:50] = 255.0
+    regions = plain_regions(grey, mask)
+    inner = regions.labels[40, 60]
+    assert len(regions) == 2
+    assert regions.area[inner] == 59 * 49
+    assert (regions.centroid_x[inner], regions.centroid_y[inner]) == (60, 45)
+    assert (regions.x0[inner], regions.y0[inner], regions.x1[inner], regions.y1[inner]) == (31, 21, 89, 69)
+    assert regions.mean[inner] == pytest.approx(grey[21:70, 31:90].mean())
+    assert regions.saturated_share[inner] == pytest.approx(50 / (59 * 49))
+    window = grey[21:70, 31:90].ravel()
+    design = np.column_stack([np.ones(window.size), x[21:70, 31:90].ravel(), y[21:70, 31:90].ravel()])
+    plane, residue, *_ = np.linalg.lstsq(design, window, rcond=None)
+    np.testing.assert_allclose([regions.slope_x[inner], regions.slope_y[inner]], plane[1:], atol=1e-9)
+    assert regions.variance[inner] == pytest.approx(residue[0] / window.size)
+    assert regions.hole_count[1 - inner] == 1
+    ring = np.flatnonzero(regions.ring_region == inner)[0]
+    vertices = slice(regions.ring_offsets[ring], regions.ring_offsets[ring + 1])
+    outline = set(zip(regions.outline_x[vertices], regions.outline_y[vertices], strict=True))
+    assert outline == {(31, 21), (89, 21), (89, 69), (31, 69)}
+
+
+def test_a_disc_and_its_surround() -> None:
+    image = disc(60.3, 58.8, 30.0, (120, 120)) + np.random.default_rng(1).normal(0, 2, (120, 120))
+    edges = edge_elements(image)
+    chains = clear(edges, link(edges, image.shape), min_elements=5, min_strength=20)
+    arcs = fit_arcs(edges, chains, scale=1.4)
+    regions = leak_proof_regions(image, edge_mask(edges, chains, arcs, image.shape))
+    assert len(regions) == 2
+    assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
+
+
+def test_free_ends_reach_the_border() -> None:
+    image = render(lambda x, y: x - 40.0, (90, 90), 0.7, 60, 160)
+    edges = edge_elements(image)
+    chains = fill_gaps(edges, link(edges, image.shape), image)
+    mask = edge_mask(edges, chains, fit_arcs(edges, chains, scale=1.4), image.shape)
+    assert mask[:, 39:42].any(axis=1).all()
+    assert len(plain_regions(image, mask)) == 2
+
+
+def test_no_edges_is_one_region_and_all_edges_is_one() -> None:
+    grey = np.full((30, 40), 80.0)
+    assert len(leak_proof_regions(grey, np.zeros((30, 40), np.bool_))) == 1
+    assert len(leak_proof_regions(grey, np.ones((30, 40), np.bool_))) == 1
+    assert len(plain_regions(grey, np.ones((30, 40), np.bool_))) == 0

@@ -1,0 +1,118 @@
+"""A stereo match in the store, and its proof recomputed there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from relmodel.store.runs import Run
+from relmodel.store.store import Store
+from tests.vision.stereo.scenes import toed_in_rig, wireframe_scene
+from vision.stereo.epipolar import DepthRange
+from vision.stereo.match import StereoMatches, match_arcs
+from vision.stereo.record import record_arc_units, record_stereo
+
+PROBLEM = 3
+
+
+@pytest.fixture(scope="module")
+def found() -> StereoMatches:
+    rig = toed_in_rig()
+    scene = wireframe_scene(rig, 4)
+    return match_arcs(rig, scene.left, scene.right, DepthRange(520.0, 800.0))
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory, found: StereoMatches) -> Iterator[tuple[Store, int]]:
+    with Store.create(tmp_path_factory.mktemp("stereo") / "cell.duckdb") as store:
+        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+            sets = []
+            for n, count in ((1, len(found.left_votable)), (2, len(found.right_votable))):
+                run.append(
+                    connection,
+                    "image",
+                    {
+                        "id": [n],
+                        "sha256": [f"{n}"],
+                        "file_name": ["x.png"],
+                        "width": [1280],
+                        "height": [960],
+                        "depth": [8],
+                        "channels": [1],
+                    },
+                )
+                run.append(
+                    connection,
+                    "extraction",
+                    {
+                        "id": [n],
+                        "image_id": [n],
+                        "content_key": [f"{n}"],
+                        "parameters": ["{}"],
+                        "version": ["1"],
+                        "noise_sigma": [1.0],
+                    },
+                )
+                sets.append(record_arc_units(run, connection, n, count))
+            record_stereo(run, connection, PROBLEM, sets[0], sets[1], found)
+        yield store, run.id
+
+
+def test_the_store_proves_the_assignment(recorded: tuple[Store, int], found: StereoMatches) -> None:
+    store, run_id = recorded
+    with store.read() as connection:
+        (row,) = store.rows(connection, "verify_assignment", run_id=run_id, problem_no=PROBLEM)
+    assert row.cost_stored == found.assignment.cost
+    assert row.cost == pytest.approx(row.cost_stored, abs=1e-9)
+    assert row.bound == pytest.approx(row.cost, abs=1e-9)
+    assert row.least_reduced_cost >= -1e-9
+    assert row.greatest_label_dual <= 0
+    assert (row.unpriced, row.undecided, row.doubly_taken) == (0, 0, 0)
+
+
+def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatches) -> None:
+    store, run_id = recorded
+    tables = {}
+    with store.read() as connection:
+        for name in ("assignment", "candidate", "vote", "triangulated_unit", "bound_certificate"):
+            table = store.table(name)
+            tables[name] = connection.execute(table.select().where(table.c.run_id == run_id)).mappings().all()
+    label = {r["unit_no"]: -1 if r["label_no"] is None else r["label_no"] for r in tables["assignment"]}
+    assert [label[u] for u in range(len(label))] == found.assignment.label.tolist()
+    assert {r["unit_no"]: r["reason"] for r in tables["assignment"]} == dict(enumerate(found.reason.tolist()))
+    assert len(tables["candidate"]) == len(found.candidates.left) + len(label)
+    assert sum(r["votes"] for r in tables["vote"]) == found.votes.votes.sum()
+    ends = {r["unit_no"]: [r["start_x"], r["start_y"], r["start_z"]] for r in tables["triangulated_unit"]}
+    space = found.triangulated
+    np.testing.assert_array_equal([ends[u] for u in space.left.tolist()], space.start)
+
+
+@pytest.mark.parametrize(
+    ("damage", "sign"),
+    [
+        ("UPDATE assignment SET label_no = NULL, reason = 'null_cheaper' WHERE label_no = {label}", "unpriced"),
+        ("UPDATE assignment SET cost = cost + 0.1 WHERE unit_no = {unit}", "unpriced"),
+        ("UPDATE assignment SET label_no = {label}, reason = 'matched' WHERE label_no = {other}", "doubly_taken"),
+        ("INSERT INTO unit SELECT unit_set_id, 9999, kind, 9999 FROM unit WHERE unit_no = 0", "undecided"),
+        (
+            "UPDATE bound_certificate SET dual = dual + 0.2 WHERE side = 'unit' AND item_no = {unit}",
+            "least_reduced_cost",
+        ),
+        ("UPDATE bound_certificate SET dual = 0.5 WHERE side = 'label' AND item_no = {label}", "greatest_label_dual"),
+    ],
+)
+def test_the_query_sees_through_damaged_rows(
+    recorded: tuple[Store, int], found: StereoMatches, damage: str, sign: str
+) -> None:
+    store, run_id = recorded
+    unit, second = np.flatnonzero(found.assignment.label >= 0)[:2]
+    label, other = found.assignment.label[[unit, second]]
+    statement = damage.format(unit=unit, label=label, other=other)
+    with store.engine.connect() as connection:
+        connection.exec_driver_sql(statement)
+        (row,) = store.rows(connection, "verify_assignment", run_id=run_id, problem_no=PROBLEM)
+        connection.rollback()
+    value = getattr(row, sign)
+    assert value < -0.1 if sign == "least_reduced_cost" else value > 0

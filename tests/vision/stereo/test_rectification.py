@@ -1,0 +1,86 @@
+"""Rectified coordinates against projections and OpenCV's triangulation."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import apply, inverse, rotation_matrix
+from tests.vision.stereo.scenes import pixels, toed_in_rig
+from vision.cameras import Rig
+from vision.stereo.epipolar import DepthRange
+from vision.stereo.rectification import rectify
+
+
+@pytest.fixture
+def points() -> npt.NDArray[np.float64]:
+    rng = np.random.default_rng(1)
+    return np.column_stack([rng.uniform(-150, 150, 300), rng.uniform(-120, 120, 300), rng.uniform(450, 900, 300)])
+
+
+@pytest.mark.parametrize("roll", [0.0, 1.5, np.pi])
+def test_points_come_back(points: npt.NDArray[np.float64], roll: float) -> None:
+    """Same row in both, disparity positive, and the point in space again; also with cameras above each other."""
+    rig = toed_in_rig()
+    turn = np.eye(4)
+    turn[:3, :3] = rotation_matrix([0, 0, roll])
+    rig = Rig(rig.cameras, {n: rig.rig_from_camera[n] @ turn for n in rig.cameras})
+    rectified = rectify(rig)
+    left_pixels = pixels(rig, "left", points)
+    left = rectified.points(rectified.left, left_pixels)
+    right = rectified.points(rectified.right, pixels(rig, "right", points))
+    np.testing.assert_allclose(left[:, 1], right[:, 1], atol=1e-6)
+    disparity = left[:, 0] - right[:, 0]
+    np.testing.assert_allclose(rectified.triangulate(left, disparity), points, atol=1e-5)
+    depth = apply(inverse(rig.rig_from_camera["left"]), points)[:, 2]
+    np.testing.assert_allclose(rectified.disparity(left_pixels, depth), disparity, rtol=1e-9)
+
+
+def test_equals_opencv_triangulation(points: npt.NDArray[np.float64]) -> None:
+    rig = toed_in_rig()
+    rectified = rectify(rig)
+    seen = {n: pixels(rig, n, points) for n in rig.cameras}
+    limit = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-12)
+    rays = {
+        n: cv2.undistortImagePoints(seen[n], c.matrix, c.distortion, arg1=limit).reshape(-1, 2)
+        for n, c in rig.cameras.items()
+    }
+    rays = {n: (rays[n] - c.matrix[:2, 2]) / np.diag(c.matrix)[:2] for n, c in rig.cameras.items()}
+    first, second = (inverse(rig.rig_from_camera[n])[:3] for n in ("left", "right"))
+    theirs = np.asarray(cv2.triangulatePoints(first, second, rays["left"].T.copy(), rays["right"].T.copy()), float)
+    left = rectified.points(rectified.left, seen["left"])
+    right = rectified.points(rectified.right, seen["right"])
+    np.testing.assert_allclose(
+        rectified.triangulate(left, left[:, 0] - right[:, 0]), (theirs[:3] / theirs[3]).T, atol=1e-4
+    )
+
+
+def test_depth_sigma_is_the_spread_of_depth() -> None:
+    rectified = rectify(toed_in_rig())
+    noise = np.random.default_rng(2).normal(0, 0.3, 20000)
+    disparity = np.full(len(noise), 330.0)
+    spread = np.std(rectified.triangulate(np.zeros((len(noise), 2)), disparity + noise), axis=0)
+    assert rectified.depth_sigma(disparity[:1], np.array([0.3]))[0] == pytest.approx(np.linalg.norm(spread), rel=0.03)
+
+
+def test_depth_maps_are_looked_up_by_place() -> None:
+    near, far = DepthRange(np.array([[1.0, 2.0], [3.0, 4.0]]), 9.0).at(
+        np.array([[-0.5, -0.5], [1279.4, 0.0], [0.0, 959.4], [640.0, 480.0]]), 1280, 960
+    )
+    assert near.tolist() == [1, 2, 3, 4]
+    assert far.tolist() == [9] * 4
+
+
+def test_impossible_rigs_are_refused() -> None:
+    rig = toed_in_rig()
+    with pytest.raises(InputError, match="one place"):
+        rectify(Rig(rig.cameras, {n: np.eye(4) for n in rig.cameras}))
+    behind = np.eye(4)
+    behind[2, 3] = -200
+    with pytest.raises(InputError, match="along their baseline"):
+        rectify(Rig(rig.cameras, {"left": np.eye(4), "right": behind}))
+    with pytest.raises(InputError, match="no camera 'right'"):
+        rectify(rig.only("left"))

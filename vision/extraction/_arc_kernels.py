@@ -1,0 +1,306 @@
+"""Compiled kernels of arc fitting: spans of a chain described by lines, circles or free curves at least total cost.
+
+Fits of any span come from running sums of moments (1, x, y, x^2, xy, y^2, xz, yz, z^2 with z = x^2 + y^2, weighted),
+so that the dynamic programme over break points looks at no element twice.
+"""
+
+from math import sqrt
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction._compiled import kernel
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+LINE, CIRCLE, FREE = 0, 1, 2
+
+
+@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1])")
+def running_moments(x: FloatArray, y: FloatArray, weight: FloatArray) -> FloatArray:
+    """(n + 1, 9): row i holds the weighted sums over the first i points."""
+    n = len(x)
+    sums = np.zeros((n + 1, 9))
+    for i in range(n):
+        z = x[i] * x[i] + y[i] * y[i]
+        w = weight[i]
+        sums[i + 1, 0] = sums[i, 0] + w
+        sums[i + 1, 1] = sums[i, 1] + w * x[i]
+        sums[i + 1, 2] = sums[i, 2] + w * y[i]
+        sums[i + 1, 3] = sums[i, 3] + w * x[i] * x[i]
+        sums[i + 1, 4] = sums[i, 4] + w * x[i] * y[i]
+        sums[i + 1, 5] = sums[i, 5] + w * y[i] * y[i]
+        sums[i + 1, 6] = sums[i, 6] + w * x[i] * z
+        sums[i + 1, 7] = sums[i, 7] + w * y[i] * z
+        sums[i + 1, 8] = sums[i, 8] + w * z * z
+    return sums
+
+
+@kernel("Tuple((f8, f8, f8, f8, f8))(f8[::1])")
+def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
+    """Total-least-squares line: centroid x, y, unit direction x, y, and the weighted mean square distance."""
+    w = m[0]
+    cx, cy = m[1] / w, m[2] / w
+    xx, xy, yy = m[3] / w - cx * cx, m[4] / w - cx * cy, m[5] / w - cy * cy
+    half = 0.5 * (xx - yy)
+    root = sqrt(half * half + xy * xy)
+    least = max(0.5 * (xx + yy) - root, 0.0)
+    # the eigenvector of the greater eigenvalue, by whichever row is the better conditioned
+    if half >= 0.0:
+        dx, dy = half + root, xy
+    else:
+        dx, dy = xy, root - half
+    norm = sqrt(dx * dx + dy * dy)
+    if norm <= 0.0:
+        return cx, cy, 1.0, 0.0, least
+    return cx, cy, dx / norm, dy / norm, least
+
+
+@kernel("Tuple((f8, f8, f8, f8))(f8[::1])")
+def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
+    """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
+
+    The radius is infinite where the points determine none.
+    """
+    w = m[0]
+    cx, cy = m[1] / w, m[2] / w
+    xx, xy, yy = m[3] / w - cx * cx, m[4] / w - cx * cy, m[5] / w - cy * cy
+    mz = xx + yy
+    # moments of z' = |p - c|^2 about the centroid c
+    raw_z = (m[3] + m[5]) / w
+    shift = cx * cx + cy * cy
+    xz = m[6] / w - cx * raw_z - 2.0 * (cx * xx + cy * xy)
+    yz = m[7] / w - cy * raw_z - 2.0 * (cx * xy + cy * yy)
+    # E[(z - 2 c.p + |c|^2)^2] written out
+    ex_z, ey_z = m[6] / w, m[7] / w
+    exx, exy, eyy = m[3] / w, m[4] / w, m[5] / w
+    zz = (
+        m[8] / w
+        + 4.0 * (cx * cx * exx + 2.0 * cx * cy * exy + cy * cy * eyy)
+        + shift * shift
+        - 4.0 * (cx * ex_z + cy * ey_z)
+        + 2.0 * shift * raw_z
+        - 4.0 * shift * shift
+    )
+    covariance = xx * yy - xy * xy
+    var_z = zz - mz * mz
+    a2 = 4.0 * covariance - 3.0 * mz * mz - zz
+    a1 = var_z * mz + 4.0 * covariance * mz - xz * xz - yz * yz
+    a0 = xz * (xz * yy - yz * xy) + yz * (yz * xx - xz * xy) - var_z * covariance
+    root, value = 0.0, a0
+    for _ in range(30):
+        slope = a1 + root * (2.0 * a2 + root * 12.0 * mz)
+        if slope == 0.0:
+            break
+        new = root - value / slope
+        if not (new >= 0.0) or abs(new - root) <= 1e-13 * max(abs(new), 1e-30):
+            break
+        new_value = a0 + new * (a1 + new * (a2 + new * 4.0 * mz))
+        if abs(new_value) >= abs(value):
+            break
+        root, value = new, new_value
+    determinant = root * root - root * mz + covariance
+    if abs(determinant) < 1e-9 * max(mz * mz, 1e-12):
+        return cx, cy, np.inf, np.inf
+    ux = (xz * (yy - root) - yz * xy) / (2.0 * determinant)
+    uy = (yz * (xx - root) - xz * xy) / (2.0 * determinant)
+    r2 = ux * ux + uy * uy + mz
+    # E[(|p - u|^2 - r2)^2] / (2 r)^2
+    square = zz + 4.0 * (ux * ux * xx + 2.0 * ux * uy * xy + uy * uy * yy) - mz * mz - 4.0 * (ux * xz + uy * yz)
+    return cx + ux, cy + uy, sqrt(r2), max(square, 0.0) / (4.0 * r2)
+
+
+@kernel("i8(f8[::1], f8[::1], i8, i8, f8, i8, i4[::1])")
+def _break_points(
+    x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, out: IntArray
+) -> int:
+    """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart."""
+    mark = np.zeros(last - first + 1, np.bool_)
+    mark[0] = True
+    mark[last - first] = True
+    stack = np.empty((last - first + 2, 2), np.int64)
+    top = 1
+    stack[0, 0], stack[0, 1] = first, last
+    while top > 0:
+        top -= 1
+        a, b = stack[top, 0], stack[top, 1]
+        if b - a < 2:
+            continue
+        dx, dy = x[b] - x[a], y[b] - y[a]
+        norm = sqrt(dx * dx + dy * dy)
+        far, worst = -1.0, a
+        for i in range(a + 1, b):
+            if norm > 1e-9:
+                d = abs(dx * (y[i] - y[a]) - dy * (x[i] - x[a])) / norm
+            else:
+                d = sqrt((x[i] - x[a]) ** 2 + (y[i] - y[a]) ** 2)
+            if d > far:
+                far, worst = d, i
+        if far > tolerance or b - a > spacing:
+            if far <= tolerance:
+                worst = (a + b) // 2
+            mark[worst - first] = True
+            stack[top, 0], stack[top, 1] = a, worst
+            stack[top + 1, 0], stack[top + 1, 1] = worst, b
+            top += 2
+    count = 0
+    for i in range(first, last + 1):
+        if mark[i - first]:
+            out[count] = i
+            count += 1
+    return count
+
+
+@kernel("Tuple((i4[:, ::1], i4[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8, f8)")
+def segment(
+    x: FloatArray,
+    y: FloatArray,
+    weight: FloatArray,
+    offsets: IntArray,
+    correlation: float,
+    price: FloatArray,
+    free_price: float,
+    min_sagitta: float,
+) -> tuple[IntArray, IntArray]:
+    """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,).
+
+    A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.
+    A circular piece bows out by at least `min_sagitta` px.
+    """
+    n = len(x)
+    pieces = np.empty((n, 2), np.int32)
+    kinds = np.empty(n, np.int32)
+    count = 0
+    breaks = np.empty(n + 1, np.int32)
+    for chain in range(len(offsets) - 1):
+        begin, end = offsets[chain], offsets[chain + 1]
+        if end - begin < 3:
+            continue
+        # local coordinates keep the fourth moments small
+        ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
+        sums = running_moments(x[begin:end] - ox, y[begin:end] - oy, weight[begin:end])
+        m = _break_points(x, y, begin, end - 1, 0.6, 24, breaks)
+        cost = np.full(m, 1e300)
+        back = np.zeros(m, np.int32)
+        kind_of = np.zeros(m, np.int32)
+        cost[0] = 0.0
+        for j in range(1, m):
+            for i in range(j - 1, max(j - 64, 0) - 1, -1):
+                members = breaks[j] - breaks[i] + 1
+                best, best_kind = price[2] + free_price * members, 2
+                if members >= 3:
+                    moments = sums[breaks[j] + 1 - begin] - sums[breaks[i] - begin]
+                    scale = moments[0] / (2.0 * correlation)
+                    line = price[0] + scale * line_of_moments(moments)[4]
+                    if line <= best:
+                        best, best_kind = line, 0
+                    if members >= 8 and line > price[1]:
+                        _, _, radius, square = circle_of_moments(moments)
+                        dx, dy = x[breaks[j]] - x[breaks[i]], y[breaks[j]] - y[breaks[i]]
+                        bent = dx * dx + dy * dy > 8.0 * min_sagitta * radius or members > 3.0 * radius
+                        if bent and price[1] + scale * square < best:
+                            best, best_kind = price[1] + scale * square, 1
+                if cost[i] + best < cost[j]:
+                    cost[j] = cost[i] + best
+                    back[j] = i
+                    kind_of[j] = best_kind
+        j = m - 1
+        start = count
+        while j > 0:
+            pieces[count, 0], pieces[count, 1] = breaks[back[j]], breaks[j]
+            kinds[count] = kind_of[j]
+            count += 1
+            j = back[j]
+        for k in range((count - start) // 2):
+            a, b = start + k, count - 1 - k
+            for side in range(2):
+                pieces[a, side], pieces[b, side] = pieces[b, side], pieces[a, side]
+            kinds[a], kinds[b] = kinds[b], kinds[a]
+    return pieces[:count].copy(), kinds[:count].copy()
+
+
+@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], i4[::1])")
+def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray, kinds: IntArray) -> FloatArray:
+    """Final fit of each arc `offsets[i] : offsets[i + 1]`: (n, 8) of
+
+    a, b, c, d (line: centroid and unit direction; circle: centre, radius, 0), weighted mean square distance, sum of
+    weights, weighted mean square of the position along the line about its middle, plain mean square distance.
+    Circles are geometric: Gauss-Newton from Taubin's.
+    """
+    out = np.zeros((len(kinds), 8))
+    for arc in range(len(kinds)):
+        begin, end = offsets[arc], offsets[arc + 1]
+        ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
+        px, py, w = x[begin:end] - ox, y[begin:end] - oy, weight[begin:end]
+        moments = running_moments(px, py, w)[end - begin].copy()
+        cx, cy, dx, dy, square = line_of_moments(moments)
+        out[arc, 5] = moments[0]
+        total = (moments[3] + moments[5]) / moments[0] - cx * cx - cy * cy
+        out[arc, 6] = total - square
+        plain = 0.0
+        if kinds[arc] == 1:
+            a, b, r, _ = circle_of_moments(moments)
+            for _ in range(6):
+                h00, h01, h02, h11, h12, h22, g0, g1, g2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                for i in range(end - begin):
+                    ex, ey = px[i] - a, py[i] - b
+                    d = sqrt(ex * ex + ey * ey)
+                    ux, uy, e = ex / d, ey / d, d - r
+                    h00 += w[i] * ux * ux
+                    h01 += w[i] * ux * uy
+                    h02 += w[i] * ux
+                    h11 += w[i] * uy * uy
+                    h12 += w[i] * uy
+                    h22 += w[i]
+                    g0 += w[i] * ux * e
+                    g1 += w[i] * uy * e
+                    g2 += w[i] * e
+                det = h00 * (h11 * h22 - h12 * h12) - h01 * (h01 * h22 - h12 * h02) + h02 * (h01 * h12 - h11 * h02)
+                if abs(det) < 1e-12 * h22 * h22 * h22:
+                    break
+                sa = g0 * (h11 * h22 - h12 * h12) - h01 * (g1 * h22 - h12 * g2) + h02 * (g1 * h12 - h11 * g2)
+                sb = h00 * (g1 * h22 - g2 * h12) - g0 * (h01 * h22 - h12 * h02) + h02 * (h01 * g2 - g1 * h02)
+                sr = h00 * (h11 * g2 - h12 * g1) - h01 * (h01 * g2 - g1 * h02) + g0 * (h01 * h12 - h11 * h02)
+                a += sa / det
+                b += sb / det
+                r += sr / det
+                if abs(sa) + abs(sb) + abs(sr) < 1e-9 * abs(det):
+                    break
+            square = 0.0
+            for i in range(end - begin):
+                e = sqrt((px[i] - a) ** 2 + (py[i] - b) ** 2) - r
+                square += w[i] * e * e
+                plain += e * e
+            square /= moments[0]
+            out[arc, 0], out[arc, 1], out[arc, 2] = a + ox, b + oy, r
+        else:
+            for i in range(end - begin):
+                e = dx * (py[i] - cy) - dy * (px[i] - cx)
+                plain += e * e
+            out[arc, 0], out[arc, 1], out[arc, 2], out[arc, 3] = cx + ox, cy + oy, dx, dy
+        out[arc, 4] = square
+        out[arc, 7] = plain / (end - begin)
+    return out
+
+
+@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8)")
+def joint_costs(
+    x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray, pairs: IntArray, correlation: float
+) -> FloatArray:
+    """Fits of pairs of arcs taken as one: (m, 3) chi-square / (2 correlation) as a line, as a circle, and sagitta."""
+    out = np.empty((len(pairs), 3))
+    for at in range(len(pairs)):
+        a, b = pairs[at, 0], pairs[at, 1]
+        ox, oy = x[offsets[a]], y[offsets[a]]
+        moments = np.zeros(9)
+        for arc in (a, b):
+            begin, end = offsets[arc], offsets[arc + 1]
+            moments += running_moments(x[begin:end] - ox, y[begin:end] - oy, weight[begin:end])[end - begin]
+        scale = moments[0] / (2.0 * correlation)
+        _, _, radius, square = circle_of_moments(moments)
+        out[at, 0] = scale * line_of_moments(moments)[4]
+        out[at, 1] = scale * square
+        span = offsets[a + 1] - offsets[a] + offsets[b + 1] - offsets[b]
+        out[at, 2] = span * span / (8.0 * radius)
+    return out

@@ -1,0 +1,230 @@
+"""Step 4: chains cut into straight, circular and free arcs at least description length, joined across gaps, fitted.
+
+A chain's pieces are priced (Rissanen's principle) at a constant for each piece plus half its chi-square, the members
+taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
+different chains are then joined wherever one arc describes both for less.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.edges import EdgeElements
+from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+
+KINDS = ("line", "circular", "free")
+LINE, CIRCULAR, FREE = range(3)
+
+_PRICE = np.array([8.0, 11.0, 16.0])  # of a line, a circular arc, a free curve
+_FREE_PRICE = 0.6  # of each member of a free curve: what a misfit of about two standard deviations costs
+_MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
+_MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
+_TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """Columns of one length n, and the packed members.
+
+    `kind` indexes `KINDS`.  Start to end walks with the bright side on the left (y down).  `centre_x`, `centre_y` and
+    `radius` are NaN but for circular arcs.  `contrast` (grey) and `width` (px) are means; `sigma` (px) is the standard
+    deviation of the arc's lateral position, `angle_sigma` (rad) of its direction; `residual` (px) the rms
+    distance of its elements.  Arc i holds edge elements `elements[offsets[i] : offsets[i + 1]]`, in order.
+    """
+
+    kind: npt.NDArray[np.int8]
+    start_x: FloatArray
+    start_y: FloatArray
+    end_x: FloatArray
+    end_y: FloatArray
+    centre_x: FloatArray
+    centre_y: FloatArray
+    radius: FloatArray
+    length: FloatArray
+    closed: BoolArray
+    contrast: FloatArray
+    width: FloatArray
+    sigma: FloatArray
+    angle_sigma: FloatArray
+    residual: FloatArray
+    offsets: IntArray
+    elements: IntArray
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    @property
+    def chains(self) -> Chains:
+        """The members as chains."""
+        return Chains(self.elements, self.offsets, self.closed)
+
+    @property
+    def direction(self) -> FloatArray:
+        """(n, 2) unit vectors from start to end."""
+        chord = np.column_stack([self.end_x - self.start_x, self.end_y - self.start_y])
+        return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12))
+
+    def take(self, kept: BoolArray) -> "Arcs":
+        """The arcs that the mask selects."""
+        members = self.chains.take(kept)
+        columns = {f.name: getattr(self, f.name)[kept] for f in fields(self) if f.name not in ("offsets", "elements")}
+        return Arcs(**columns, offsets=members.offsets, elements=members.elements)
+
+
+def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0) -> Arcs:
+    """Arcs of the chains of edge elements found at facet scale `scale` px.
+
+    Pieces of fewer than `min_elements` are dropped; arcs whose ends lie within `reach` px are joined where that is the
+    shorter description.
+    """
+    from vision.extraction import _arc_kernels
+
+    correlation = 2.0 * np.sqrt(np.pi) * scale  # elements a pixel apart share most of their windows
+    weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2)
+    x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
+    pieces, kinds = _arc_kernels.segment(x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA)
+    members, kinds = _pieces_to_members(chains, pieces, kinds, min_elements)
+    for _ in range(4):
+        joined, joined_kinds = _join(edges, weight, members, kinds, correlation, reach)
+        if len(joined) == len(members):
+            break
+        members, kinds = joined, joined_kinds
+    return _measure(edges, weight, members, kinds, correlation, scale)
+
+
+def _pieces_to_members(chains: Chains, pieces: IntArray, kinds: IntArray, min_elements: int) -> tuple[Chains, IntArray]:
+    """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners."""
+    chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
+    at_start = pieces[:, 0] == chains.offsets[chain]
+    at_end = pieces[:, 1] == chains.offsets[chain + 1] - 1
+    long = pieces[:, 1] - pieces[:, 0] >= 4 * _TRIM + min_elements
+    first = pieces[:, 0] + np.where(at_start, 0, np.where(long, _TRIM, 1))
+    last = pieces[:, 1] - np.where(at_end, 0, np.where(long, _TRIM, 0))
+    counts = last - first + 1
+    kept = counts >= min_elements
+    first, counts, kinds = first[kept], counts[kept], kinds[kept]
+    closed = chains.closed[chain[kept]] & at_start[kept] & at_end[kept]
+    return _gather(chains.elements, first, counts, closed), kinds
+
+
+def _gather(
+    elements: IntArray, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: BoolArray
+) -> Chains:
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    where = np.repeat(first - offsets[:-1], counts) + np.arange(offsets[-1])
+    return Chains(elements[where], offsets.astype(np.int32), closed)
+
+
+def _join(
+    edges: EdgeElements, weight: FloatArray, members: Chains, kinds: IntArray, correlation: float, reach: float
+) -> tuple[Chains, IntArray]:
+    """One round: pairs of arcs, end to start, that one line or circle describes for less; each arc in at most one."""
+    from scipy.spatial import cKDTree
+
+    from vision.extraction import _arc_kernels
+
+    usable = np.flatnonzero(~members.closed & (kinds != FREE))
+    if len(usable) < 2:
+        return members, kinds
+    first, last = members.elements[members.offsets[:-1]], members.elements[members.offsets[1:] - 1]
+    starts = np.column_stack([edges.x[first], edges.y[first]])
+    ends = np.column_stack([edges.x[last], edges.y[last]])
+    near = cKDTree(ends[usable]).query_ball_tree(cKDTree(starts[usable]), reach)
+    tail = np.repeat(usable, [len(found) for found in near])
+    head = usable[np.concatenate([np.sort(found) for found in near]).astype(np.intp)]
+    gap = starts[head] - ends[tail]
+    ahead = gap[:, 0] * -edges.ny[last[tail]] + gap[:, 1] * edges.nx[last[tail]]
+    agree = edges.nx[last[tail]] * edges.nx[first[head]] + edges.ny[last[tail]] * edges.ny[first[head]]
+    distance = np.hypot(gap[:, 0], gap[:, 1])
+    likely = (tail != head) & (ahead > -3.0) & (ahead > 0.7 * distance - 3.0) & (agree > 0.5)
+    tail, head, distance = tail[likely], head[likely], distance[likely]
+    pairs = np.column_stack([tail, head]).astype(np.int32)
+
+    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    apart = _PRICE[kinds] + alone[:, 4] * alone[:, 5] / (2.0 * correlation)
+    joint = _arc_kernels.joint_costs(x, y, w, members.offsets, pairs, correlation)
+    line = joint[:, 0] + _PRICE[LINE]
+    circle = np.where(joint[:, 2] > _MIN_SAGITTA, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
+    circle[(kinds[tail] == LINE) & (kinds[head] == LINE)] = np.inf
+    saving = apart[tail] + apart[head] - np.minimum(line, circle) - 0.1 * distance
+    # a misfit that long arcs can pay for is still a misfit
+    fits = 2.0 * np.minimum(joint[:, 0], joint[:, 1]) * correlation < 2.0 * (
+        members.counts[tail] + members.counts[head]
+    )
+    partner = np.full(len(members), -1, np.intp)
+    taken = np.zeros(len(members), np.bool_)
+    new_kinds = kinds.copy()
+    for at in np.lexsort((head, tail, -saving)):
+        a, b = tail[at], head[at]
+        if saving[at] <= 0.0 or not fits[at] or taken[a] or taken[b]:
+            continue
+        taken[a] = taken[b] = True
+        partner[a] = b
+        new_kinds[a] = LINE if line[at] <= circle[at] else CIRCULAR
+    is_head = np.zeros(len(members), np.bool_)
+    is_head[partner[partner >= 0]] = True
+    kept = np.flatnonzero(~is_head)
+    sequence = np.column_stack([kept, partner[kept]]).ravel()
+    sequence = sequence[sequence >= 0]
+    strung = _gather(members.elements, members.offsets[sequence], members.counts[sequence], np.zeros(0, np.bool_))
+    counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept]
+
+
+def _measure(
+    edges: EdgeElements, weight: FloatArray, members: Chains, kinds: IntArray, correlation: float, scale: float
+) -> Arcs:
+    """Final fits and the columns that follow from them."""
+    from vision.extraction import _arc_kernels
+
+    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    first, last = members.offsets[:-1], members.offsets[1:] - 1
+    ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
+    line, circular = (kinds == LINE)[:, None], (kinds == CIRCULAR)[:, None]
+    centre, direction, radius = fit[:, :2], fit[:, 2:4], fit[:, 2]
+    on_line = centre + np.sum((ends - centre) * direction, axis=2, keepdims=True) * direction
+    spoke = ends - centre
+    spoke_length = np.maximum(np.linalg.norm(spoke, axis=2, keepdims=True), 1e-12)
+    width = members.mean(edges.width)
+    # smoothing draws a curved edge inwards by S^2 / 2R, S the spread of operator and blur together
+    unbiased = radius + (scale**2 + width**2) / (2.0 * np.maximum(radius, scale))
+    on_circle = centre + spoke / spoke_length * unbiased[:, None]
+    start, end = np.where(line, on_line, np.where(circular, on_circle, ends))
+
+    steps = np.hypot(np.diff(x, append=0.0), np.diff(y, append=0.0))
+    steps[last] = 0.0
+    course = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
+    closing = np.hypot(*(ends[0] - ends[1]).T)
+    turn = course / np.maximum(radius, 1e-9)
+    closed = members.closed | ((kinds == CIRCULAR) & (closing < 0.15 * course) & (turn > 5.0))
+    length = np.where(line[:, 0], np.hypot(*(end - start).T), course + np.where(closed, closing, 0.0))
+    variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
+    nan = np.full(len(kinds), np.nan)
+    is_circular = circular[:, 0]
+    return Arcs(
+        kind=kinds.astype(np.int8),
+        start_x=start[:, 0],
+        start_y=start[:, 1],
+        end_x=end[:, 0],
+        end_y=end[:, 1],
+        centre_x=np.where(is_circular, centre[:, 0], nan),
+        centre_y=np.where(is_circular, centre[:, 1], nan),
+        radius=np.where(is_circular, unbiased, nan),
+        length=length,
+        closed=closed,
+        contrast=members.mean(edges.contrast),
+        width=width,
+        sigma=np.sqrt(variance),
+        angle_sigma=np.sqrt(variance / np.maximum(fit[:, 6], 1e-12)),
+        residual=np.sqrt(fit[:, 7]),
+        offsets=members.offsets,
+        elements=members.elements,
+    )

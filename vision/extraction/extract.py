@@ -1,0 +1,132 @@
+"""The fused pass: from a picture to edge elements, arcs, regions, topography and relations."""
+
+import json
+from dataclasses import asdict, dataclass, field
+from time import perf_counter
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import UsageError
+from vision.extraction.arcs import Arcs, fit_arcs
+from vision.extraction.edges import EdgeElements, edge_elements, grey_image
+from vision.extraction.linking import Chains, clear, fill_gaps, link
+from vision.extraction.noise import noise_curve
+from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
+from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
+from vision.extraction.topography import label_histogram, topographic_labels
+
+FloatArray = npt.NDArray[np.float64]
+
+VERSION = "1"  # raised whenever equal pictures and parameters come to give other primitives
+
+
+@dataclass(frozen=True)
+class ExtractionParameters:
+    """What an extraction depends on besides the picture.
+
+    `scale` (px) of the facets for edges, `topography_scale` for the labels; `min_contrast` (grey 0..255),
+    `significance` of the gradient and `max_sigma` (px) of edge elements; chains shorter than `min_elements` or weaker
+    than `min_strength` (mean contrast times fourth root of the number of elements) are cleared; `fill_reach` (px) of
+    bridges, `join_reach` (px) of arcs; `regions` is `leak-proof` or `plain`; `relation_radius` in px.
+    """
+
+    scale: float = 1.4
+    topography_scale: float = 2.0
+    min_contrast: float = 4.0
+    significance: float = 1e-3
+    max_sigma: float = 0.5
+    min_elements: int = 10
+    min_strength: float = 45.0
+    fill_reach: float = 25.0
+    join_reach: float = 40.0
+    regions: str = "leak-proof"
+    min_region_area: int = 40
+    relation_radius: float = 80.0
+
+    def __post_init__(self) -> None:
+        if self.regions not in ("leak-proof", "plain"):
+            raise UsageError(f"there are no regions of kind {self.regions}: ask for leak-proof or plain")
+
+    def to_json(self) -> str:
+        """All parameters, defaults included, keys sorted."""
+        return json.dumps(asdict(self), sort_keys=True)
+
+
+@dataclass(frozen=True)
+class Extraction:
+    """All that was found in one picture of `shape` (rows, columns).
+
+    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept;
+    `topography` (regions, 11) counts the labels of `topography.LABELS`; `timings_s` says what each stage took.
+    """
+
+    shape: tuple[int, int]
+    parameters: ExtractionParameters
+    noise: FloatArray
+    edges: EdgeElements
+    chains: Chains
+    arcs: Arcs
+    regions: Regions
+    region_arcs: RegionArcs
+    topography: npt.NDArray[np.int64]
+    relations: Relations
+    timings_s: dict[str, float] = field(compare=False)
+
+    @property
+    def noise_sigma(self) -> float:
+        """The noise at middle grey."""
+        return float(np.median(self.noise))
+
+
+_DEFAULTS = ExtractionParameters()
+
+
+def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) -> Extraction:
+    """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
+
+    Deterministic: equal pictures and parameters give equal columns.  Raises InputError as `grey_image` does.
+    """
+    p = parameters
+    timings: dict[str, float] = {}
+    clock = perf_counter()
+
+    def lap(stage: str) -> None:
+        nonlocal clock
+        now = perf_counter()
+        timings[stage] = now - clock
+        clock = now
+
+    grey = grey_image(image)
+    noise = noise_curve(grey)
+    lap("noise")
+    edges = edge_elements(
+        grey,
+        p.scale,
+        min_contrast=p.min_contrast,
+        significance=p.significance,
+        max_sigma=p.max_sigma,
+        noise=noise,
+    )
+    lap("edges")
+    shape = (grey.shape[0], grey.shape[1])
+    # What is filled may be a fifth weaker and half as long as what is kept: a bridge can make it strong enough.
+    chains = clear(
+        edges, link(edges, shape), min_elements=max(p.min_elements // 2, 2), min_strength=0.8 * p.min_strength
+    )
+    chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
+    chains = clear(edges, chains, min_elements=p.min_elements, min_strength=p.min_strength)
+    lap("linking")
+    arcs = fit_arcs(edges, chains, scale=p.scale, reach=p.join_reach)
+    lap("arcs")
+    mask = edge_mask(edges, chains, arcs, shape)
+    find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
+    regions = find_regions(grey, mask, min_area=p.min_region_area)
+    lap("regions")
+    labels = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
+    histogram = label_histogram(labels, regions.labels, len(regions))
+    lap("topography")
+    borders = region_arcs(edges, arcs, regions)
+    found = relations(arcs, regions, borders, radius=p.relation_radius)
+    lap("relations")
+    return Extraction(shape, p, noise, edges, chains, arcs, regions, borders, histogram, found, timings)

@@ -1,0 +1,149 @@
+"""Steps 2 and 3: edge elements linked to chains, gaps between chain ends filled, weak chains cleared.
+
+A chain runs along the tangent (-ny, nx): the bright side lies on the left of who walks it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.edges import EdgeElements
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Chains:
+    """Chain i is `elements[offsets[i] : offsets[i + 1]]`, indices of edge elements in order; `closed` marks loops."""
+
+    elements: IntArray
+    offsets: IntArray
+    closed: BoolArray
+
+    def __len__(self) -> int:
+        return len(self.closed)
+
+    @property
+    def counts(self) -> IntArray:
+        """Number of elements of each chain."""
+        return np.diff(self.offsets)
+
+    @property
+    def chain_of_member(self) -> npt.NDArray[np.intp]:
+        """Chain number of each entry of `elements`."""
+        return np.repeat(np.arange(len(self)), self.counts)
+
+    def mean(self, values: FloatArray) -> FloatArray:
+        """Mean over each chain of a column of the edge elements."""
+        return np.add.reduceat(values[self.elements], self.offsets[:-1]) / self.counts if len(self) else np.zeros(0)
+
+    def take(self, kept: BoolArray) -> "Chains":
+        """The chains that the mask selects."""
+        members = np.repeat(kept, self.counts)
+        offsets = np.concatenate([[0], np.cumsum(self.counts[kept])]).astype(np.int32)
+        return Chains(self.elements[members], offsets, self.closed[kept])
+
+
+def link(edges: EdgeElements, shape: tuple[int, int]) -> Chains:
+    """Chains and loops of the edge elements of an image of `shape` (rows, columns), by mutual best links."""
+    from vision.extraction import _link_kernels
+
+    successor = _link_kernels.mutual_successors(edges.x, edges.y, edges.nx, edges.ny, edges.pixel, *shape)
+    return Chains(*_link_kernels.follow(successor))
+
+
+def clear(edges: EdgeElements, chains: Chains, *, min_elements: int, min_strength: float) -> Chains:
+    """Chains of at least `min_elements` elements and of strength (see `strength`) at least `min_strength`."""
+    return chains.take((chains.counts >= min_elements) & (strength(edges, chains) >= min_strength))
+
+
+def strength(edges: EdgeElements, chains: Chains) -> FloatArray:
+    """Mean contrast (grey) times the fourth root of the number of elements: what a chain weighs as evidence.
+
+    Contrast counts for more than length because the streaks of a brushed surface are long too.
+    """
+    return chains.mean(edges.contrast) * chains.counts**0.25
+
+
+def fill_gaps(
+    edges: EdgeElements, chains: Chains, grey: FloatArray, *, reach: float = 25.0, max_angle: float = np.deg2rad(35.0)
+) -> Chains:
+    """Join chains end to start across gaps: up to 3 px, or up to `reach` px where both tangents lie within `max_angle`
+    of the chord and the picture shows a step of the same sign, at least a quarter as high, along the bridge.
+
+    One to one, cheapest d (1 + 2 (a1 + a2)) first where each is the other's best.
+    """
+    from scipy.spatial import cKDTree
+
+    from vision.extraction import _link_kernels
+
+    opened = np.flatnonzero(~chains.closed)
+    if len(opened) < 2:
+        return chains
+    first, last = chains.elements[chains.offsets[opened]], chains.elements[chains.offsets[opened + 1] - 1]
+    starts, ends = np.column_stack([edges.x[first], edges.y[first]]), np.column_stack([edges.x[last], edges.y[last]])
+    pairs = cKDTree(ends).sparse_distance_matrix(cKDTree(starts), reach, output_type="coo_matrix")
+    order = np.lexsort((pairs.col, pairs.row))
+    tail, head, distance = pairs.row[order], pairs.col[order], pairs.data[order]
+    chord = (starts[head] - ends[tail]) / np.maximum(distance, 1e-9)[:, None]
+    a1 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=True)[tail].T)
+    a2 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=False)[head].T)
+    likely = (distance <= 3.0) & (a1 < np.pi / 3) & (a2 < np.pi / 3) | (a1 < max_angle) & (a2 < max_angle)
+    likely &= ~((tail == head) & (chains.counts[opened][tail] < 12))
+    tail, head, distance, chord = tail[likely], head[likely], distance[likely], chord[likely]
+    cost = distance * (1.0 + 2.0 * (a1 + a2)[likely])
+    height = _bridge_contrast(grey, ends[tail], chord, distance)
+    held = (distance <= 3.0) | (height >= 0.25 * np.minimum(edges.contrast[last][tail], edges.contrast[first][head]))
+    tail, head, cost = tail[held], head[held], cost[held]
+
+    next_chain = np.full(len(opened), -1, np.int32)
+    previous = np.full(len(opened), -1, np.int32)
+    for at in np.lexsort((head, tail, cost)):
+        if next_chain[tail[at]] < 0 and previous[head[at]] < 0:
+            next_chain[tail[at]], previous[head[at]] = head[at], tail[at]
+    sequence, offsets, looped = _link_kernels.follow(next_chain)
+    return _concatenate(chains, opened[sequence], offsets, looped)
+
+
+def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArray, looped: BoolArray) -> Chains:
+    """Open chains strung together in groups `offsets` of `sequence`, then the chains that were loops already."""
+    loops = np.flatnonzero(chains.closed)
+    pieces = np.concatenate([sequence, loops])
+    counts = chains.counts[pieces]
+    where = np.repeat(chains.offsets[pieces] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
+    elements = chains.elements[where + np.arange(counts.sum())]
+    grouped = np.concatenate([offsets, offsets[-1] + 1 + np.arange(len(loops))])
+    bounds = np.concatenate([[0], np.cumsum(counts)])[grouped].astype(np.int32)
+    return Chains(elements, bounds, np.concatenate([looped, np.ones(len(loops), np.bool_)]))
+
+
+def _end_tangents(edges: EdgeElements, chains: Chains, which: npt.NDArray[np.intp], *, last_end: bool) -> FloatArray:
+    """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to five elements."""
+    reach = np.minimum(5, chains.counts[which])
+    total = np.zeros((len(which), 2))
+    for back in range(5):
+        member = chains.offsets[which + 1] - 1 - back if last_end else chains.offsets[which] + back
+        element = chains.elements[np.where(back < reach, member, chains.offsets[which])]
+        total += np.where(back < reach, 1.0, 0.0)[:, None] * np.column_stack([-edges.ny[element], edges.nx[element]])
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
+
+
+def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
+    return np.asarray(np.arccos(np.clip(chord[:, 0] * tx + chord[:, 1] * ty, -1.0, 1.0)))
+
+
+def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray) -> FloatArray:
+    """Mean over nine points of each bridge of the grey 2 px to its left less that 2 px to its right."""
+    from scipy.ndimage import map_coordinates
+
+    share = np.linspace(0.1, 0.9, 9)
+    points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]
+    left = np.column_stack([chord[:, 1], -chord[:, 0]])[:, None, :]
+    grey_at = [
+        map_coordinates(grey, [(points + side * left)[..., 1], (points + side * left)[..., 0]], order=1, mode="nearest")
+        for side in (2.0, -2.0)
+    ]
+    return np.asarray((grey_at[0] - grey_at[1]).mean(axis=1))

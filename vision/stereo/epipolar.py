@@ -1,0 +1,218 @@
+"""Step 1 of Pong's matcher: arcs of both pictures cross the rows of the rectified pair; rows vote for pairs of arcs.
+
+Pong, Haralick and Shapiro, Pattern Recognition Letters 1989; dynamic programming along a row after Ohta and Kanade,
+PAMI 7 (1985).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.stereo.rectification import Floats, Rectification, View
+
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class StereoArcs:
+    """What stereo takes of the arcs of one picture: their courses, packed, and two numbers an arc.
+
+    Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (n,): height of the
+    step, grey levels, positive where the bright side lies left of the walk.  `sigma` (n,): lateral standard deviation,
+    px.  `straight` (n,): whether it is a line.
+    """
+
+    offsets: Integers
+    points: Floats
+    contrast: Floats
+    sigma: Floats
+    straight: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+
+@dataclass(frozen=True)
+class DepthRange:
+    """Least and greatest depth, z in the left camera's frame, mm, at which something may be seen.
+
+    Each is a number, or a map (rows, columns) that covers the left picture, coarse or fine: what the prior predicts at
+    each place, widened by what the prior leaves open.
+    """
+
+    near: float | Floats
+    far: float | Floats
+
+    def at(self, pixels: Floats, width: int, height: int) -> tuple[Floats, Floats]:
+        """Near and far (n,) at left pixels (n, 2)."""
+
+        def look_up(values: float | Floats) -> Floats:
+            grid = np.atleast_2d(np.asarray(values, float))
+            size = np.array([width, height])
+            cell = ((pixels + 0.5) / size * grid.shape[::-1]).astype(np.int64)
+            column, row = np.clip(cell, 0, np.array(grid.shape[::-1]) - 1).T
+            return np.asarray(grid[row, column])
+
+        return look_up(self.near), look_up(self.far)
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Where arcs cross rows of the rectified pair, ordered by row and x.
+
+    `start` (rows + 1) delimits the crossings of a row, counted from `first_row`.  x px; `angle` rad from the vertical
+    (dx/dy = tan); `contrast` grey levels, positive where the right-hand side (greater x) is bright; `sigma` px along
+    the row; `position`: index of the arc's point before the crossing, plus the share of the way to the next.
+    """
+
+    arc: Integers
+    row: Integers
+    x: Floats
+    angle: Floats
+    contrast: Floats
+    sigma: Floats
+    position: Floats
+    start: Integers
+
+
+@dataclass(frozen=True)
+class Votes:
+    """Rows that matched a crossing of arc `left` to one of arc `right`, one a pair of arcs.
+
+    `overlap`: rows that both cross; `disparity`: median over the voting rows, px.  `left_extent`, `right_extent`: how
+    often each arc of the picture crosses a row (0: it lies along the rows).  The votes themselves are crossings
+    `left_crossing`, `right_crossing`, ordered by pair and row; those of pair k stand from `start[k]` to `start[k + 1]`.
+    """
+
+    left: Integers
+    right: Integers
+    votes: Integers
+    overlap: Integers
+    disparity: Floats
+    left_extent: Integers
+    right_extent: Integers
+    left_crossing: Integers
+    right_crossing: Integers
+    start: Integers
+
+
+@dataclass(frozen=True)
+class EpipolarParameters:
+    """`least_rise`: sine of the angle to the rows below which a crossing says nothing of disparity; `angle_sigma` rad;
+    `contrast_sigma`: of the signed logarithm of the step; `skip`: price of a crossing left alone; `layers`: how often
+    what could not keep the order along a row is matched anew.
+
+    On rendered metal true pairs differ by 0.05 rad and 0.25 in the median, by 0.2 rad and 0.8 at the 95th percentile,
+    and one in fifteen changes sign.  Between half and twice these values precision and recall move by a few hundredths.
+    A second layer lifts the recall on random wireframes, where order means little, from .86 to .96.
+    """
+
+    least_rise: float = 0.2
+    angle_sigma: float = 0.25
+    contrast_sigma: float = 0.7
+    skip: float = 2.0
+    layers: int = 2
+
+
+def cross_rows(
+    rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, least_rise: float
+) -> Crossings:
+    """Crossings of the arcs of one picture with rows first_row .. first_row + rows - 1."""
+    from vision.stereo import _epipolar_kernels
+
+    points = rectification.points(view, arcs.points)
+    arc, row, at = _epipolar_kernels.row_crossings(
+        arcs.offsets, np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1]), _TANGENT_REACH, least_rise
+    )
+    inside = (row >= first_row) & (row < first_row + rows)
+    arc, row, at = arc[inside], row[inside] - first_row, at[inside]
+    order = np.lexsort((at[:, 0], row))
+    arc, row, at = arc[order], row[order], at[order]
+    x, slope, rise, position = at.T
+    # Walking down the picture (rise > 0) the left-hand side is that of greater x.
+    return Crossings(
+        arc=arc,
+        row=row,
+        x=np.ascontiguousarray(x),
+        angle=np.arctan(slope),
+        contrast=arcs.contrast[arc] * np.sign(rise),
+        sigma=arcs.sigma[arc] / np.abs(rise),
+        position=np.ascontiguousarray(position),
+        start=np.searchsorted(row, np.arange(rows + 1)).astype(np.int64),
+    )
+
+
+_TANGENT_REACH = 4  # points to both sides whose chord is the tangent at a crossing
+
+
+def common_row_range(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
+    """First row and number of rows that arcs of both pictures reach."""
+    spans = []
+    for view, arcs in ((rectification.left, left), (rectification.right, right)):
+        y = rectification.points(view, arcs.points)[:, 1]
+        spans.append((np.floor(y.min(initial=np.inf)), np.ceil(y.max(initial=-np.inf))))
+    first, last = max(spans[0][0], spans[1][0]), min(spans[0][1], spans[1][1])
+    return (int(first), int(last - first) + 1) if last >= first else (0, 0)
+
+
+def signed_log(contrast: Floats) -> Floats:
+    """Contrast on a scale on which its logarithm counts and its sign stays; steps below 8 grey levels count little."""
+    return np.asarray(np.arcsinh(contrast / 8.0))
+
+
+def vote(
+    left: Crossings,
+    right: Crossings,
+    low: Floats,
+    high: Floats,
+    left_count: int,
+    right_count: int,
+    parameters: EpipolarParameters,
+) -> Votes:
+    """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
+    from vision.stereo import _epipolar_kernels
+
+    match = _epipolar_kernels.match_rows(
+        left.start, left.x, left.angle, signed_log(left.contrast), low, high,
+        right.start, right.x, right.angle, signed_log(right.contrast),
+        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
+    )  # fmt: skip
+    i = np.flatnonzero(match >= 0)
+    j = match[i]
+    order = np.lexsort((left.row[i], right.arc[j], left.arc[i]))
+    i, j = i[order], j[order]
+    pair = left.arc[i] * max(right_count, 1) + right.arc[j]
+    _, first, votes = np.unique(pair, return_index=True, return_counts=True)
+    start = np.append(first, len(pair)).astype(np.int64)
+    pair_left, pair_right = left.arc[i[first]], right.arc[j[first]]
+    left_start, left_row, left_extent = _by_arc(left, left_count)
+    right_start, right_row, right_extent = _by_arc(right, right_count)
+    return Votes(
+        left=pair_left,
+        right=pair_right,
+        votes=votes.astype(np.int64),
+        overlap=_epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row),
+        disparity=_group_medians(left.x[i] - right.x[j], start),
+        left_extent=left_extent,
+        right_extent=right_extent,
+        left_crossing=i,
+        right_crossing=j,
+        start=start,
+    )
+
+
+def _by_arc(crossings: Crossings, count: int) -> tuple[Integers, Integers, Integers]:
+    """Start of each arc's crossings, their rows ascending within the arc, and how many each arc has."""
+    order = np.argsort(crossings.arc, kind="stable")
+    extent = np.bincount(crossings.arc, minlength=count).astype(np.int64)
+    return np.concatenate([[0], np.cumsum(extent)]).astype(np.int64), crossings.row[order], extent
+
+
+def _group_medians(values: Floats, start: Integers) -> Floats:
+    """Median of each run of values, start[k] .. start[k + 1]; none is empty."""
+    group = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    ordered = values[np.lexsort((values, group))]
+    return np.asarray(0.5 * (ordered[(start[:-1] + start[1:] - 1) // 2] + ordered[(start[:-1] + start[1:]) // 2]))

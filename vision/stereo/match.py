@@ -1,0 +1,117 @@
+"""Stereo by arcs: steps 1 and 2 of Pong's matcher, and the matched arcs in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.matching.assignment import Assignment
+from vision.cameras import Rig
+from vision.stereo.epipolar import (
+    DepthRange,
+    EpipolarParameters,
+    Integers,
+    StereoArcs,
+    Votes,
+    common_row_range,
+    cross_rows,
+    vote,
+)
+from vision.stereo.rectification import Rectification, rectify
+from vision.stereo.segments import Candidates, SegmentParameters, assign, candidates
+from vision.stereo.triangulate import Triangulated, triangulate_pairs
+
+Flags = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class StereoParameters:
+    epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
+    segments: SegmentParameters = field(default_factory=SegmentParameters)
+
+
+@dataclass(frozen=True)
+class StereoMatches:
+    """What stereo found; arcs bear the numbers of their extractions.
+
+    `assignment.label` (left arcs,) is the right arc of each left one, -1 for none, `reason` says why: matched,
+    no_candidate, null_cheaper or taken.  `left_votable`, `right_votable`: arcs that cross epipolar rows; the others lie
+    along them or outside what both pictures show, and stereo says nothing about them.
+    """
+
+    parameters: StereoParameters
+    rectification: Rectification
+    votes: Votes
+    candidates: Candidates
+    assignment: Assignment
+    reason: npt.NDArray[np.str_]
+    left_votable: Flags
+    right_votable: Flags
+    triangulated: Triangulated
+
+    @property
+    def left_unmatched(self) -> Flags:
+        """Left arcs that should have found a counterpart and did not: highlights, texture, what one camera alone sees.
+
+        A fragment whose rows vote for an arc that goes to another fragment has a counterpart, though no partner.
+        """
+        return self._unmatched(self.votes.left, self.votes.left_extent, self.assignment.label >= 0, self.left_votable)
+
+    @property
+    def right_unmatched(self) -> Flags:
+        """Right arcs that should have found a counterpart and did not."""
+        taken = np.zeros(len(self.right_votable), bool)
+        taken[self.assignment.label[self.assignment.label >= 0]] = True
+        return self._unmatched(self.votes.right, self.votes.right_extent, taken, self.right_votable)
+
+    def _unmatched(self, arc: Integers, extent: Integers, matched: Flags, votable: Flags) -> Flags:
+        most = np.zeros(len(extent), np.int64)
+        np.maximum.at(most, arc, self.votes.votes)
+        return votable & ~matched & (2 * most < extent)
+
+
+def match_arcs(
+    rig: Rig,
+    left: StereoArcs,
+    right: StereoArcs,
+    depth_range: DepthRange,
+    parameters: StereoParameters | None = None,
+) -> StereoMatches:
+    """Match the arcs of the cameras `left` and `right` of the rig, for things seen within `depth_range`."""
+    parameters = parameters or StereoParameters()
+    rectification = rectify(rig)
+    first_row, rows = common_row_range(rectification, left, right)
+    rise = parameters.epipolar.least_rise
+    left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, rise)
+    right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, rise)
+    pixels = left.points[left_crossings.position.astype(np.int64)]
+    camera = rectification.left.camera
+    near, far = depth_range.at(pixels, camera.width, camera.height)
+    votes = vote(
+        left_crossings,
+        right_crossings,
+        rectification.disparity(pixels, far),
+        rectification.disparity(pixels, near),
+        len(left),
+        len(right),
+        parameters.epipolar,
+    )
+    found = candidates(votes, parameters.segments)
+    assignment, reason = assign(found, len(left), len(right), parameters.segments)
+    made = assignment.label[found.left] == found.right
+    least = parameters.segments.least_votes
+    return StereoMatches(
+        parameters=parameters,
+        rectification=rectification,
+        votes=votes,
+        candidates=found,
+        assignment=assignment,
+        reason=reason,
+        left_votable=votes.left_extent >= least,
+        right_votable=votes.right_extent >= least,
+        triangulated=triangulate_pairs(
+            rectification, first_row, votes, found.pair[made], (left, left_crossings), (right, right_crossings)
+        ),
+    )

@@ -1,0 +1,103 @@
+"""A stereo match as rows of the store."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from relmodel.matching.assignment import NONE
+from relmodel.store.runs import Run
+from vision.stereo.match import StereoMatches
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+
+def record_arc_units(run: Run, connection: Connection, extraction_id: int, arc_count: int) -> int:
+    """Append the unit set of an extraction's arcs, unit i standing for arc i, and return its identity."""
+    unit_set = int(run.store.new_ids(connection, "unit_set", 1)[0])
+    run.append(connection, "unit_set", {"id": [unit_set], "kind": "image", "extraction_id": [extraction_id]})
+    arcs = np.arange(arc_count)
+    run.append(connection, "unit", {"unit_set_id": unit_set, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
+    return unit_set
+
+
+def record_stereo(
+    run: Run, connection: Connection, problem_no: int, units_id: int, labels_id: int, matches: StereoMatches
+) -> None:
+    """Append the problem, its candidates, votes, assignment, certificate and triangulated arcs.
+
+    `units_id` and `labels_id` are unit sets whose unit i is arc i of the left and of the right extraction.
+    """
+    votes, found, assignment = matches.votes, matches.candidates, matches.assignment
+    space = matches.triangulated
+    key = {"run_id": run.id, "problem_no": problem_no}
+    units, labels = np.arange(len(assignment.label)), np.arange(len(assignment.label_dual))
+    null_cost = np.full(len(units), matches.parameters.segments.null_cost)
+    run.append(
+        connection,
+        "problem",
+        {
+            **key,
+            "kind": ["stereo"],
+            "method": ["epipolar_votes"],
+            "units_id": units_id,
+            "labels_id": labels_id,
+            "parameters": [json.dumps(asdict(matches.parameters), sort_keys=True)],
+            "status": ["optimal"],
+            "cost": [assignment.cost],
+            "bound": [assignment.bound],
+        },
+    )
+    run.append(
+        connection,
+        "candidate",
+        {
+            **key,
+            "unit_no": np.concatenate([found.left, units]),
+            "label_no": np.concatenate([found.right, np.full(len(units), NONE)]),
+            "cost": np.concatenate([found.cost, null_cost]),
+        },
+    )
+    run.append(
+        connection,
+        "vote",
+        {
+            **key,
+            "unit_no": votes.left,
+            "label_no": votes.right,
+            "votes": votes.votes,
+            "overlap": votes.overlap,
+            "disparity": votes.disparity,
+        },
+    )
+    run.append(
+        connection,
+        "assignment",
+        {
+            **key,
+            "unit_no": units,
+            "label_no": [None if label == NONE else label for label in assignment.label.tolist()],
+            "cost": assignment.unit_cost,
+            "reason": matches.reason.tolist(),
+        },
+    )
+    run.append(
+        connection,
+        "bound_certificate",
+        {
+            **key,
+            "side": ["unit"] * len(units) + ["label"] * len(labels),
+            "item_no": np.concatenate([units, labels]),
+            "dual": np.concatenate([assignment.unit_dual, assignment.label_dual]),
+        },
+    )
+    ends = {
+        f"{end}_{axis}": np.ascontiguousarray(points[:, i])
+        for end, points in (("start", space.start), ("end", space.end))
+        for i, axis in enumerate("xyz")
+    }
+    run.append(connection, "triangulated_unit", {**key, "unit_no": space.left, **ends, "sigma": space.sigma})

@@ -1,0 +1,99 @@
+"""Epipolar geometry of two cameras of a rig: points of both pictures in coordinates whose rows are epipolar lines.
+
+Both cameras are turned, in thought, to look the same way, square to the baseline, with one focal length (Fusiello,
+Trucco and Verri, Machine Vision and Applications 12, 2000).  Only points are mapped, never pictures, so nothing is
+resampled, and lens distortion and toe-in cost no accuracy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import InputError
+from vision.cameras import Camera, Rig
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class View:
+    """One camera of the pair: `rectified_from_camera` (3, 3) turns its directions into the rectified frame."""
+
+    camera: Camera
+    rectified_from_camera: Floats
+
+    def directions(self, pixels: Floats) -> Floats:
+        """Rays (n, 3), camera frame, z = 1, of pixels (n, 2)."""
+        plain = self.camera.undistort(np.asarray(pixels, float).reshape(-1, 2))
+        homogeneous = np.concatenate([plain, np.ones((len(plain), 1))], axis=1)
+        return np.asarray(homogeneous @ np.linalg.inv(self.camera.matrix).T)
+
+
+@dataclass(frozen=True)
+class Rectification:
+    """The rectified pair.
+
+    Frame: origin at the left camera's centre, x along the baseline to the right camera, z forward, mm.  A point
+    (X, Y, Z) there has the left coordinates (f X/Z, f Y/Z) and the right ones (f (X - b)/Z, f Y/Z): the same row, and
+    disparity x_left - x_right = f b/Z.  `focal` f in px, `baseline` b in mm, `rig_from_rectified` (4, 4).
+    """
+
+    left: View
+    right: View
+    focal: float
+    baseline: float
+    rig_from_rectified: Floats
+
+    def points(self, view: View, pixels: Floats) -> Floats:
+        """Rectified coordinates (n, 2), px, of pixels (n, 2) of one of the two pictures."""
+        rays = view.directions(pixels) @ view.rectified_from_camera.T
+        return np.asarray(self.focal * rays[:, :2] / rays[:, 2:])
+
+    def disparity(self, pixels: Floats, depth: Floats) -> Floats:
+        """Disparity (n,) of points seen at left pixels (n, 2) whose z in the left camera's frame is `depth` mm."""
+        stretch = self.left.directions(pixels) @ self.left.rectified_from_camera[2]
+        return np.asarray(self.focal * self.baseline / (depth * stretch))
+
+    def triangulate(self, points: Floats, disparity: Floats) -> Floats:
+        """Points (n, 3) in the rig's frame, mm, of rectified left points (n, 2) and their disparities (n,)."""
+        z = self.focal * self.baseline / disparity
+        rectified = np.stack([points[:, 0] * z / self.focal, points[:, 1] * z / self.focal, z], axis=1)
+        return np.asarray(rectified @ self.rig_from_rectified[:3, :3].T + self.rig_from_rectified[:3, 3])
+
+    def depth_sigma(self, disparity: Floats, disparity_sigma: Floats) -> Floats:
+        """Standard deviation (n,) of the point along the line of sight, mm: dZ = Z^2/(f b) dd."""
+        return np.asarray(self.focal * self.baseline / disparity**2 * disparity_sigma)
+
+
+def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification:
+    """The rectified pair of two cameras of the rig; InputError where they do not see the same side of the baseline."""
+    rig = rig.only(left, right)
+    rig_from_left, rig_from_right = rig.rig_from_camera[left], rig.rig_from_camera[right]
+    base = rig_from_right[:3, 3] - rig_from_left[:3, 3]
+    baseline = float(np.linalg.norm(base))
+    forward = rig_from_left[:3, 2] + rig_from_right[:3, 2]
+    if baseline < 1e-6:
+        raise InputError(f"The cameras '{left}' and '{right}' stand in one place; correct rig_from_camera in the rig.")
+    x = base / baseline
+    z = forward - (forward @ x) * x
+    if min(rig_from_left[:3, 2] @ z, rig_from_right[:3, 2] @ z) < 0.1 * max(float(np.linalg.norm(z)), 1e-9):
+        raise InputError(
+            f"The cameras '{left}' and '{right}' look along their baseline or away from each other; "
+            "correct rig_from_camera in the rig, or inspect with one camera."
+        )
+    z /= np.linalg.norm(z)
+    rig_from_rectified = np.eye(4)
+    rig_from_rectified[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    rig_from_rectified[:3, 3] = rig_from_left[:3, 3]
+    rectified_from_rig = rig_from_rectified[:3, :3].T
+    cameras = rig.cameras[left], rig.cameras[right]
+    return Rectification(
+        left=View(cameras[0], rectified_from_rig @ rig_from_left[:3, :3]),
+        right=View(cameras[1], rectified_from_rig @ rig_from_right[:3, :3]),
+        focal=float(np.mean([c.matrix[i, i] for c in cameras for i in (0, 1)])),
+        baseline=baseline,
+        rig_from_rectified=rig_from_rectified,
+    )
