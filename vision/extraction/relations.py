@@ -103,7 +103,7 @@ def _both_ways(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], value: Fl
 
 def _bounds(arcs: Arcs, regions: Regions, borders: RegionArcs) -> Part:
     key, which = np.unique(borders.arc.astype(np.int64) * max(len(regions), 1) + borders.region, return_inverse=True)
-    length = np.bincount(which, weights=borders.length, minlength=len(key))
+    length = np.bincount(which, weights=borders.length, minlength=len(key)).astype(np.float64)
     arc, region = key // max(len(regions), 1), key % max(len(regions), 1)
     return _both_ways(arc, len(arcs) + region, length, np.sqrt(2.0 + 0.05 * length))
 
@@ -114,9 +114,7 @@ def _adjacent(first_region: int, regions: Regions) -> Part:
     count = max(len(regions), 1)
     borders = _region_kernels.border_pairs(regions.labels, np.zeros(regions.labels.shape, np.bool_))
     key, steps = np.unique(borders[:, 0] * count + borders[:, 1], return_counts=True)
-    length = np.asarray(
-        steps * (np.pi / 4.0), dtype=np.float64
-    )  # a border in general position counts 4/pi pixel sides a pixel of length
+    length = steps * (np.pi / 4.0)  # a border in general position counts 4 / pi pixel sides a pixel of length
     return _both_ways(first_region + key // count, first_region + key % count, length, np.sqrt(2.0 + 0.05 * length))
 
 

@@ -1,0 +1,45 @@
+"""An extraction in the store: what was found is what is read back."""
+
+from pathlib import Path
+
+import numpy as np
+import sqlalchemy as sa
+
+from relmodel.store.runs import Run
+from relmodel.store.store import Store
+from vision.extraction.extract import extract
+from vision.extraction.record import record_extraction
+from vision.images import Picture
+from vision.input_rows import record_picture
+
+from .synthetic import disc
+
+
+def test_rows_are_the_columns(tmp_path: Path) -> None:
+    grey = disc(60.3, 58.8, 30.0, (120, 120))
+    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
+    with Store.create(tmp_path / "store.duckdb") as store, Run.begin(store, "extract", {}) as run:
+        with run.write() as connection:
+            image = record_picture(run, connection, picture, keep_bytes=False)
+            first = record_extraction(run, connection, image, "ab", found)
+            assert record_extraction(run, connection, image, "ab", found) == first
+        with store.read() as connection:
+
+            def count(table: str) -> int:
+                return int(connection.execute(sa.select(sa.func.count()).select_from(store.table(table))).scalar_one())
+
+            assert count("extraction") == 1
+            assert count("image_arc") == len(found.arcs) == 1
+            assert count("image_region") == len(found.regions) == 2
+            assert count("unit") == 3
+            assert count("unit_relation") == len(found.relations)
+            assert count("region_arc") == len(found.region_arcs) == 2
+            arc = connection.execute(sa.select(store.table("image_arc"))).one()
+            assert (arc.kind, arc.closed, arc.bright_side) == ("circular", True, "left")
+            assert arc.radius == found.arcs.radius[0]
+            polyline = connection.execute(sa.select(store.table("image_arc_polyline"))).one()
+            np.testing.assert_allclose(polyline.x, found.edges.x[found.arcs.elements], atol=1e-4)
+            elements = connection.execute(sa.select(store.table("edge_elements"))).one()
+            assert set(elements.arc_no) == {0}
+            pixels = connection.execute(sa.select(store.table("region_topography").c.pixels)).scalars()
+            assert sum(pixels) == 120 * 120

@@ -1,0 +1,101 @@
+"""Relations and the fused pass on a picture of known layout: a bright ring of two squares, and a disc."""
+
+import numpy as np
+import pytest
+
+from relmodel.errors import UsageError
+from vision.extraction.arcs import LINE
+from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.extraction.relations import ADJACENT, BOUNDS, COLLINEAR, PARALLEL
+
+from .synthetic import FloatArray, render
+
+
+def square(half: float) -> FloatArray:
+    """Bright inside an axis-parallel square about (100, 100) of half side `half`."""
+    return render(lambda x, y: half - np.maximum(np.abs(x - 100), np.abs(y - 100)), (200, 200), 0.7, 0, 1)
+
+
+@pytest.fixture(scope="module")
+def ring() -> Extraction:
+    """Grey 60 outside, 180 between squares of half sides 70 and 30, 100 inside."""
+    image = 60 + 120 * square(70.2) - 80 * square(30.1) + np.random.default_rng(9).normal(0, 2, (200, 200))
+    return extract(np.clip(np.round(image), 0, 255).astype(np.uint8))
+
+
+def test_layout(ring: Extraction) -> None:
+    assert len(ring.regions) == 3
+    assert sorted(np.round(ring.regions.mean, -1)) == [60, 100, 180]
+    assert np.count_nonzero((ring.arcs.kind == LINE) & (ring.arcs.length > 40)) == 8
+
+
+def test_bounds_say_which_side(ring: Extraction) -> None:
+    labels = ring.regions.labels
+    outside, between, inside = labels[10, 10], labels[100, 50], labels[100, 100]
+    borders = ring.region_arcs
+    for arc in np.flatnonzero(ring.arcs.length > 40):
+        rows = borders.arc == arc
+        beyond = inside if ring.arcs.length[arc] < 100 else outside
+        assert dict(zip(borders.side[rows], borders.region[rows], strict=True)) == {0: between, 1: beyond}
+        np.testing.assert_allclose(borders.length[rows], ring.arcs.length[arc], rtol=0.1)
+
+
+def test_adjacent_regions_share_the_perimeter(ring: Extraction) -> None:
+    labels, found, first = ring.regions.labels, ring.relations, len(ring.arcs)
+    rows = found.kind == ADJACENT
+    pairs = {(a - first, b - first): v for a, b, v in zip(found.a[rows], found.b[rows], found.value[rows], strict=True)}
+    outside, between, inside = labels[10, 10], labels[100, 50], labels[100, 100]
+    assert set(pairs) == {(outside, between), (between, outside), (between, inside), (inside, between)}
+    assert pairs[inside, between] == pytest.approx(240, rel=0.25)
+    assert pairs[outside, between] == pytest.approx(560, rel=0.25)
+
+
+def test_parallel_lines_know_their_distance(ring: Extraction) -> None:
+    found, arcs = ring.relations, ring.arcs
+    rows = (found.kind == PARALLEL) & (arcs.length[np.minimum(found.a, len(arcs) - 1)] > 40)
+    distances = np.round(np.abs(found.value[rows])).astype(int)
+    # each side of the inner square with its opposite (60.2) and with the side of the outer square beside it (40.1)
+    assert sorted(set(distances)) == [40, 60]
+    assert np.abs(np.abs(found.value[rows]) - np.where(distances == 40, 40.1, 60.2)).max() < 0.15
+    # The ring is bright: its two borders see each other on their left; the inner sides see their opposite on the right.
+    assert np.all((found.value[rows] > 0) == (distances == 40))
+
+
+def test_every_relation_has_its_inverse(ring: Extraction) -> None:
+    found = ring.relations
+    rows = {(k, a, b) for k, a, b in zip(found.kind, found.a, found.b, strict=True)}
+    assert len(rows) == len(found)
+    assert all((k, b, a) in rows for k, a, b in rows)
+    assert {BOUNDS, ADJACENT, PARALLEL} <= {k for k, _, _ in rows}
+    assert np.all(found.sigma > 0)
+
+
+def test_collinear_lines_across_a_wide_gap() -> None:
+    image = render(lambda x, y: y - 50.3, (100, 260), 0.7, 60, 160)
+    image[:, 100:160] = 110.0
+    found = extract(image)
+    rows = found.relations.kind == COLLINEAR
+    assert rows.sum() == 2
+    np.testing.assert_allclose(found.relations.value[rows], 60, atol=8)
+
+
+def test_equal_input_gives_equal_columns(ring: Extraction) -> None:
+    image = np.random.default_rng(3).normal(100, 4, (80, 90)) + 80 * (np.arange(90) > 40)
+    first, second = extract(image), extract(image)
+    for table in ("edges", "arcs", "regions", "relations", "region_arcs"):
+        for name, column in vars(getattr(first, table)).items():
+            np.testing.assert_array_equal(column, getattr(getattr(second, table), name))
+
+
+@pytest.mark.parametrize("image", [np.zeros((4, 4), np.uint8), np.full((60, 60), 255, np.uint8), np.zeros((1, 300))])
+def test_pictures_without_content(image: FloatArray) -> None:
+    found = extract(image)
+    assert len(found.arcs) == 0
+    assert len(found.regions) <= 1
+
+
+def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> None:
+    image = 60 + 120 * square(70.2)
+    assert len(extract(image, ExtractionParameters(regions="plain")).regions) == 2
+    with pytest.raises(UsageError, match="leak-proof or plain"):
+        ExtractionParameters(regions="round")

@@ -1,0 +1,182 @@
+"""An extraction written as rows: edge elements, arcs, regions, topography, and the units and relations that matchers
+see."""
+
+import hashlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.store.columns import Columns, Ragged
+from relmodel.store.runs import Run
+from vision.extraction import arcs as arc_columns
+from vision.extraction import relations as relation_columns
+from vision.extraction.extract import VERSION, Extraction, ExtractionParameters
+from vision.extraction.topography import LABELS
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+_SIDES = np.array(["left", "right"], dtype=object)
+
+
+@dataclass(frozen=True)
+class RecordedExtraction:
+    """Identities of an extraction and of its set of units (arcs by number first, then regions)."""
+
+    extraction_id: int
+    unit_set_id: int
+
+
+def content_key(image_sha256: str, parameters: ExtractionParameters) -> str:
+    """What makes two extractions the same: image, parameters and version."""
+    return hashlib.sha256(f"{image_sha256} {parameters.to_json()} {VERSION}".encode()).hexdigest()
+
+
+def find_extraction(
+    run: Run, connection: "Connection", image_sha256: str, parameters: ExtractionParameters
+) -> RecordedExtraction | None:
+    """The extraction of that image with those parameters, if the store holds it."""
+    rows = run.store.rows(connection, "extraction_by_key", content_key=content_key(image_sha256, parameters))
+    return RecordedExtraction(int(rows[0].id), int(rows[0].unit_set_id)) if rows else None
+
+
+def record_extraction(
+    run: Run, connection: "Connection", image_id: int, image_sha256: str, extraction: Extraction
+) -> RecordedExtraction:
+    """Append all rows of an extraction of image `image_id`; where the store holds the same already, its identities."""
+    found = find_extraction(run, connection, image_sha256, extraction.parameters)
+    if found:
+        return found
+    extraction_id = int(run.store.new_ids(connection, "extraction", 1)[0])
+    unit_set_id = int(run.store.new_ids(connection, "unit_set", 1)[0])
+    run.append(
+        connection,
+        "extraction",
+        {
+            "id": [extraction_id],
+            "image_id": image_id,
+            "content_key": content_key(image_sha256, extraction.parameters),
+            "parameters": extraction.parameters.to_json(),
+            "version": VERSION,
+            "noise_sigma": extraction.noise_sigma,
+        },
+    )
+    for table, columns in _primitives(extraction).items():
+        run.append(connection, table, {"extraction_id": extraction_id, **columns})
+    run.append(connection, "unit_set", {"id": [unit_set_id], "kind": "image", "extraction_id": extraction_id})
+    for table, columns in _units(extraction).items():
+        run.append(connection, table, {"unit_set_id": unit_set_id, **columns})
+    return RecordedExtraction(extraction_id, unit_set_id)
+
+
+def _primitives(extraction: Extraction) -> dict[str, Columns]:
+    """Columns of the tables of schema/070, `extraction_id` left out, parents before children."""
+    edges, arcs, regions = extraction.edges, extraction.arcs, extraction.regions
+    linked = np.unique(extraction.chains.elements)  # loose elements are not worth their room
+    arc_of_element = np.full(len(edges), -1, np.int32)
+    arc_of_element[arcs.elements] = arcs.chains.chain_of_member
+    arc_no = np.arange(len(arcs), dtype=np.int32)
+    region_no = np.arange(len(regions), dtype=np.int32)
+    ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
+    labelled, label = np.nonzero(extraction.topography)
+    borders = extraction.region_arcs
+    return {
+        "edge_elements": {
+            "x": _one(edges.x[linked]),
+            "y": _one(edges.y[linked]),
+            "normal_x": _one(edges.nx[linked]),
+            "normal_y": _one(edges.ny[linked]),
+            "contrast": _one(edges.contrast[linked]),
+            "width": _one(edges.width[linked]),
+            "sigma": _one(edges.sigma[linked]),
+            "arc_no": _one(arc_of_element[linked], np.int32),
+        },
+        "image_arc": {
+            "arc_no": arc_no,
+            "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
+            "topography": "edge",
+            "start_x": arcs.start_x,
+            "start_y": arcs.start_y,
+            "end_x": arcs.end_x,
+            "end_y": arcs.end_y,
+            "centre_x": arcs.centre_x,
+            "centre_y": arcs.centre_y,
+            "radius": arcs.radius,
+            "length": arcs.length,
+            "closed": arcs.closed,
+            "bright_side": "left",
+            "contrast": arcs.contrast,
+            "width": arcs.width,
+            "sigma": arcs.sigma,
+            "residual": arcs.residual,
+            "element_count": arcs.chains.counts,
+        },
+        "image_arc_polyline": {
+            "arc_no": arc_no,
+            "x": _packed(edges.x[arcs.elements], arcs.offsets),
+            "y": _packed(edges.y[arcs.elements], arcs.offsets),
+        },
+        "image_region": {
+            "region_no": region_no,
+            "area": regions.area,
+            "centroid_x": regions.centroid_x,
+            "centroid_y": regions.centroid_y,
+            "x0": regions.x0,
+            "y0": regions.y0,
+            "x1": regions.x1,
+            "y1": regions.y1,
+            "mean": regions.mean,
+            "variance": regions.variance,
+            "slope_x": regions.slope_x,
+            "slope_y": regions.slope_y,
+            "saturated_share": regions.saturated_share,
+            "hole_count": regions.hole_count,
+        },
+        "region_outline": {
+            "region_no": regions.ring_region,
+            "ring_no": ring_no.astype(np.int32),
+            "x": _packed(regions.outline_x, regions.ring_offsets),
+            "y": _packed(regions.outline_y, regions.ring_offsets),
+        },
+        "region_arc": {
+            "region_no": borders.region,
+            "arc_no": borders.arc,
+            "side": _SIDES[borders.side],
+            "length": borders.length,
+        },
+        "region_topography": {
+            "region_no": labelled.astype(np.int32),
+            "label": np.array(LABELS, dtype=object)[label],
+            "pixels": extraction.topography[labelled, label],
+        },
+    }
+
+
+def _units(extraction: Extraction) -> dict[str, Columns]:
+    """Columns of unit and unit_relation, `unit_set_id` left out."""
+    arcs, regions, found = len(extraction.arcs), len(extraction.regions), extraction.relations
+    return {
+        "unit": {
+            "unit_no": np.arange(arcs + regions, dtype=np.int32),
+            "kind": np.repeat(np.array(["arc", "region"], dtype=object), [arcs, regions]),
+            "ref_no": np.concatenate([np.arange(arcs), np.arange(regions)]).astype(np.int32),
+        },
+        "unit_relation": {
+            "kind": np.array(relation_columns.KINDS, dtype=object)[found.kind],
+            "unit_a": found.a,
+            "unit_b": found.b,
+            "value": found.value,
+            "sigma": found.sigma,
+        },
+    }
+
+
+def _packed(values: npt.NDArray[np.float64], offsets: npt.NDArray[np.int32]) -> Ragged:
+    return Ragged(values.astype(np.float32), offsets.astype(np.int64))
+
+
+def _one(values: npt.NDArray[np.generic], dtype: npt.DTypeLike = np.float32) -> Ragged:
+    """A list column of a single row."""
+    return Ragged(values.astype(dtype), np.array([0, len(values)], dtype=np.int64))
