@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import sqlalchemy as sa
-from synthetic_model import BOX, SyntheticModel, write_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix

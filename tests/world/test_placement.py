@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sqlalchemy as sa
-from synthetic_model import BOX, SyntheticModel, write_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrices, rotation_matrix
