@@ -26,9 +26,10 @@ class ExtractionParameters:
     """What an extraction depends on besides the picture.
 
     `scale` (px) of the facets for edges, `topography_scale` for the labels; `min_contrast` (grey 0..255),
-    `significance` of the gradient and `max_sigma` (px) of edge elements; chains shorter than `min_elements` or weaker
-    than `min_strength` (mean contrast times fourth root of the number of elements) are cleared; `fill_reach` (px) of
-    bridges, `join_reach` (px) of arcs; `regions` is `leak-proof` or `plain`; `relation_radius` in px.
+    `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
+    linked; chains shorter than `min_elements` or weaker than `min_strength` (mean contrast times fourth root of the
+    number of elements) are cleared; `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof`
+    or `plain`; `relation_radius` in px.
     """
 
     scale: float = 1.4
@@ -36,8 +37,9 @@ class ExtractionParameters:
     min_contrast: float = 4.0
     significance: float = 1e-3
     max_sigma: float = 0.5
+    link_contrast: float = 12.0
     min_elements: int = 10
-    min_strength: float = 45.0
+    min_strength: float = 60.0
     fill_reach: float = 25.0
     join_reach: float = 40.0
     regions: str = "leak-proof"
@@ -110,10 +112,9 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
     )
     lap("edges")
     shape = (grey.shape[0], grey.shape[1])
-    # What is filled may be a fifth weaker and half as long as what is kept: a bridge can make it strong enough.
-    chains = clear(
-        edges, link(edges, shape), min_elements=max(p.min_elements // 2, 2), min_strength=0.8 * p.min_strength
-    )
+    # What is filled may be half as strong and half as long as what is kept: a bridge can make it strong enough.
+    linked = link(edges, shape, min_contrast=p.link_contrast)
+    chains = clear(edges, linked, min_elements=max(p.min_elements // 2, 2), min_strength=0.5 * p.min_strength)
     chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
     chains = clear(edges, chains, min_elements=p.min_elements, min_strength=p.min_strength)
     lap("linking")

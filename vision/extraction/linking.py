@@ -47,12 +47,18 @@ class Chains:
         return Chains(self.elements[members], offsets, self.closed[kept])
 
 
-def link(edges: EdgeElements, shape: tuple[int, int]) -> Chains:
-    """Chains and loops of the edge elements of an image of `shape` (rows, columns), by mutual best links."""
+def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0.0) -> Chains:
+    """Chains and loops of the edge elements of an image of `shape` (rows, columns), by mutual best links.
+
+    Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture.
+    """
     from vision.extraction import _link_kernels
 
-    successor = _link_kernels.mutual_successors(edges.x, edges.y, edges.nx, edges.ny, edges.pixel, *shape)
-    return Chains(*_link_kernels.follow(successor))
+    used = np.flatnonzero(edges.contrast >= min_contrast).astype(np.int32)
+    part = edges.take(used)
+    successor = _link_kernels.mutual_successors(part.x, part.y, part.nx, part.ny, part.pixel, *shape)
+    order, offsets, closed = _link_kernels.follow(successor)
+    return Chains(used[order], offsets, closed)
 
 
 def clear(edges: EdgeElements, chains: Chains, *, min_elements: int, min_strength: float) -> Chains:
