@@ -4,10 +4,11 @@
 --   cost_stored          what the problem says it costs
 --   cost                 sum, over the units, of the candidate that each was given (label -1: none)
 --   bound                sum of all dual values: a lower bound of the cost of any assignment if the next two hold
---   least_reduced_cost   least of candidate cost - dual of the unit - dual of the label (0 where there is no label); must be >= 0
+--   least_reduced_cost   least of candidate cost - dual of the unit - dual of the label (0 where there is none);
+--                        must be >= 0
 --   greatest_label_dual  must be <= 0
 --   unpriced             decisions that are no candidate, or whose cost is not the candidate's; must be 0
---   undecided            units without a decision; must be 0
+--   undecided            units that have candidates and no decision; must be 0
 --   doubly_taken         labels given to more than one unit; must be 0
 WITH chosen AS (
     SELECT a.unit_no, coalesce(a.label_no, -1) AS label_no, a.cost AS paid, c.cost
@@ -21,9 +22,9 @@ dual AS (
     SELECT side, item_no, dual FROM bound_certificate WHERE run_id = :run_id AND problem_no = :problem_no
 ),
 reduced AS (
-    SELECT c.cost - u.dual - coalesce(l.dual, 0) AS cost
+    SELECT c.cost - coalesce(u.dual, 0) - coalesce(l.dual, 0) AS cost
     FROM candidate AS c
-    JOIN dual AS u ON u.side = 'unit' AND u.item_no = c.unit_no
+    LEFT JOIN dual AS u ON u.side = 'unit' AND u.item_no = c.unit_no
     LEFT JOIN dual AS l ON l.side = 'label' AND l.item_no = c.label_no
     WHERE c.run_id = :run_id AND c.problem_no = :problem_no
 )
@@ -35,9 +36,9 @@ SELECT
     (SELECT coalesce(max(dual), 0) FROM dual WHERE side = 'label') AS greatest_label_dual,
     (SELECT count(*) FROM chosen WHERE cost IS NULL OR abs(paid - cost) > 1e-9) AS unpriced,
     (
-        SELECT count(*) FROM unit AS u
-        WHERE u.unit_set_id = p.units_id
-            AND NOT EXISTS (SELECT 1 FROM chosen WHERE chosen.unit_no = u.unit_no)
+        SELECT count(DISTINCT c.unit_no) FROM candidate AS c
+        WHERE c.run_id = :run_id AND c.problem_no = :problem_no
+            AND NOT EXISTS (SELECT 1 FROM chosen WHERE chosen.unit_no = c.unit_no)
     ) AS undecided,
     (
         SELECT count(*) FROM (SELECT label_no FROM chosen WHERE label_no >= 0 GROUP BY label_no HAVING count(*) > 1) AS d

@@ -16,21 +16,13 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
 
-def record_arc_units(run: Run, connection: Connection, extraction_id: int, arc_count: int) -> int:
-    """Append the unit set of an extraction's arcs, unit i standing for arc i, and return its identity."""
-    unit_set = int(run.store.new_ids(connection, "unit_set", 1)[0])
-    run.append(connection, "unit_set", {"id": [unit_set], "kind": "image", "extraction_id": [extraction_id]})
-    arcs = np.arange(arc_count)
-    run.append(connection, "unit", {"unit_set_id": unit_set, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
-    return unit_set
-
-
 def record_stereo(
     run: Run, connection: Connection, problem_no: int, units_id: int, labels_id: int, matches: StereoMatches
 ) -> None:
     """Append the problem, its candidates, votes, assignment, certificate and triangulated arcs.
 
-    `units_id` and `labels_id` are unit sets whose unit i is arc i of the left and of the right extraction.
+    `units_id` and `labels_id` are the unit sets of the left and the right extraction, whose unit i is arc i; regions
+    come after the arcs, and take no part.
     """
     votes, found, assignment = matches.votes, matches.candidates, matches.assignment
     space = matches.triangulated

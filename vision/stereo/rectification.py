@@ -74,26 +74,37 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
     rig_from_left, rig_from_right = rig.rig_from_camera[left], rig.rig_from_camera[right]
     base = rig_from_right[:3, 3] - rig_from_left[:3, 3]
     baseline = float(np.linalg.norm(base))
-    forward = rig_from_left[:3, 2] + rig_from_right[:3, 2]
     if baseline < 1e-6:
         raise InputError(f"The cameras '{left}' and '{right}' stand in one place; correct rig_from_camera in the rig.")
+    forward = rig_from_left[:3, 2] + rig_from_right[:3, 2]
     x = base / baseline
     z = forward - (forward @ x) * x
-    if min(rig_from_left[:3, 2] @ z, rig_from_right[:3, 2] @ z) < 0.1 * max(float(np.linalg.norm(z)), 1e-9):
-        raise InputError(
-            f"The cameras '{left}' and '{right}' look along their baseline or away from each other; "
-            "correct rig_from_camera in the rig, or inspect with one camera."
-        )
-    z /= np.linalg.norm(z)
+    z /= max(float(np.linalg.norm(z)), 1e-9)
     rig_from_rectified = np.eye(4)
     rig_from_rectified[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
     rig_from_rectified[:3, 3] = rig_from_left[:3, 3]
     rectified_from_rig = rig_from_rectified[:3, :3].T
-    cameras = rig.cameras[left], rig.cameras[right]
+    views = [View(rig.cameras[n], rectified_from_rig @ rig.rig_from_camera[n][:3, :3]) for n in (left, right)]
+    if min(_least_forward(view) for view in views) < _LEAST_FORWARD:
+        raise InputError(
+            f"The cameras '{left}' and '{right}' look along their baseline or away from each other; "
+            "correct rig_from_camera in the rig, or inspect with one camera."
+        )
     return Rectification(
-        left=View(cameras[0], rectified_from_rig @ rig_from_left[:3, :3]),
-        right=View(cameras[1], rectified_from_rig @ rig_from_right[:3, :3]),
-        focal=float(np.mean([c.matrix[i, i] for c in cameras for i in (0, 1)])),
+        left=views[0],
+        right=views[1],
+        focal=float(np.mean([view.camera.matrix[i, i] for view in views for i in (0, 1)])),
         baseline=baseline,
         rig_from_rectified=rig_from_rectified,
     )
+
+
+_LEAST_FORWARD = 0.1  # of a ray in the rectified frame: beyond it coordinates run away
+
+
+def _least_forward(view: View) -> float:
+    """Least z, in the rectified frame, of the unit rays through the corners and the middle of a picture."""
+    w, h = view.camera.width - 1.0, view.camera.height - 1.0
+    rays = view.directions(np.array([[0, 0], [w, 0], [0, h], [w, h], [w / 2, h / 2]]))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    return float((rays @ view.rectified_from_camera[2]).min())

@@ -12,7 +12,7 @@ from relmodel.store.store import Store
 from tests.vision.stereo.scenes import toed_in_rig, wireframe_scene
 from vision.stereo.epipolar import DepthRange
 from vision.stereo.match import StereoMatches, match_arcs
-from vision.stereo.record import record_arc_units, record_stereo
+from vision.stereo.record import record_stereo
 
 PROBLEM = 3
 
@@ -55,7 +55,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory, found: StereoMatches) -> 
                         "noise_sigma": [1.0],
                     },
                 )
-                sets.append(record_arc_units(run, connection, n, count))
+                sets.append(n)
+                run.append(connection, "unit_set", {"id": [n], "kind": "image", "extraction_id": [n]})
+                arcs = np.arange(count)
+                run.append(connection, "unit", {"unit_set_id": n, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
             record_stereo(run, connection, PROBLEM, sets[0], sets[1], found)
         yield store, run.id
 
@@ -95,7 +98,11 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
         ("UPDATE assignment SET label_no = NULL, reason = 'null_cheaper' WHERE label_no = {label}", "unpriced"),
         ("UPDATE assignment SET cost = cost + 0.1 WHERE unit_no = {unit}", "unpriced"),
         ("UPDATE assignment SET label_no = {label}, reason = 'matched' WHERE label_no = {other}", "doubly_taken"),
-        ("INSERT INTO unit SELECT unit_set_id, 9999, kind, 9999 FROM unit WHERE unit_no = 0", "undecided"),
+        (
+            "INSERT INTO candidate SELECT run_id, problem_no, 9999, -1, cost FROM candidate "
+            "WHERE unit_no = 0 AND label_no = -1",
+            "undecided",
+        ),
         (
             "UPDATE bound_certificate SET dual = dual + 0.2 WHERE side = 'unit' AND item_no = {unit}",
             "least_reduced_cost",
