@@ -108,13 +108,11 @@ COMMENT ON COLUMN camera.distortion IS 'coefficients of the model';
 CREATE SEQUENCE rig_id_seq;
 CREATE TABLE rig (
     id BIGINT PRIMARY KEY,
-    content_key TEXT NOT NULL UNIQUE,
-    name TEXT NOT NULL
+    content_key TEXT NOT NULL UNIQUE
 );
 COMMENT ON TABLE rig IS 'Cameras held rigidly together, by content.';
 COMMENT ON COLUMN rig.id IS 'identity of the rig';
 COMMENT ON COLUMN rig.content_key IS 'hash of all its cameras and transforms';
-COMMENT ON COLUMN rig.name IS 'name in the rig file';
 
 CREATE TABLE rig_camera (
     rig_id BIGINT NOT NULL REFERENCES rig (id),

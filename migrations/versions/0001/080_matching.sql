@@ -127,12 +127,12 @@ CREATE TABLE candidate (
     PRIMARY KEY (run_id, problem_no, unit_no, label_no),
     FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
 );
-COMMENT ON TABLE candidate IS 'Pairs of unit and label that passed the gate, with the cost of each by itself.';
+COMMENT ON TABLE candidate IS 'Pairs of unit and label that passed the gate, and for each unit the choice of no label, with the cost of each by itself.';
 COMMENT ON COLUMN candidate.run_id IS 'the run';
 COMMENT ON COLUMN candidate.problem_no IS 'the problem';
 COMMENT ON COLUMN candidate.unit_no IS 'the unit';
-COMMENT ON COLUMN candidate.label_no IS 'the label';
-COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair';
+COMMENT ON COLUMN candidate.label_no IS 'the label; -1 for none';
+COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair, or of leaving the unit without a label';
 
 CREATE TABLE compatibility (
     run_id BIGINT NOT NULL,
