@@ -90,13 +90,25 @@ class Camera:
     @cached_property
     def field_radius(self) -> float:
         """Largest distance of a seen ray from the axis, as x/z; beyond it a distortion polynomial may fold back."""
+        return float(np.linalg.norm(self._normalise(self._ideal_rim), axis=1).max())
+
+    def undistorted_view(self) -> tuple[int, int, Floats]:
+        """Width, height and matrix of the least picture of a pinhole camera that holds all that this one sees."""
+        low = np.floor(self._ideal_rim.min(axis=0) + 0.5)
+        high = np.ceil(self._ideal_rim.max(axis=0) + 0.5)
+        matrix = self.matrix.copy()
+        matrix[:2, 2] -= low
+        return int(high[0] - low[0]), int(high[1] - low[1]), matrix
+
+    @cached_property
+    def _ideal_rim(self) -> Floats:
+        """Points (n, 2) around the picture's rim, freed of distortion."""
         w, h = self.width - 0.5, self.height - 0.5
         x, y = np.linspace(-0.5, w, 33), np.linspace(-0.5, h, 33)
         rim = np.concatenate(
             [np.stack([x, np.full(33, v)], 1) for v in (-0.5, h)] + [np.stack([np.full(33, u), y], 1) for u in (-0.5, w)]
         )
-        ideal = self.undistort(rim) if not self.is_pinhole else rim
-        return float(np.linalg.norm(self._normalise(ideal), axis=1).max())
+        return self.undistort(rim)
 
     def project(self, points_camera: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.
@@ -199,11 +211,17 @@ def read_rig(path: Path | str) -> Rig:
     return Rig(cameras, poses)
 
 
+def read_pose(path: Path | str) -> Floats:
+    """`world_from_rig` (4, 4) in a YAML file: a pose file, or a prior."""
+    path = Path(path)
+    return _world_from_rig(_read_yaml(path, "pose"), path)
+
+
 def read_prior(path: Path | str) -> Prior:
     """The prior in a YAML file; InputError says in one sentence what is missing or wrong."""
     path = Path(path)
     data = _read_yaml(path, "prior")
-    pose = _rigid(_numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
+    pose = _world_from_rig(data, path)
     sigma = _member(data, "sigma", path, "")
     if not isinstance(sigma, dict):
         raise InputError(f"{path}: 'sigma' is no mapping; give it translation_mm and rotation_deg.")
@@ -214,6 +232,10 @@ def read_prior(path: Path | str) -> Prior:
             raise InputError(f"{path}: sigma.{key} is {value:g}; give one standard deviation per axis, above zero.")
         values[key] = value
     return Prior(pose, values["translation_mm"], float(np.radians(values["rotation_deg"])))
+
+
+def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:
+    return _rigid(_numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
 
 
 def _read_yaml(path: Path, what: str) -> dict[str, Any]:

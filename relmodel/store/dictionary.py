@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sqlalchemy import inspect
+from sqlalchemy.engine.reflection import ObjectKind
 
 from relmodel.errors import UsageError
 from relmodel.store.store import Store
@@ -33,8 +34,8 @@ def dictionary(store: Store, relation: str | None = None) -> list[Entry]:
         if not catalogue:
             raise UsageError(f"the store has no relation {relation!r}: relmodel schema lists them all")
     reflected = inspect(store.engine)
-    columns = {name: found for (_, name), found in reflected.get_multi_columns().items()}
-    comments = {name: found["text"] for (_, name), found in reflected.get_multi_table_comment().items()}
+    columns = {name: found for (_, name), found in reflected.get_multi_columns(kind=ObjectKind.ANY).items()}
+    comments = {name: found["text"] for (_, name), found in reflected.get_multi_table_comment(kind=ObjectKind.ANY).items()}
     entries = []
     for row in catalogue:
         entries.append(Entry(row.level, row.relation, row.standing, None, None, comments[row.relation]))

@@ -111,13 +111,15 @@ class Store:
 
     @cached_property
     def _metadata(self) -> MetaData:
-        # All tables at once: one after the other costs the catalogue queries again for each.
+        """All tables, reflected at once: one at a time each costs nearly as much as all."""
         metadata = MetaData()
         metadata.reflect(self.engine)
         return metadata
 
     def table(self, name: str) -> Table:
         """Table of the store, reflected: its columns are spelled in `schema/` only."""
+        if name not in self._metadata.tables:
+            raise ValueError(f"the store has no table {name!r}")
         return self._metadata.tables[name]
 
     @contextmanager

@@ -26,7 +26,7 @@ def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest
     assert all(entry["comment"] for entry in entries)
     with Store.open(fresh_store) as store:
         metadata = sa.MetaData()
-        metadata.reflect(store.engine)
+        metadata.reflect(store.engine, views=True)
     columns = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
     assert {(e["relation"], e["column"]) for e in entries if e["column"]} == columns
 

@@ -85,10 +85,13 @@ def test_comparison_sees_every_kind_of_change(migrated: Store) -> None:
             before = after
 
 
-def test_catalogue_relation_covers_every_table_but_alembics_own(fresh_store: str) -> None:
+def test_catalogue_relation_covers_every_table_and_view_but_alembics_own(fresh_store: str) -> None:
     with Store.open(fresh_store) as store, store.read() as connection:
-        tables = set(sa.inspect(store.engine).get_table_names())
-        assert {row.relation for row in store.rows(connection, "relations")} == tables - {"alembic_version"}
+        inspector = sa.inspect(store.engine)
+        tables, views = set(inspector.get_table_names()), set(inspector.get_view_names())
+        relations = store.rows(connection, "relations")
+        assert {row.relation for row in relations} == (tables | views) - {"alembic_version"}
+        assert {row.relation for row in relations if row.standing == "view"} == views
 
 
 def test_file_names_of_revisions_are_alembics_order() -> None:

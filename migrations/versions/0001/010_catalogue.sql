@@ -5,12 +5,12 @@ CREATE TABLE sds_relation (
     level TEXT NOT NULL,
     standing TEXT NOT NULL,
     CHECK (level IN ('catalogue', 'run', 'world', 'object', 'part', 'surface', 'image', 'matching', 'localisation')),
-    CHECK (standing IN ('primary', 'redundant'))
+    CHECK (standing IN ('primary', 'redundant', 'view'))
 );
 COMMENT ON TABLE sds_relation IS 'The relations of the store: the level of the hierarchy each belongs to and whether it can be derived from others.';
-COMMENT ON COLUMN sds_relation.relation IS 'name of the table';
+COMMENT ON COLUMN sds_relation.relation IS 'name of the table or view';
 COMMENT ON COLUMN sds_relation.level IS 'level of the hierarchy: catalogue, run, world, object, part, surface, image, matching or localisation';
-COMMENT ON COLUMN sds_relation.standing IS 'primary, or redundant: kept for access and derivable from primary relations';
+COMMENT ON COLUMN sds_relation.standing IS 'primary; redundant: kept for access and derivable from primary relations; or view: derived when it is asked';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_relation', 'catalogue', 'primary');

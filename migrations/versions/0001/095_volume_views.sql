@@ -39,3 +39,7 @@ COMMENT ON COLUMN placed_element.z0 IS 'least z of the carried box in the world,
 COMMENT ON COLUMN placed_element.x1 IS 'greatest x of the carried box in the world, mm';
 COMMENT ON COLUMN placed_element.y1 IS 'greatest y of the carried box in the world, mm';
 COMMENT ON COLUMN placed_element.z1 IS 'greatest z of the carried box in the world, mm';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('current_world', 'world', 'view'),
+    ('placed_element', 'world', 'view');

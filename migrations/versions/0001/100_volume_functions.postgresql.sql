@@ -1,93 +1,137 @@
--- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1),
--- a world's name after them where the store holds several.  Lengths in mm, in the world's frame.
--- A page of boxes is looked at only where its own box meets the box asked for.
+-- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
+-- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
+-- A page of boxes is looked at only where its own box meets the box asked for.  The parts met are materialised, else
+-- the planner carries every element of the world before it asks which parts are met.
 
 CREATE INDEX occurrence_box_page ON occurrence_box (world_id, page);
 
 CREATE FUNCTION parts_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
     world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT w.name AS world, o.id AS occurrence_id, o.path, part.name,
-    b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
-FROM current_world AS w
-JOIN box_page AS p ON p.world_id = w.id
-    AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
-    AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
-    AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-    AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-JOIN occurrence AS o ON o.id = b.occurrence_id
+WITH met AS MATERIALIZED (
+    SELECT w.name AS world, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+    FROM current_world AS w
+    JOIN box_page AS p ON p.world_id = w.id
+        AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
+        AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
+    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
+        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
+        AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+    WHERE in_world IS NULL OR w.name = in_world
+)
+SELECT met.world, met.occurrence_id, o.path, part.name, met.x0, met.y0, met.z0, met.x1, met.y1, met.z1
+FROM met
+JOIN occurrence AS o ON o.id = met.occurrence_id
 JOIN part ON part.id = o.part_id
-WHERE in_world IS NULL OR w.name = in_world
 $$;
-COMMENT ON FUNCTION parts_in_box IS 'Placed parts whose world box meets the box (touching counts), of the newest revision of each world or of the one named.';
+COMMENT ON FUNCTION parts_in_box IS
+    'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE FUNCTION elements_in_box(
-    in_level TEXT, from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+    in_level TEXT,
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
+    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
     world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT w.name AS world, e.occurrence_id, e.path, e.shape_id, e.element_no,
-    e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM current_world AS w
-JOIN box_page AS p ON p.world_id = w.id
-    AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
-    AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
-    AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-    AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-JOIN placed_element AS e ON e.occurrence_id = b.occurrence_id AND e.level = in_level
-    AND e.x0 <= to_x AND e.y0 <= to_y AND e.z0 <= to_z
-    AND e.x1 >= from_x AND e.y1 >= from_y AND e.z1 >= from_z
-WHERE in_world IS NULL OR w.name = in_world
+WITH met AS MATERIALIZED (
+    SELECT w.name AS world, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+    FROM current_world AS w
+    JOIN box_page AS p ON p.world_id = w.id
+        AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
+        AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
+    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
+        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
+        AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+    WHERE in_world IS NULL OR w.name = in_world
+),
+placed AS MATERIALIZED (
+    SELECT met.world, o.id, o.path, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23
+    FROM met
+    JOIN occurrence AS o ON o.id = met.occurrence_id
+),
+carried AS (
+    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,
+        least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
+            + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
+        least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
+            + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
+        least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1)
+            + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
+        greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1)
+            + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
+        greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1)
+            + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
+        greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
+            + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
+    FROM placed AS o
+    JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = in_level
+)
+SELECT c.world, c.occurrence_id, c.path, c.shape_id, c.element_no, c.x0, c.y0, c.z0, c.x1, c.y1, c.z1
+FROM carried AS c
+WHERE c.x0 <= to_x AND c.y0 <= to_y AND c.z0 <= to_z
+    AND c.x1 >= from_x AND c.y1 >= from_y AND c.z1 >= from_z
 $$;
-COMMENT ON FUNCTION elements_in_box IS 'Elements of a level (feature, surface, arc) of placed parts whose world box meets the box (touching counts).';
+COMMENT ON FUNCTION elements_in_box IS
+    'Elements of a level of placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE FUNCTION features_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
     world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name,
-    e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
 FROM elements_in_box('feature', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
 $$;
-COMMENT ON FUNCTION features_in_box IS 'Features of placed parts whose world box meets the box (touching counts).';
+COMMENT ON FUNCTION features_in_box IS
+    'Features of placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE FUNCTION surfaces_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
     world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
-    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name,
-    e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
 FROM elements_in_box('surface', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
 $$;
-COMMENT ON FUNCTION surfaces_in_box IS 'Surfaces of placed parts whose world box meets the box (touching counts).';
+COMMENT ON FUNCTION surfaces_in_box IS
+    'Surfaces of placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE FUNCTION arcs_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
     world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
-    'arc ' || CAST(e.element_no AS TEXT) AS name,
-    e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+    'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
 FROM elements_in_box('arc', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 $$;
-COMMENT ON FUNCTION arcs_in_box IS 'Arcs of placed parts whose world box meets the box (touching counts).';
+COMMENT ON FUNCTION arcs_in_box IS
+    'Arcs of placed parts whose world box meets a box; newest revision of all worlds or one.';

@@ -9,6 +9,14 @@ FROM run AS r
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id;
 COMMENT ON VIEW run_summary IS 'Every run with how it ended, and the verdict where it was an inspection.';
+COMMENT ON COLUMN run_summary.run_id IS 'the run';
+COMMENT ON COLUMN run_summary.kind IS 'what was run';
+COMMENT ON COLUMN run_summary.began_at IS 'when the run began';
+COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s';
+COMMENT ON COLUMN run_summary.status IS 'how it ended: ok, refused, ambiguous or failed; or under way';
+COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
+COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection';
+COMMENT ON COLUMN run_summary.support IS 'share of the predicted arc length that found edge elements';
 
 CREATE VIEW matched_arc AS
 SELECT
@@ -20,6 +28,17 @@ JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
 JOIN occurrence AS o ON o.id = a.occurrence_id
 WHERE c.hypothesis_no = 0 AND c.accepted;
 COMMENT ON VIEW matched_arc IS 'Pairs of model arc and image arc that the best hypothesis of each run took, with residual (px).';
+COMMENT ON COLUMN matched_arc.run_id IS 'the run';
+COMMENT ON COLUMN matched_arc.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN matched_arc.path IS 'path of the placed part';
+COMMENT ON COLUMN matched_arc.view_kind IS 'sharp, smooth or silhouette';
+COMMENT ON COLUMN matched_arc.element_no IS 'arc_no in the shape of the part; surface_no for a silhouette';
+COMMENT ON COLUMN matched_arc.occurrence_id IS 'the placed part';
+COMMENT ON COLUMN matched_arc.view_arc_no IS 'the model arc in the view';
+COMMENT ON COLUMN matched_arc.image_arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN matched_arc.residual IS 'rms distance of the image arc from the projected model arc, px';
+COMMENT ON COLUMN matched_arc.angle IS 'mean angle between them, rad';
+COMMENT ON COLUMN matched_arc.overlap IS 'length of image arc that lies beside the model arc, px';
 
 CREATE VIEW rejected_arc AS
 WITH best AS (
@@ -39,3 +58,17 @@ JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.arc_no = a.arc_no AND best.place = 1
 WHERE coalesce(best.taken, 0) = 0;
 COMMENT ON VIEW rejected_arc IS 'Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not taken; no_candidate: no model arc was near.';
+COMMENT ON COLUMN rejected_arc.run_id IS 'the run';
+COMMENT ON COLUMN rejected_arc.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN rejected_arc.arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN rejected_arc.kind IS 'line, circular, elliptic or free';
+COMMENT ON COLUMN rejected_arc.length IS 'its length, px';
+COMMENT ON COLUMN rejected_arc.contrast IS 'its contrast, grey levels';
+COMMENT ON COLUMN rejected_arc.reason IS 'why the nearest candidate was not taken, or no_candidate';
+COMMENT ON COLUMN rejected_arc.residual IS 'rms distance from the nearest candidate, px; null where there is none';
+COMMENT ON COLUMN rejected_arc.view_arc_no IS 'the nearest candidate in the view';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('run_summary', 'run', 'view'),
+    ('matched_arc', 'localisation', 'view'),
+    ('rejected_arc', 'localisation', 'view');

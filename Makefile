@@ -1,0 +1,34 @@
+# What is done with a checkout.  Every target sets up .venv itself; PYTHON names another interpreter (>= 3.11).
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+BIN := .venv/bin
+READY := .venv/ready
+
+.PHONY: demo test lint bench baseline clean
+
+demo: $(READY)  ## one inspection of the demonstration bulkhead
+	$(BIN)/relmodel demo
+
+test: $(READY)  ## all tests; those over the test data too where RELMODEL_TEST_DATA names its folder
+	$(BIN)/python -m pytest
+
+lint: $(READY)  ## ruff and mypy
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: $(READY)  ## every benchmark prints its table
+	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+
+baseline:  ## copy schema/ into the baseline revision; not after the first release (migrations/README.md)
+	rm -f migrations/versions/0001/*.sql
+	cp schema/*.sql migrations/versions/0001/
+
+clean:
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache build dist
+
+$(READY): pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "relmodel needs Python 3.11 or newer with the venv module: install it, or run make PYTHON=..." >&2; exit 1; }
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test,lint]'
+	touch $@

@@ -1,0 +1,203 @@
+"""Each integrity query finds the fault it is for, and finds nothing in a sound model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from relmodel.store import Run, Store, sql
+from relmodel.store.check import check
+
+Model = dict[str, dict[str, Any]]
+
+IDENTITY = {f"m{i}{j}": [float(i == j)] for i in range(3) for j in range(4)}
+CORNERS = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
+
+
+def box(low: Any, high: Any) -> dict[str, list[float]]:
+    low, high = np.atleast_2d(low).astype(float), np.atleast_2d(high).astype(float)
+    columns = {f"{axis}0": low[:, i].tolist() for i, axis in enumerate("xyz")}
+    return columns | {f"{axis}1": high[:, i].tolist() for i, axis in enumerate("xyz")}
+
+
+def transform(degrees: float, shift: Any) -> dict[str, list[float]]:
+    """A turn about z and a shift, as columns of one row."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    rows = np.column_stack([[[c, -s, 0], [s, c, 0], [0, 0, 1]], shift])
+    return {f"m{i}{j}": [float(rows[i, j])] for i in range(3) for j in range(4)}
+
+
+def plate() -> Model:
+    """A rectangle of 2 x 1 mm as a part, in an object, in another, in a world, turned by 90 degrees and shifted."""
+    ends = np.roll(CORNERS, -1, axis=0)
+    arcs: dict[str, Any] = {
+        "id": [1, 2, 3, 4],
+        "content_key": list("abcd"),
+        "support_key": list("abcd"),
+        "kind": "line",
+        "recognised_kind": "line",
+        "t0": 0.0,
+        "t1": 1.0,
+        "length": [2.0, 1.0, 2.0, 1.0],
+        "provenance": "exact",
+    }
+    for i, axis in enumerate("xyz"):
+        arcs[f"start_{axis}"], arcs[f"end_{axis}"] = CORNERS[:, i].tolist(), ends[:, i].tolist()
+    arcs |= box(np.minimum(CORNERS, ends), np.maximum(CORNERS, ends))
+    surface: dict[str, Any] = {
+        "id": [1],
+        "content_key": "s",
+        "support_key": "s",
+        "kind": "plane",
+        "provenance": "exact",
+    }
+    surface |= {"recognised_kind": "plane", "direct": True, "reversed": False, "area": 2.0}
+    surface |= dict.fromkeys(("origin_x", "origin_y", "origin_z", "axis_x_y", "axis_x_z", "axis_z_x", "axis_z_y"), 0.0)
+    surface |= {"axis_x_x": 1.0, "axis_z_z": 1.0, "u0": 0.0, "u1": 2.0, "v0": 0.0, "v1": 1.0}
+    surface |= {"centroid_x": 1.0, "centroid_y": 0.5, "centroid_z": 0.0} | box([0, 0, 0], [2, 1, 0])
+    elements = {
+        "shape_id": 1,
+        "level": ["surface", "arc", "arc", "arc", "arc"],
+        "element_no": [0, 0, 1, 2, 3],
+        "page": 0,
+    }
+    low, high = np.minimum(CORNERS, ends), np.maximum(CORNERS, ends)
+    elements |= box(np.vstack([[[0, 0, 0]], low]), np.vstack([[[2, 1, 0]], high]))
+    pages = {"shape_id": 1, "level": ["surface", "arc"], "page": 0, "box_count": [1, 4]}
+    placed = {"id": [1], "world_id": 1, "object_no": 0, "kind": "object", "path": "a", "object_id": 1}
+    nested = {"id": [2], "world_id": 1, "parent_id": 1, "object_no": 0, "kind": "object", "path": "a/b", "object_id": 2}
+    leaf = {"id": [3], "world_id": 1, "parent_id": 2, "object_no": 0, "kind": "part", "path": "a/b/c"}
+    return {
+        "arc": arcs,
+        "surface": surface,
+        "loop": {"surface_id": [1], "loop_no": 0, "outer_loop": True},
+        "coedge": {"surface_id": 1, "loop_no": 0, "coedge_no": [0, 1, 2, 3], "arc_id": [1, 2, 3, 4], "reversed": False},
+        "shape": {"id": [1], "content_key": "s", "kind": "sheet", "surface_count": 1, "arc_count": 4, "area": 2.0}
+        | box([0, 0, 0], [2, 1, 0]),
+        "shape_surface": {"shape_id": [1], "surface_no": 0, "surface_id": 1},
+        "shape_arc": {
+            "shape_id": 1,
+            "arc_no": [0, 1, 2, 3],
+            "arc_id": [1, 2, 3, 4],
+            "surface_a": 0,
+            "convexity": "free",
+        },
+        "shape_box": elements,
+        "shape_box_page": pages | box([[0, 0, 0]] * 2, [[2, 1, 0]] * 2),
+        "part": {"id": [1], "content_key": "p", "number": "1", "name": "plate", "shape_id": 1},
+        "object": {"id": [1, 2], "content_key": ["o", "p"], "name": ["o", "p"], "kind": "assembly"},
+        "object_object": {"parent_id": [1], "child_no": 0, "child_id": 2, "name": "b"} | transform(90, [10, 0, 0]),
+        "object_part": {"object_id": [2], "child_no": 0, "part_id": 1, "name": "c"} | transform(0, [0, 0, 5]),
+        "source": {"id": [1], "file_name": "f", "sha256": "0", "format": "step", "unit": "mm", "unit_mm": 1.0}
+        | {"loader_version": "1"},
+        "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
+        "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
+        "world_object": {"world_id": [1], "object_no": 0, "name": "a", "object_variant_id": 1, "role": "inspected"}
+        | transform(0, [0, 100, 0]),
+        "occurrence": placed | transform(0, [0, 100, 0]),
+        "occurrence/2": nested | transform(90, [10, 100, 0]),
+        "occurrence/3": leaf | {"part_id": 1, "shape_id": 1} | transform(90, [10, 100, 5]),
+        "occurrence_box": {"occurrence_id": [3], "world_id": 1, "page": 0} | box([9, 100, 5], [10, 102, 5]),
+        "box_page": {"world_id": [1], "page": 0, "box_count": 1} | box([9, 100, 5], [10, 102, 5]),
+    }
+
+
+def findings(target: str, model: Model) -> set[str]:
+    with Store.open(target) as store:
+        with Run.begin(store, "load", {}) as run, run.write() as connection:
+            for name, columns in model.items():
+                store.append(connection, name.partition("/")[0], columns)
+        return {finding.query for finding in check(store) if finding.rows}
+
+
+def test_sound_model_passes(fresh_store: str) -> None:
+    assert findings(fresh_store, plate()) == set()
+
+
+def fault(table: str, column: str, value: Any) -> Callable[[Model], None]:
+    def make(model: Model) -> None:
+        model[table][column] = value
+
+    return make
+
+
+def nest_in_itself(model: Model) -> None:
+    back: dict[str, Any] = {"parent_id": [2], "child_no": 9, "child_id": 1, "name": "back"}
+    model["object_object/back"] = back | transform(0, [0, 0, 0])
+
+
+def add_adjacency(model: Model) -> None:
+    model["surface_adjacency"] = {"shape_id": [1], "arc_no": 0, "surface_a": 0, "surface_b": 1, "convexity": "convex"}
+    model["surface_adjacency"]["angle"] = 1.0
+
+
+FAULTS = {
+    "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
+    "arc_off_surface": fault("surface", "origin_z", 0.02),
+    "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],
+    "shape_counts": fault("shape", "arc_count", 5),
+    "adjacency": add_adjacency,
+    "orphans": lambda model: [model.pop(name) for name in ("object_part",)],
+    "nesting_cycle": nest_in_itself,
+    "occurrence_transform": fault("occurrence/3", "m03", [10.001]),
+    "occurrence_box": lambda model: [model[name].update(x0=[9.001]) for name in ("occurrence_box", "box_page")],
+    "box_page": fault("box_page", "y1", [101.9]),
+    "shape_box_page": fault("shape_box_page", "box_count", [1, 3]),
+    "shape_box": fault("shape_box", "element_no", [0, 0, 1, 2, 4]),
+    "element_outside_shape": fault("shape", "x1", 1.99),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_found(name: str, duckdb_template: str, tmp_path: Any) -> None:
+    import shutil
+
+    model = plate()
+    FAULTS[name](model)
+    assert f"check/{name}" in findings(str(shutil.copy(duckdb_template, tmp_path / "a.duckdb")), model)
+
+
+def test_run_without_a_beginning_is_found(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "load", {}):
+            pass
+        with store.write() as connection:
+            events = store.table("run_event")
+            connection.execute(events.delete().where(events.c.kind == "begun"))
+        assert {f.query for f in check(store) if f.rows} >= {"check/run_events"}
+
+
+def test_every_query_has_a_fault_here() -> None:
+    assert {f"check/{name}" for name in (*FAULTS, "run_events")} == set(sql.query_names("check"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "columns", "point", "distance"),
+    [
+        # axis z through the origin; what the closed forms say of the distance of a point from the surface
+        ("cylinder", {"radius": 3.0}, (3.0, 4.0, 7.0), 2.0),
+        ("cone", {"radius": 1.0, "semi_angle": np.pi / 4}, (3.0, 0.0, 0.0), np.sqrt(2)),
+        ("sphere", {"radius": 3.0}, (2.0, 3.0, 6.0), 4.0),
+        ("torus", {"radius": 5.0, "radius2": 1.0}, (8.0, 0.0, 4.0), 4.0),
+    ],
+)
+def test_distance_from_surface(
+    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, duckdb_template: str, tmp_path: Any
+) -> None:
+    import shutil
+
+    model = plate()
+    model["surface"] |= columns | {"kind": kind}
+    for end in ("start", "end"):
+        for axis, value in zip("xyz", point, strict=True):
+            model["arc"][f"{end}_{axis}"] = value
+    model["arc"] |= box([point] * 4, [point] * 4)
+    target = shutil.copy(duckdb_template, tmp_path / "a.duckdb")
+    findings(str(target), model)
+    with Store.open(target) as store, store.read() as connection:
+        assert [row.distance for row in store.rows(connection, "check/arc_off_surface")] == pytest.approx(
+            [distance] * 4
+        )

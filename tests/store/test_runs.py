@@ -1,0 +1,230 @@
+"""Runs: what they leave behind when they end, fail, or die."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from multiprocessing.connection import Connection as Pipe
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.errors import StoreError
+from relmodel.store import Run, Store, journal
+from relmodel.store.check import check
+
+SPAWN = multiprocessing.get_context("spawn")
+
+
+def failing(store: Store) -> dict[str, list[dict[str, object]]]:
+    return {finding.query: finding.rows for finding in check(store) if finding.rows}
+
+
+def write_images(store: Store, run: Run, count: int) -> None:
+    with run.write() as connection:
+        ids = store.new_ids(connection, "image", count)
+        digests = [str(i) for i in ids]
+        store.append(
+            connection,
+            "image",
+            {"id": ids, "sha256": digests, "file_name": "a.png", "width": 4, "height": 3, "depth": 8, "channels": 1},
+        )
+
+
+def statuses(store: Store) -> list[str]:
+    with store.read() as connection:
+        return [row.status for row in store.rows(connection, "runs", kind=None, status=None)]
+
+
+def abandoned(run: Run, connection: sa.Connection) -> None:
+    """Append a row, then fail."""
+    run.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["rib"]})
+    run.append(connection, "feature_class", {"no_such": [1]})
+
+
+def test_ledger_counts_every_transaction(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "extract", {}) as run:
+            write_images(store, run, 5)
+            write_images(store, run, 7)
+            with pytest.raises(ValueError, match="no column"), run.write() as connection:
+                abandoned(run, connection)
+            write_images(store, run, 1)
+        with store.read() as connection:
+            rows = connection.execute(store.table("ledger").select()).all()
+        assert sorted(map(tuple, rows)) == [(run.id, 0, "image", 5), (run.id, 1, "image", 7), (run.id, 2, "image", 1)]
+        assert failing(store) == {}
+
+
+def test_failed_run_says_why_and_leaves_no_half(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        with (
+            pytest.raises(ValueError, match="no column"),
+            Run.begin(store, "load", {"a": 1}) as run,
+            run.write() as connection,
+        ):
+            abandoned(run, connection)
+        with store.read() as connection:
+            assert connection.execute(store.table("feature_class").select()).all() == []
+        assert statuses(store) == ["failed"]
+        assert failing(store) == {}
+
+
+def test_rows_that_vanish_or_come_from_nowhere_are_found(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "extract", {}) as run:
+            write_images(store, run, 5)
+        with store.write() as connection:
+            images = store.table("image")
+            connection.execute(images.delete().where(images.c.sha256 == "3"))
+            store.append(connection, "rig", {"id": [1], "content_key": ["k"], "name": ["r"]})
+        assert failing(store)["ledger"] == [
+            {"relation": "image", "rows": 4, "rows_committed": 5},
+            {"relation": "rig", "rows": 1, "rows_committed": 0},
+        ]
+
+
+def begin_and_wait(target: str, pipe: Pipe) -> None:
+    with Store.open(target) as store, Run.begin(store, "load", {}) as run:
+        pipe.send(run.id)
+        pipe.recv()
+
+
+@pytest.fixture
+def living_run(fresh_store: str):  # type: ignore[no-untyped-def]
+    """(target, process, run id) of a run that another process is at."""
+    here, there = SPAWN.Pipe()
+    child = SPAWN.Process(target=begin_and_wait, args=(fresh_store, there))
+    child.start()
+    assert here.poll(60)
+    yield fresh_store, child, here.recv()
+    child.kill()
+    child.join()
+
+
+def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type: ignore[no-untyped-def]
+    target, child, run_id = living_run
+    os.kill(child.pid, signal.SIGKILL)
+    child.join()
+    with Store.open(target) as store:
+        _wait_for_server(store)
+        assert statuses(store) == ["dead"]
+        with store.read() as connection:
+            events = connection.execute(store.table("run_event").select()).all()
+        assert sorted((e.run_id, e.event_no, e.kind) for e in events) == [
+            (run_id, 0, "begun"),
+            (run_id, 1, "found_dead"),
+        ]
+    with Store.open(target) as store:
+        assert statuses(store) == ["dead"], "found dead once only"
+        assert failing(store) == {}
+
+
+def _wait_for_server(store: Store) -> None:
+    """PostgreSQL takes a moment to see that a client has gone."""
+    from relmodel.store.runs import mark_dead_runs
+
+    for _ in range(100):
+        if statuses(store) == ["dead"] or store.dialect == "duckdb":
+            return
+        time.sleep(0.1)
+        mark_dead_runs(store)
+
+
+def test_living_run_is_left_alone(living_run, fresh_store: str) -> None:  # type: ignore[no-untyped-def]
+    target, child, _ = living_run
+    if not target.startswith("postgresql"):
+        # On DuckDB nobody else may open the file, and the message names the holder and the cure.
+        with pytest.raises(StoreError) as refused:
+            Store.open(target)
+        said = str(refused.value)
+        assert f"process {child.pid}" in said
+        assert "wait until it ends" in said
+        assert "\n" not in said
+        assert refused.value.exit_status == 3
+        return
+    with Store.open(target) as store:
+        assert statuses(store) == ["running"]
+
+
+def test_own_run_is_left_alone(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store, Run.begin(store, "load", {}), Store.open(fresh_store) as other:
+        assert statuses(other) == ["running"]
+
+
+def write_for_ever(target: str, pipe: Pipe) -> None:
+    with Store.open(target) as store, Run.begin(store, "extract", {}) as run:
+        while True:
+            write_images(store, run, 500)
+            pipe.send(500)
+
+
+@pytest.mark.parametrize("delay", np.random.default_rng(4).uniform(0.0, 0.25, 3).round(3).tolist())
+def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tmp_path: Path, delay: float) -> None:
+    import shutil
+
+    target = str(shutil.copy(duckdb_template, tmp_path / "a.duckdb"))
+    here, there = SPAWN.Pipe()
+    child = SPAWN.Process(target=write_for_ever, args=(target, there))
+    child.start()
+    assert here.poll(60)
+    time.sleep(delay)
+    child.kill()
+    child.join()
+    there.close()
+    committed = 0
+    try:
+        while True:
+            committed += here.recv()
+    except EOFError:
+        pass
+    with Store.open(target) as store:
+        with store.read() as connection:
+            count = len(connection.execute(store.table("image").select()).all())
+        assert committed > 0
+        assert count in (committed, committed + 500), "the last transaction may have been committed and not told"
+        assert failing(store) == {}
+        assert statuses(store) == ["dead"]
+
+
+def test_log_cut_short_is_noticed(duckdb_template: Path, tmp_path: Path) -> None:
+    import shutil
+
+    target = tmp_path / "a.duckdb"
+    shutil.copy(duckdb_template, target)
+    cut = tmp_path / "cut.duckdb"
+    with Store.open(target) as store:
+        with store.write() as connection:
+            connection.exec_driver_sql("SET checkpoint_threshold = '1GB'")
+        with Run.begin(store, "extract", {}) as run:
+            for _ in range(3):
+                write_images(store, run, 50)
+        for suffix in ("", ".wal", ".journal"):  # as a crash would leave them: closing folds the log into the file
+            shutil.copy(f"{target}{suffix}", f"{cut}{suffix}")
+    log = Path(f"{cut}.wal")
+    with log.open("r+b") as file:
+        file.truncate(log.stat().st_size * 2 // 3)
+    with Store.open(cut, read_only=True) as store:
+        lost = failing(store)["journal"]
+        assert {"relation": "ledger", "run_id": run.id, "ordinal": 2} in lost
+        assert {"relation": "ledger", "run_id": run.id, "ordinal": 0} not in lost
+    with Store.open(target) as store:
+        assert failing(store) == {}
+
+
+def test_journal_passes_over_lines_cut_short_and_forgets_a_store_that_went(tmp_path: Path) -> None:
+    target = tmp_path / "a.duckdb"
+    with Store.create(target) as store:
+        with Run.begin(store, "extract", {}) as run:
+            write_images(store, run, 2)
+        file = journal.journal_file(store)
+        assert file is not None
+        file.write_text(file.read_text() + "run_event 1")
+        assert [c.relation for c in journal.recorded(store)] == ["run_event", "ledger", "run_event"]
+    target.unlink()
+    with Store.create(target) as store:
+        assert failing(store) == {}
