@@ -228,25 +228,31 @@ def _pockets(shape: Shape, s: Surfaces, graph: nx.MultiGraph[int], taken: set[in
     ):
         if (surface, loop) in outer and s.kind[surface] == "plane" and surface not in taken:
             bounds.setdefault(surface, []).append(arc)
+    # A floor may be cut into several faces of one plane.
+    flat: nx.Graph[int] = nx.Graph()
+    flat.add_nodes_from(bounds)
+    flat.add_edges_from(
+        (a, b) for a, b, how in graph.edges(data="convexity") if how == "smooth" and a in bounds and b in bounds
+    )
     found = []
-    for floor, arcs in sorted(bounds.items()):
-        if all(_rises(shape, s, floor, arc) for arc in arcs):
+    for floor in sorted(sorted(component) for component in nx.connected_components(flat)):
+        if all(_rises(shape, s, set(floor), i, arc) for i in floor for arc in bounds[i]):
             pocket = _pocket(s, graph, floor)
             if pocket is not None:
                 found.append(pocket)
     return found
 
 
-def _rises(shape: Shape, s: Surfaces, floor: int, arc: int) -> bool:
-    """Whether what lies beyond an arc of a floor is a wall, or a fillet that leads up to one."""
+def _rises(shape: Shape, s: Surfaces, floor: set[int], face: int, arc: int) -> bool:
+    """Whether what lies beyond an arc of a face of a floor is a wall, a fillet that leads up to one, or more floor."""
     convexity = shape.arcs["convexity"][arc]
     a, b = int(shape.arcs["surface_a"][arc]), int(shape.arcs["surface_b"][arc])
-    other = b if a == floor else a
-    if convexity == "degenerate":
+    other = b if a == face else a
+    if convexity == "degenerate" or (convexity == "smooth" and other != face and other in floor):
         return True
-    if other < 0 or other == floor or convexity not in ("concave", "smooth"):
+    if other < 0 or other in floor or convexity not in ("concave", "smooth"):
         return False
-    return bool(convexity == "concave" or (s.kind[other] != "plane" and _above(s, floor, other)))
+    return bool(convexity == "concave" or (s.kind[other] != "plane" and _above(s, face, other)))
 
 
 def _above(s: Surfaces, floor: int, other: int) -> bool:
@@ -255,10 +261,10 @@ def _above(s: Surfaces, floor: int, other: int) -> bool:
     return low - level > -_LENGTH_TOLERANCE and high - level > _LENGTH_TOLERANCE
 
 
-def _pocket(s: Surfaces, graph: nx.MultiGraph[int], floor: int) -> Feature | None:
-    up, level = s.axis[floor], float(s.origin[floor] @ s.axis[floor])
-    roles = {floor: "floor"}
-    todo = [floor]
+def _pocket(s: Surfaces, graph: nx.MultiGraph[int], floor: list[int]) -> Feature | None:
+    up, level = s.axis[floor[0]], float(s.origin[floor[0]] @ s.axis[floor[0]])
+    roles = dict.fromkeys(floor, "floor")
+    todo = list(floor)
     while todo:
         i = todo.pop()
         for j in sorted(graph.neighbors(i)):
@@ -266,9 +272,9 @@ def _pocket(s: Surfaces, graph: nx.MultiGraph[int], floor: int) -> Feature | Non
             if j in roles or not crossed & {"concave", "smooth"}:
                 continue
             steep = float(np.abs(s.normals(j) @ up).max(initial=0.0)) < _STEEP
-            if ("concave" in crossed and i == floor) or ("smooth" in crossed and steep and roles[i] == "blend"):
+            if ("concave" in crossed and roles[i] == "floor") or ("smooth" in crossed and steep and roles[i] == "blend"):
                 roles[j] = "wall"
-            elif "smooth" in crossed and not steep and s.kind[j] != "plane" and _above(s, floor, j):
+            elif "smooth" in crossed and not steep and s.kind[j] != "plane" and _above(s, floor[0], j):
                 roles[j] = "blend"
                 todo.append(j)
     walls = [i for i, role in roles.items() if role == "wall"]
@@ -337,7 +343,7 @@ def _rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, f
 def _commonest(values: list[float]) -> float:
     """The value that occurs most often, to the class's digits; the least of those that do."""
     rounded = [round(v, _CLASS_DIGITS) for v in values]
-    return min(rounded, key=lambda v: (-rounded.count(v), v))
+    return min(values, key=lambda v: (-rounded.count(round(v, _CLASS_DIGITS)), v))
 
 
 def _frame(x: Floats, z: Floats, origin: Floats) -> Floats:
