@@ -160,12 +160,12 @@ class Curves:
     def boxes(self) -> Array:
         """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1), mm.
 
-        Exact for lines and conics; others are sampled and widened by the sag between samples.
+        Extremes of lines and conics in closed form, of others by bisection between samples.
         """
         ends = np.stack([self.evaluate(np.arange(len(self)), t)[0] for t in (self.t0, self.t1)])
         low, high = ends.min(0), ends.max(0)
         self._widen_conics(low, high)
-        self._widen_sampled(low, high)
+        self._widen_free(low, high)
         return np.concatenate([low, high], axis=1)
 
     def _widen_conics(self, low: Array, high: Array) -> None:
@@ -186,21 +186,28 @@ class Curves:
                 np.minimum.at(low[:, axis], at[inside], value)
                 np.maximum.at(high[:, axis], at[inside], value)
 
-    def _widen_sampled(self, low: Array, high: Array, samples: int = 33) -> None:
+    def _widen_free(self, low: Array, high: Array, samples: int = 17, halvings: int = 24) -> None:
+        """Extremes of other kinds: where a derivative changes its sign between samples, by bisection."""
         row, start, end = self.spans()
         free = ~np.isin(self.kind[row].astype(str), ("line", "circle", "ellipse", "degenerate"))
         row, start, end = row[free], start[free], end[free]
         if not len(row):
             return
         t = start[:, None] + (end - start)[:, None] * np.linspace(0, 1, samples)
-        points = self.evaluate(np.repeat(row, samples), t.ravel())[0].reshape(-1, samples, 3)
-        sag = np.abs(np.diff(points, 2, axis=1)).max(1) / 8
-        # At a span's ends the points themselves are exact; only an extreme between samples can stand out.
-        for values, extreme, sign in ((points.min(1), low, -1.0), (points.max(1), high, 1.0)):
-            inner = np.minimum(points[:, 0], points[:, -1]) if sign < 0 else np.maximum(points[:, 0], points[:, -1])
-            stands_out = sign * (values - inner) > 0
-            values = values + sign * np.where(stands_out, sag, 0.0)
-            (np.minimum if sign < 0 else np.maximum).at(extreme, row, values)
+        points, by = self.evaluate(np.repeat(row, samples), t.ravel())
+        by = by.reshape(-1, samples, 3)
+        np.minimum.at(low, np.repeat(row, samples), points)
+        np.maximum.at(high, np.repeat(row, samples), points)
+        span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
+        left, right = t[span, step], t[span, step + 1]
+        rising = by[span, step, axis] > 0
+        for _ in range(halvings):
+            middle = (left + right) / 2
+            before = (self.evaluate(row[span], middle)[1][np.arange(len(axis)), axis] > 0) == rising
+            left, right = np.where(before, middle, left), np.where(before, right, middle)
+        value = self.evaluate(row[span], left)[0][np.arange(len(axis)), axis]
+        np.minimum.at(low, (row[span], axis), value)
+        np.maximum.at(high, (row[span], axis), value)
 
 
 def _circle(t: Array, radius: Array, _: Array) -> tuple[Array, Array, Array, Array]:

@@ -43,11 +43,14 @@ def read_step(
         if summary.faces == 0:
             raise InputError(f"{path} holds no exact face (ADVANCED_FACE); export it as a B-rep, or load a mesh of it.")
         model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s)
+        faces = summary.faces
+        if model.faces_loaded < faces:  # lost, or of no product from the first
+            faces = max(part21.faces_in_use(plain), model.faces_loaded)
     model.schema_name = summary.schema_name
-    model.faces_in_file = summary.faces
-    if model.faces_loaded == 0 or (model.faces_loaded < summary.faces and not allow_partial):
+    model.faces_in_file = faces
+    if model.faces_loaded < faces and not allow_partial:
         raise InputError(
-            f"{path}: {summary.faces - model.faces_loaded} of {summary.faces} faces were lost on reading; "
+            f"{path}: {faces - model.faces_loaded} of {faces} faces were lost on reading; "
             "repair the file, or take what is left with --allow-partial."
         )
     return model

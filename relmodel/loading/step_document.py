@@ -5,6 +5,7 @@ Runs in the child process of `step_kernel.py` alone.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -163,36 +164,41 @@ class _Walk:
         return self._done[key]
 
     def _assembly(self, label: Any, scale: float) -> _Child | None:
-        instances, wrapper = [], True
-        loose = 0
-        components = Sequence_TDF_Label()
-        XCAFDoc_ShapeTool.GetComponents_s(label, components, False)
-        for component in components:
-            referred = TDF_Label()
-            if not XCAFDoc_ShapeTool.GetReferredShape_s(component, referred):
-                continue
-            trsf = XCAFDoc_ShapeTool.GetLocation_s(component).Transformation()
+        instances: list[Instance] = []
+        wrapper, loose = True, 0
+        for component, referred, trsf, split in _components(label):
             placed, factor = _rigid(trsf)
             child = self._product(referred, scale * factor)
             if child is None:
                 loose += _loose_edges(XCAFDoc_ShapeTool.GetShape_s(referred))
                 continue
             placed[:3, 3] *= scale
-            name = _name(component) or ""
-            # Usages of a product have names of their own; what the kernel splits a product into has not.
-            made_by_kernel = name.startswith("=>[")
-            wrapper &= made_by_kernel and np.allclose(placed, np.eye(4), rtol=0, atol=1e-12)
-            instances.append(_instance("" if made_by_kernel else name, child, placed, _colour(component)))
+            wrapper &= split
+            instances.append(_instance("" if split else _name(component) or "", child, placed, _colour(component)))
         if not instances:
             return None
         attributes = _attributes(label)
         if loose:
             attributes.append(("supplemental edges", float(loose), None))
-        if wrapper and len(instances) == 1 and instances[0].kind == "part":
-            return self._collapsed(label, instances[0], attributes)
+        if wrapper and all(one.kind == "part" for one in instances):
+            solid = [one for one in instances if self.shapes[self.parts[one.child].shape].kind == "solid"]
+            if len(instances) == 1:
+                return self._collapsed(label, instances[0], attributes)
+            if len(solid) == 1 and _name(label):
+                self._mark_supplemental(label, solid[0], instances)
         named = [_named(one, self) for one in instances]
         self.assemblies.append(Assembly(_name(label) or "assembly", named, attributes))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
+
+    def _mark_supplemental(self, label: Any, body: Instance, instances: list[Instance]) -> None:
+        """Name what the kernel split a product into: its one solid body after it, the sheets beside it after both."""
+        self._collapsed(label, body, [])
+        name = self.parts[body.child].name
+        for i, one in enumerate(other for other in instances if other is not body):
+            sheet = self.parts[one.child]
+            sheet.number = sheet.name = one.name = f"{name} supplemental {i + 1}"
+            sheet.attributes.append(("supplemental", "sheet", None))
+        body.name = name
 
     def _collapsed(self, label: Any, inner: Instance, attributes: list[Attribute]) -> _Child:
         """The one part of a product that the kernel wrapped: it takes the product's name and attributes."""
@@ -256,6 +262,27 @@ class _Walk:
     def _layer(self, label: Any) -> str | None:
         names = self._layers.GetLayers(label)
         return ", ".join(name.ToExtString() for name in names) if names and names.Length() else None
+
+
+def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:
+    """Components of an assembly: label, label referred to, transform, and whether the kernel made it.
+
+    The kernel splits a product with several bodies into nameless components at identity (usages of a product have
+    names of their own), and groups of such components are gone through.
+    """
+    components = Sequence_TDF_Label()
+    XCAFDoc_ShapeTool.GetComponents_s(label, components, False)
+    for component in components:
+        referred = TDF_Label()
+        if not XCAFDoc_ShapeTool.GetReferredShape_s(component, referred):
+            continue
+        trsf = XCAFDoc_ShapeTool.GetLocation_s(component).Transformation()
+        identity = np.allclose(step_geometry.matrix(trsf), np.eye(4), rtol=0, atol=1e-12)
+        split = identity and (_name(component) or "=>[").startswith("=>[")
+        if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not _name(referred):
+            yield from _components(referred)
+        else:
+            yield component, referred, trsf, split
 
 
 def _instance(name: str, child: _Child, placed: Any, colour: str | None) -> Instance:

@@ -1,0 +1,385 @@
+"""STEP files against the CAD kernel's own explorer and the text of the files."""
+
+from __future__ import annotations
+
+import gzip
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from relmodel.errors import InputError
+from relmodel.geometry.curves import Curves
+from relmodel.geometry.pcurves import Pcurves
+from relmodel.geometry.surfaces import Surfaces
+from relmodel.loading import part21
+from relmodel.loading.neutral import LoadedModel, Shape
+from relmodel.loading.step import read_step
+
+Array = npt.NDArray[np.float64]
+
+FILES = (
+    "as1-tu-203.stp",
+    "dm1-oc-214.stp",
+    "io1-tu-203.stp",
+    "sg1-c5-214.stp",
+    "cube-m.step",
+    "cube-in.step",
+    "nist_ctc_01_asme1_ap203.stp",
+    "nist_ctc_01_asme1_ap242.stp",
+)
+
+
+@cache
+def loaded(path: Path) -> LoadedModel:
+    return read_step(path)
+
+
+@cache
+def kernel_shapes(path: Path) -> list[tuple[Any, list[Any], list[Any]]]:
+    """Shape, faces and edges of every product that has faces, read with the kernel alone."""
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+    from OCP.collections import Sequence_TDF_Label
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("test"))
+    reader = STEPCAFControl_Reader()
+    reader.ReadFile(str(path))
+    reader.Transfer(document)
+    labels = Sequence_TDF_Label()
+    XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetShapes(labels)
+    out = []
+    for label in labels:
+        if not XCAFDoc_ShapeTool.IsSimpleShape_s(label):
+            continue
+        shape = XCAFDoc_ShapeTool.GetShape_s(label).Located(TopLoc_Location())
+        faces, edges = ShapeMap(), ShapeMap()
+        TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_FACE, faces)
+        TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, edges)
+        if faces.Extent():
+            each = [TopoDS.Face(faces.FindKey(i)) for i in range(1, faces.Extent() + 1)]
+            out.append((shape, each, [TopoDS.Edge(edges.FindKey(i)) for i in range(1, edges.Extent() + 1)]))
+    return out
+
+
+def occurrences(model: LoadedModel, assembly: int | None = None) -> int:
+    one = model.assemblies[model.root if assembly is None else assembly]
+    return sum(1 if i.kind == "part" else occurrences(model, i.child) for i in one.instances)
+
+
+def pairs(path: Path) -> list[tuple[Shape, Any, list[Any], list[Any]]]:
+    """Each loaded shape with the kernel's, told by the number of faces and edges and the volume."""
+    out = []
+    for shape, faces, edges in kernel_shapes(path):
+        volume = kernel_volume(shape)
+        like = [
+            s
+            for s in loaded(path).shapes
+            if len(s.surfaces["kind"]) == len(faces)
+            and len(s.arcs["kind"]) == len(edges)
+            and s.volume == pytest.approx(volume, rel=1e-9)
+        ]
+        assert like, f"no shape of {len(faces)} faces, {len(edges)} edges"
+        out.append((like[0], shape, faces, edges))
+    return out
+
+
+def kernel_volume(shape: Any) -> float:
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    props = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, props)
+    return float(props.Mass())
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", FILES)
+def test_counts_are_those_of_kernel_and_text(data_dir: Path, name: str) -> None:
+    path = data_dir / "step" / name
+    model, text, kernel = loaded(path), part21.summarise(path), kernel_shapes(path)
+    assert len(model.shapes) == len(kernel)
+    faces = [len(s.surfaces["kind"]) for s in model.shapes]
+    assert sorted(faces) == sorted(len(f) for _, f, _ in kernel)
+    assert sum(faces) == text.faces == model.faces_loaded == model.faces_in_file
+    # Every product of the file is a part or an assembly; a file with one part has an assembly around it.
+    around = 0 if text.usages else 1
+    assert len(model.parts) + len(model.assemblies) - around == text.products
+    assert sum(len(a.instances) for a in model.assemblies) - around == text.usages
+    if text.edges == sum(len(e) for _, _, e in kernel):
+        assert sum(len(s.arcs["kind"]) for s in model.shapes) == text.edges
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("name", "assemblies", "parts", "placed", "faces", "edges"),
+    [
+        ("as1-tu-203.stp", 4, 5, 18, 53, 126),
+        ("dm1-oc-214.stp", 2, 3, 7, 31, 72),
+        ("io1-tu-203.stp", 1, 1, 1, 29, 70),
+        ("sg1-c5-214.stp", 1, 1, 1, 16, 32),
+        ("cube-m.step", 1, 1, 1, 6, 12),
+        ("cube-in.step", 1, 1, 1, 6, 12),
+    ],
+)
+def test_structure(data_dir: Path, name: str, assemblies: int, parts: int, placed: int, faces: int, edges: int) -> None:
+    model = loaded(data_dir / "step" / name)
+    assert (len(model.assemblies), len(model.parts), occurrences(model)) == (assemblies, parts, placed)
+    assert sum(len(s.surfaces["kind"]) for s in model.shapes) == faces
+    assert sum(len(s.arcs["kind"]) for s in model.shapes) == edges
+
+
+@pytest.mark.data
+def test_names_and_units(data_dir: Path) -> None:
+    model = loaded(data_dir / "step" / "as1-tu-203.stp")
+    assert {part.name for part in model.parts} == {"nut", "bolt", "rod", "plate", "l-bracket"}
+    assert {a.name for a in model.assemblies} == {"as1", "rod-assembly", "nut-bolt-assembly", "l-bracket-assembly"}
+    root = model.assemblies[model.root]
+    assert [i.name for i in root.instances] == [
+        "ROD-ASSEMBLY",
+        "L-BRACKET-ASSEMBLY::1",
+        "PLATE",
+        "L-BRACKET-ASSEMBLY::2",
+    ]
+    for name, unit, unit_mm in (("cube-m.step", "metre", 1000.0), ("cube-in.step", "inch", 25.4)):
+        model = loaded(data_dir / "step" / name)
+        assert (model.unit, model.unit_mm) == (unit, unit_mm)
+        shape = model.shapes[0]
+        assert shape.surfaces["area"] == pytest.approx(np.full(6, 1e6))
+        assert shape.volume == pytest.approx(1e9)
+
+
+def every_file(data_dir: Path) -> list[Path]:
+    return [data_dir / "step" / name for name in (*FILES, "featuretype.STEP", "M6-1x12-countersunk-screw.step")]
+
+
+@pytest.mark.data
+def test_rows_alone_give_the_points_of_the_kernel(data_dir: Path) -> None:
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    shares = np.array([0.0, 0.17, 0.5, 0.83, 1.0])
+    for path in every_file(data_dir):
+        for shape, _, faces, edges in pairs(path):
+            surfaces = surfaces_of(shape)
+            u0, u1, v0, v1 = surfaces.domain.T[:, :, None, None]
+            u, v = np.broadcast_arrays(u0 + (u1 - u0) * shares[:, None], v0 + (v1 - v0) * shares)
+            row = np.repeat(np.arange(len(faces)), 25)
+            ours = surfaces.evaluate(row, u.ravel(), v.ravel())
+            points, by_u, by_v = (np.empty((len(row), 3)) for _ in range(3))
+            p, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
+            for i, face in enumerate(faces):
+                adaptor = BRepAdaptor_Surface(face, False)
+                for k in range(25):
+                    adaptor.D1(u[i].flat[k], v[i].flat[k], p, du, dv)
+                    points[25 * i + k], by_u[25 * i + k], by_v[25 * i + k] = p.Coord(), du.Coord(), dv.Coord()
+            assert np.abs(ours.points - points).max() <= 1e-9, path.name
+            scale = 1 + np.abs(by_u).max() + np.abs(by_v).max()
+            assert np.abs(ours.by_u - by_u).max() <= 1e-9 * scale
+            assert np.abs(ours.by_v - by_v).max() <= 1e-9 * scale
+
+            curves = Curves(shape.arcs, shape.arc_splines)
+            for i, edge in enumerate(edges):
+                if BRep_Tool.Degenerated_s(edge):
+                    assert curves.kind[i] == "degenerate"
+                    continue
+                curve = BRepAdaptor_Curve(edge)
+                t = curves.t0[i] + shares * (curves.t1[i] - curves.t0[i])
+                assert (curve.FirstParameter(), curve.LastParameter()) == (curves.t0[i], curves.t1[i])
+                at, by = curves.evaluate(np.full(5, i), t)
+                for k in range(5):
+                    curve.D1(t[k], p, du)
+                    assert np.abs(at[k] - p.Coord()).max() <= 1e-9, path.name
+                    assert np.abs(by[k] - du.Coord()).max() <= 1e-9 * (1 + np.abs(by[k]).max())
+
+
+def surfaces_of(shape: Shape) -> Surfaces:
+    return Surfaces(
+        shape.surfaces,
+        shape.surface_splines,
+        shape.surface_swept,
+        Curves(shape.basis_arcs, shape.basis_arc_splines),
+        Surfaces(shape.basis_surfaces, shape.basis_surface_splines),
+    )
+
+
+@pytest.mark.data
+def test_measures_are_those_of_the_kernel(data_dir: Path) -> None:
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.GProp import GProp_GProps
+
+    for path in every_file(data_dir):
+        for shape, _, faces, edges in pairs(path):
+            box = columns(shape.surfaces, "x0", "y0", "z0", "x1", "y1", "z1")
+            for i, face in enumerate(faces):
+                props, bound = GProp_GProps(), Bnd_Box()
+                BRepGProp.SurfaceProperties_s(face, props)
+                assert shape.surfaces["area"][i] == pytest.approx(props.Mass(), rel=1e-6)
+                BRepBndLib.AddOptimal_s(face, bound, False, False)
+                truth = np.array([*bound.CornerMin().Coord(), *bound.CornerMax().Coord()])
+                assert np.abs(box[i] - truth).max() < 1e-4, (path.name, i, shape.surfaces["kind"][i])
+            for i, edge in enumerate(edges):
+                if not BRep_Tool.Degenerated_s(edge):
+                    length = GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(edge), 1e-10)
+                    assert shape.arcs["length"][i] == pytest.approx(length, rel=1e-7)
+
+
+def columns(table: dict[str, Any], *names: str) -> Array:
+    return np.stack([np.asarray(table[name], float) for name in names], axis=1)
+
+
+@pytest.mark.data
+def test_loops_close_and_pcurves_lie_on_their_arcs(data_dir: Path) -> None:
+    for path in every_file(data_dir):
+        for shape in loaded(path).shapes:
+            start, end = (columns(shape.arcs, *(f"{n}_{a}" for a in "xyz")) for n in ("start", "end"))
+            c = shape.coedges
+            arc, back = c["arc_no"], c["reversed"]
+            head = np.where(back[:, None], end[arc], start[arc])
+            tail = np.where(back[:, None], start[arc], end[arc])
+            loop = np.stack([c["surface_no"], c["loop_no"]], axis=1)
+            _, first, inverse = np.unique(loop, axis=0, return_index=True, return_inverse=True)
+            last = np.append(first[1:], len(arc)) - 1
+            following = np.arange(len(arc)) + 1
+            following[last] = first
+            assert np.abs(tail - head[following]).max() < 1e-2, path.name
+            assert np.array_equal(np.diff(inverse.ravel()) != 0, c["coedge_no"][1:] == 0)
+            assert len(shape.loops["surface_no"]) == len(first)
+            # Each arc of a closed solid is used once along and once against its sense.
+            if shape.kind == "solid":
+                real = np.asarray(shape.arcs["convexity"]) != "degenerate"
+                assert np.array_equal(np.bincount(arc[~back], minlength=len(real))[real], np.ones(real.sum()))
+                assert np.array_equal(np.bincount(arc[back], minlength=len(real))[real], np.ones(real.sum()))
+
+            p = shape.pcurves
+            key = {k: i for i, k in enumerate(zip(c["surface_no"], c["loop_no"], c["coedge_no"], strict=True))}
+            of = np.array(
+                [key[k] for k in zip(p["surface_no"], p["loop_no"], p["coedge_no"], strict=True)], np.int64
+            )
+            curves = Curves(shape.arcs, shape.arc_splines)
+            for part in (0.0, 0.31, 1.0):
+                t = p["t0"] + part * (p["t1"] - p["t0"])
+                uv = Pcurves(p).evaluate(np.arange(len(t)), t)
+                points = surfaces_of(shape).evaluate(p["surface_no"], uv[:, 0], uv[:, 1]).points
+                if len(t):
+                    assert np.abs(points - curves.evaluate(arc[of], t)[0]).max() < 1e-2, path.name
+
+
+@pytest.mark.data
+def test_angles_agree_with_how_much_material_is_around_the_edge(data_dir: Path) -> None:
+    """On a small circle about the middle of an edge (pi - angle) / (2 pi) of the points lie in the solid."""
+    from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+    from OCP.gp import gp_Pnt
+    from OCP.TopAbs import TopAbs_State
+
+    turn = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    for name in ("as1-tu-203.stp", "nist_ctc_01_asme1_ap242.stp"):
+        for shape, solid, _, _ in pairs(data_dir / "step" / name):
+            classifier = BRepClass3d_SolidClassifier(solid)
+            curves = Curves(shape.arcs, shape.arc_splines)
+            among = np.flatnonzero(np.isin(shape.arcs["convexity"], ("convex", "concave", "smooth")))
+            for i in among[:: 1 + len(among) // 20]:
+                point, tangent = (x[0] for x in curves.evaluate([i], [(curves.t0[i] + curves.t1[i]) / 2]))
+                tangent = tangent / np.linalg.norm(tangent)
+                x = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
+                x /= np.linalg.norm(x)
+                ring = point + 0.02 * (np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * np.cross(tangent, x))
+                inside = 0
+                for place in ring.tolist():
+                    classifier.Perform(gp_Pnt(*place), 1e-9)
+                    inside += classifier.State() == TopAbs_State.TopAbs_IN
+                angle = shape.arcs["angle"][i]
+                assert inside / len(turn) == pytest.approx((np.pi - angle) / (2 * np.pi), abs=0.04), (name, i)
+                expected = "smooth" if abs(angle) < np.deg2rad(1) else "convex" if angle > 0 else "concave"
+                assert shape.arcs["convexity"][i] == expected
+
+
+@pytest.mark.data
+def test_mesh_encloses_the_volume_and_bears_the_normals(data_dir: Path) -> None:
+    for path in every_file(data_dir):
+        for shape in loaded(path).shapes:
+            mesh = shape.mesh
+            corner = mesh.vertices[mesh.triangles]
+            volume = np.einsum("nd,nd->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6
+            area = float(np.sum(shape.surfaces["area"]))
+            assert volume == pytest.approx(shape.volume, abs=mesh.chord_mm * area)
+            flat = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+            size = np.linalg.norm(flat, axis=1)
+            normal = mesh.normals[mesh.triangles].mean(1)
+            # The vertex in the apex of a cone bears the normal of one generator, whatever its triangle.
+            good = (size > 1e-6) & (np.asarray(shape.surfaces["kind"])[mesh.triangle_surfaces] != "cone")
+            agree = np.einsum("nd,nd->n", flat[good] / size[good, None], normal[good])
+            assert np.quantile(agree, 0.001) > 0.9, path.name
+            assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.normals)), abs=1e-5)
+            by_face = np.bincount(mesh.triangle_surfaces, size / 2, minlength=len(shape.surfaces["area"]))
+            assert by_face == pytest.approx(shape.surfaces["area"], rel=0.02, abs=0.5)
+
+
+@pytest.mark.data
+def test_gzipped_file_is_the_same(data_dir: Path, tmp_path: Path) -> None:
+    path = data_dir / "step" / "cube-in.step"
+    packed = tmp_path / "cube.STEP.gz"
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    assert read_step(packed).shapes[0].volume == loaded(path).shapes[0].volume
+
+
+@pytest.mark.data
+def test_a_file_cut_off_or_robbed_of_a_face_is_refused(data_dir: Path, tmp_path: Path) -> None:
+    text = (data_dir / "step" / "cube-in.step").read_text()
+    cut = tmp_path / "cut.step"
+    cut.write_text(text[: len(text) // 2])
+    with pytest.raises(InputError, match="cut off"):
+        read_step(cut)
+    robbed = tmp_path / "robbed.step"
+    at = text.index("ADVANCED_FACE")
+    robbed.write_text(text[:at] + text[at : text.index(";", at)].replace(",#", ",#9", 1) + text[text.index(";", at) :])
+    with pytest.raises(InputError):
+        read_step(robbed)
+
+
+def test_what_is_not_step_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    letter = tmp_path / "letter.step"
+    letter.write_text("Dear Sir or Madam")
+    with pytest.raises(InputError, match="not a STEP file"):
+        read_step(letter)
+    with pytest.raises(InputError, match="no file"):
+        read_step(tmp_path / "absent.step")
+    bad = tmp_path / "bad.step.gz"
+    bad.write_bytes(b"nothing packed")
+    with pytest.raises(InputError, match="unpacked"):
+        read_step(bad)
+
+
+def test_counting_is_not_fooled_by_strings_and_comments(tmp_path: Path) -> None:
+    path = tmp_path / "few.step"
+    path.write_text(
+        "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('CONFIG_CONTROL_DESIGN'));\nENDSEC;\nDATA;\n"
+        "#1=ADVANCED_FACE('it''s ADVANCED_FACE(',(#2),#3,.T.);\n/* #9=ADVANCED_FACE('',(#2),#3,.T.); */\n"
+        "#4 = FACE_SURFACE ('', (#2), #3, .T.);\n#5=CLOSED_SHELL('',(#1));\n"
+        "#6=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#5),#7);\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
+    summary = part21.summarise(path)
+    assert (summary.schema_name, summary.faces) == ("CONFIG_CONTROL_DESIGN", 2)
+    assert part21.faces_in_use(path) == 1
+
+
+@pytest.mark.data
+def test_a_reading_that_takes_too_long_is_stopped(data_dir: Path) -> None:
+    with pytest.raises(InputError, match=r"more than 0\.01 s"):
+        read_step(data_dir / "step" / "cube-in.step", time_limit_s=0.01)
