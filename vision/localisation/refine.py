@@ -14,7 +14,7 @@ from vision.localisation.scene import Bools, Floats, Ints, Scene
 # Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
 ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
 STEPS = 6
-SAMPLES = 1500
+SAMPLES = 3000
 MIN_COSINE = 0.94
 # What an edge's own sigma does not know: the tessellation that stands for curved arcs, rounded and burred edges; and
 # texture, which drags an edge by its share of the edge's contrast.
