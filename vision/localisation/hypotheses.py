@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.cameras import Camera, Prior, Rig, rotation_exp, skew
-from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence
+from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
 from vision.localisation.scene import Floats, Ints, Scene
 from vision.localisation.visibility import in_picture, visible_arcs
 
@@ -86,6 +86,18 @@ def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tupl
     return pixel, np.concatenate([-by_point, by_point @ skew(point)], axis=2)
 
 
+def image_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
+    """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
+    delta = np.zeros(6) if delta is None else delta
+    turn = rotation_exp(delta[3:])
+    r = prediction.rotation[prediction.view]
+    p = np.einsum("nij,nj->ni", r, (prediction.point - delta[:3]) @ turn) + prediction.offset[prediction.view]
+    t = np.einsum("nij,nj->ni", r, prediction.tangent @ turn)
+    flow = t[:, :2] - p[:, :2] / p[:, 2:] * t[:, 2:]
+    flow = np.einsum("nij,nj->ni", prediction.matrix[prediction.view][:, :, :2], flow) * np.sign(p[:, 2:])
+    return np.asarray(flow / np.maximum(np.linalg.norm(flow, axis=1), 1e-12)[:, None])
+
+
 @dataclass(frozen=True)
 class Candidates:
     """Distinct poses as perturbations (k, 6) of the prior, best first, and their scores (k,): evidence less half the
@@ -119,8 +131,10 @@ def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
     return scene.select(rows, length, scene.curved_triangles[keep])
 
 
-def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior) -> Candidates:
-    """The best distinct poses within the prior's volume, of a scene that `select` gave."""
+def candidates(
+    scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior
+) -> Candidates:
+    """The best distinct poses within the prior's volume, of a scene that `select` gave and evidence by `fine_evidence`."""
     information = np.linalg.inv(prior.covariance)
     margin_px = search_margin(rig, prior)
     prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
@@ -129,11 +143,15 @@ def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prio
     coarse = [evidence(edges[name], SCAN_CELL, SCAN_REACH, SCAN_WINDOW) for name in rig.cameras]
     delta, score = _scan(prediction, coarse, prior)
     kept = distinct(prediction, delta, score, SCAN_DISTINCT_PX, SCAN_KEPT)
-    fine = [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
     delta, score = climb(prediction, fine, delta[kept], information, CLIMB_FIRST, CLIMB_LAST)
     kept = distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
     return Candidates(delta[kept], score[kept])
 
+
+
+def fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:
+    """The evidence that poses climb on and are judged by."""
+    return [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
 
 
 def search_margin(rig: Rig, prior: Prior) -> float:
@@ -205,6 +223,18 @@ def climb(
         delta, np.ascontiguousarray(vector / np.sqrt(value)), information, first, last, score,
     )  # fmt: skip
     return delta, score
+
+
+def evidence_at(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
+    """The evidence (n,) of a prediction's samples at their pixels (n, 2) and image directions (n, 2), unweighted."""
+    out = np.zeros(len(pixel))
+    b = orientation_bin(direction)
+    for number, e in enumerate(fields):
+        at = np.rint((pixel - e.origin) / e.cell).astype(np.int64)
+        inside = (at >= 0) & (at < np.array(e.field.shape[:0:-1]))
+        rows = np.flatnonzero((prediction.view == number) & inside.all(axis=1))
+        out[rows] = e.field[b[rows], at[rows, 1], at[rows, 0]]
+    return out
 
 
 def distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:
