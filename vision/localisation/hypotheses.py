@@ -11,13 +11,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision.cameras import Camera, Prior, Rig, rotation_exp, skew
-from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence
+from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
 from vision.localisation.scene import Floats, Ints, Scene
-from vision.localisation.visibility import visible_arcs
+from vision.localisation.visibility import in_picture, visible_arcs
 
 SEED = 1989
 # Predicted samples along an arc closer than this see the same picture: that length counts as one observation.
-CORRELATION_PX = 20.0
+CORRELATION_PX = 40.0
+# Selection: samples this far apart in the picture are plenty.
+SELECT_SPACING_PX = 4.0
+# Scan: samples a camera, poses of the sequence, cell and reach of the evidence (px), shifts either way (cells), how far
+# apart poses are distinct (px, rms over the samples) and how many go on to the climb.
+SCAN_SAMPLES, SCAN_POSES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW = 800, 4096, 4.0, 6.0, 10
+SCAN_DISTINCT_PX, SCAN_KEPT = 6.0, 200
+# Climb: cell and reach of the evidence, first and last step, and how many distinct poses come out (px).
+CLIMB_CELL, CLIMB_REACH, CLIMB_FIRST, CLIMB_LAST = 2.0, 3.0, 4.0, 1.0
+CLIMB_DISTINCT_PX, CLIMB_KEPT = 3.0, 24
 
 
 @dataclass(frozen=True)
@@ -37,23 +46,19 @@ class Prediction:
 def predict(
     scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_px: float = 0.0, smooth: bool = False
 ) -> Prediction:
-    """About `count` visible samples a camera, evenly along the arcs' images; weight = length / CORRELATION_PX."""
+    """Visible samples, evenly along the arcs' images, of `count` that face each camera; weight = length /
+    CORRELATION_PX."""
     columns: list[list[Floats | Ints]] = [[], [], [], [], []]
     rig_from_world = np.linalg.inv(world_from_rig)
     for number, (name, camera) in enumerate(rig.cameras.items()):
-        seen = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px)
+        seen = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
         if not smooth:
             seen = seen.take(~seen.smooth)
-        along = np.cumsum(seen.length_px)
-        total = float(along[-1]) if len(along) else 0.0
-        spacing = max(total / count, 2.0)
-        chosen = np.unique(np.searchsorted(along, np.arange(0.5 * spacing, total, spacing)))
-        chosen = chosen[chosen < len(along)]
-        columns[0].append(seen.point[chosen] @ rig_from_world[:3, :3].T + rig_from_world[:3, 3])
-        columns[1].append(seen.tangent[chosen] @ rig_from_world[:3, :3].T)
-        columns[2].append(np.full(len(chosen), min(spacing / CORRELATION_PX, 1.0)))
-        columns[3].append(np.full(len(chosen), number))
-        columns[4].append(seen.arc[chosen])
+        columns[0].append(seen.point @ rig_from_world[:3, :3].T + rig_from_world[:3, 3])
+        columns[1].append(seen.tangent @ rig_from_world[:3, :3].T)
+        columns[2].append(seen.length_px / CORRELATION_PX)
+        columns[3].append(np.full(len(seen.arc), number))
+        columns[4].append(seen.arc)
     camera_from_rig = [np.linalg.inv(rig.rig_from_camera[name]) for name in rig.cameras]
     return Prediction(
         *(np.ascontiguousarray(np.concatenate(c)) for c in columns),
@@ -81,6 +86,18 @@ def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tupl
     return pixel, np.concatenate([-by_point, by_point @ skew(point)], axis=2)
 
 
+def image_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
+    """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
+    delta = np.zeros(6) if delta is None else delta
+    turn = rotation_exp(delta[3:])
+    r = prediction.rotation[prediction.view]
+    p = np.einsum("nij,nj->ni", r, (prediction.point - delta[:3]) @ turn) + prediction.offset[prediction.view]
+    t = np.einsum("nij,nj->ni", r, prediction.tangent @ turn)
+    flow = t[:, :2] - p[:, :2] / p[:, 2:] * t[:, 2:]
+    flow = np.einsum("nij,nj->ni", prediction.matrix[prediction.view][:, :, :2], flow) * np.sign(p[:, 2:])
+    return np.asarray(flow / np.maximum(np.linalg.norm(flow, axis=1), 1e-12)[:, None])
+
+
 @dataclass(frozen=True)
 class Candidates:
     """Distinct poses as perturbations (k, 6) of the prior, best first, and their scores (k,): evidence less half the
@@ -90,30 +107,59 @@ class Candidates:
     score: Floats
 
 
-def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior) -> Candidates:
-    """The best distinct poses within the prior's volume."""
+def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
+    """The scene with only those samples of arcs and silhouettes that may come into a picture under the prior, thinned
+    to about SELECT_SPACING_PX."""
+    margin_px = search_margin(rig, prior)
+    length = np.zeros(len(scene.sample_length))
+    scale = np.zeros(len(scene.sample_length))
+    keep = np.zeros(len(scene.curved_triangles), bool)
+    middle = scene.vertices[scene.triangles[scene.curved_triangles]].mean(axis=1)
+    for name, camera in rig.cameras.items():
+        pose = prior.world_from_rig @ rig.rig_from_camera[name]
+        rows = np.flatnonzero(in_picture(scene.sample_point, camera, pose, margin_px))
+        depth = np.einsum("ij,j->i", scene.sample_point[rows] - pose[:3, 3], pose[:3, 2])
+        scale[rows] = np.maximum(scale[rows], camera.matrix[0, 0] / depth)
+        keep |= in_picture(middle, camera, pose, margin_px)
+    # Walk along each arc and keep a sample whenever the next mark of the spacing is passed.
+    along = np.cumsum(scene.sample_length * scale) / SELECT_SPACING_PX
+    first = np.diff(scene.sample_arc, prepend=-1) != 0
+    mark = np.diff(np.floor(along), prepend=-1) > 0
+    rows = np.flatnonzero((first | mark) & (scale > 0))
+    run = np.cumsum(first | mark) - 1
+    length = np.bincount(run, scene.sample_length * (scale > 0))[run[rows]] if len(rows) else np.zeros(0)
+    return scene.select(rows, length, scene.curved_triangles[keep])
+
+
+def candidates(
+    scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior
+) -> Candidates:
+    """The best distinct poses within the prior's volume, of a scene that `select` gave and evidence by `fine_evidence`."""
     information = np.linalg.inv(prior.covariance)
-    prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, _margin(rig, prior))
+    margin_px = search_margin(rig, prior)
+    prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
     if not len(prediction.point):
         return Candidates(np.zeros((0, 6)), np.zeros(0))
     coarse = [evidence(edges[name], SCAN_CELL, SCAN_REACH, SCAN_WINDOW) for name in rig.cameras]
     delta, score = _scan(prediction, coarse, prior)
     kept = distinct(prediction, delta, score, SCAN_DISTINCT_PX, SCAN_KEPT)
-    fine = [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
-    delta, score = climb(prediction, fine, delta[kept], information, 4.0, 1.0)
+    delta, score = climb(prediction, fine, delta[kept], information, CLIMB_FIRST, CLIMB_LAST)
     kept = distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
     return Candidates(delta[kept], score[kept])
 
 
-SCAN_SAMPLES, SCAN_POSES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW, SCAN_DISTINCT_PX, SCAN_KEPT = 400, 4096, 4.0, 6.0, 10, 6.0, 200
-CLIMB_CELL, CLIMB_REACH, CLIMB_DISTINCT_PX, CLIMB_KEPT = 2.0, 3.0, 3.0, 24
+
+def fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:
+    """The evidence that poses climb on and are judged by."""
+    return [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
 
 
-def _margin(rig: Rig, prior: Prior) -> float:
-    """How far beyond the picture arcs may come into view: twice the shift that the prior's sigma in turning makes."""
+def search_margin(rig: Rig, prior: Prior) -> float:
+    """How far beyond a picture (px) arcs lie that may come into it: 2.5 sigma of turning and of moving sideways seen
+    against the turn, at most half a picture."""
     focal = max(float(c.matrix[0, 0]) for c in rig.cameras.values())
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    return min(2.5 * focal * prior.sigma_rotation, 0.5 * width)
+    return min(3.5 * focal * prior.sigma_rotation, 0.5 * width)
 
 
 def flat(fields: list[Evidence]) -> tuple[Floats, ...]:
@@ -177,6 +223,18 @@ def climb(
         delta, np.ascontiguousarray(vector / np.sqrt(value)), information, first, last, score,
     )  # fmt: skip
     return delta, score
+
+
+def evidence_at(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
+    """The evidence (n,) of a prediction's samples at their pixels (n, 2) and image directions (n, 2), unweighted."""
+    out = np.zeros(len(pixel))
+    b = orientation_bin(direction)
+    for number, e in enumerate(fields):
+        at = np.rint((pixel - e.origin) / e.cell).astype(np.int64)
+        inside = (at >= 0) & (at < np.array(e.field.shape[:0:-1]))
+        rows = np.flatnonzero((prediction.view == number) & inside.all(axis=1))
+        out[rows] = e.field[b[rows], at[rows, 1], at[rows, 0]]
+    return out
 
 
 def distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:

@@ -8,13 +8,13 @@ import numpy as np
 
 from vision.cameras import Prior, Rig, perturb, perturbation, rotation_exp
 from vision.localisation.evidence import EdgePoints
-from vision.localisation.hypotheses import Prediction, image_jacobians, predict
+from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
 from vision.localisation.scene import Bools, Floats, Ints, Scene
 
 # Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
 ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
 STEPS = 6
-SAMPLES = 1500
+SAMPLES = 3000
 MIN_COSINE = 0.94
 # What an edge's own sigma does not know: the tessellation that stands for curved arcs, rounded and burred edges; and
 # texture, which drags an edge by its share of the edge's contrast.
@@ -133,17 +133,6 @@ def measure(
     weight = np.where(found >= 0, 1 / (1 + (offset / scale) ** 2) ** 2, 0.0)
     derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), by_response], axis=1)
     return Measurements(pixel, direction, offset, found, sigma, weight, derivative)
-
-
-def image_directions(prediction: Prediction, delta: Floats) -> Floats:
-    """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
-    turn = rotation_exp(delta[3:])
-    r = prediction.rotation[prediction.view]
-    p = np.einsum("nij,nj->ni", r, (prediction.point - delta[:3]) @ turn) + prediction.offset[prediction.view]
-    t = np.einsum("nij,nj->ni", r, prediction.tangent @ turn)
-    flow = t[:, :2] - p[:, :2] / p[:, 2:] * t[:, 2:]
-    flow = np.einsum("nij,nj->ni", prediction.matrix[prediction.view][:, :, :2], flow) * np.sign(p[:, 2:])
-    return np.asarray(flow / np.maximum(np.linalg.norm(flow, axis=1), 1e-12)[:, None])
 
 
 def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, response: Floats) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -53,8 +53,9 @@ class Scene:
         return np.asarray(cosine > SMOOTH_COSINE)
 
     @cached_property
-    def sample_is_reference(self) -> Bools:
-        return np.asarray(self.inspected[self.arc_occurrence[self.sample_arc]])
+    def reference_samples(self) -> Ints:
+        """Samples of inspected occurrences' arcs."""
+        return np.flatnonzero(self.inspected[self.arc_occurrence[self.sample_arc]])
 
     @cached_property
     def curved_triangles(self) -> Ints:
@@ -63,6 +64,23 @@ class Scene:
         bend = np.minimum(np.einsum("fi,fi->f", n[:, 0], n[:, 1]), np.einsum("fi,fi->f", n[:, 1], n[:, 2]))
         inspected = self.inspected[self.surface_occurrence[self.triangle_surface]]
         return np.flatnonzero((bend < 1 - 1e-6) & inspected)
+
+    def select(self, samples: Ints, lengths: Floats, triangles: Ints) -> Scene:
+        """The scene with these samples (and the arc lengths they stand for) and silhouettes of these triangles alone;
+        everything still occludes."""
+        part = replace(
+            self,
+            sample_point=self.sample_point[samples],
+            sample_tangent=self.sample_tangent[samples],
+            sample_normal_a=self.sample_normal_a[samples],
+            sample_normal_b=self.sample_normal_b[samples],
+            sample_arc=self.sample_arc[samples],
+            sample_length=lengths,
+        )
+        # Cached properties of the whole that hold for the part: the same triangles occlude.
+        part.__dict__["rays"] = self.rays
+        part.__dict__["curved_triangles"] = triangles
+        return part
 
     @cached_property
     def rays(self) -> Rays:

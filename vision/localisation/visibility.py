@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,52 +35,71 @@ class VisibleArcs:
         return VisibleArcs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
-def visible_arcs(scene: Scene, camera: Camera, world_from_camera: Floats, margin_px: float = 0.0) -> VisibleArcs:
+def visible_arcs(
+    scene: Scene, camera: Camera, world_from_camera: Floats, margin_px: float = 0.0, count: int | None = None
+) -> VisibleArcs:
     """The visible samples of the reference's arcs and silhouettes whose pixels lie within `margin_px` of the picture.
+
+    With `count`, only that many of those turned to the camera are looked at, evenly along their images, each of which
+    stands for its share of the length.
 
     A sample is seen when one of its faces is turned to the camera and a ray to the camera is free from a point just off
     the edge: along the sum of the normals (concave edges), or along either (where two solids touch).
     """
     eye = world_from_camera[:3, 3]
-    reference = np.flatnonzero(scene.sample_is_reference)
-    reference = reference[_in_picture(scene.sample_point[reference], camera, world_from_camera, margin_px)]
+    reference = scene.reference_samples
+    reference = reference[in_picture(scene.sample_point[reference], camera, world_from_camera, margin_px)]
     to_eye = eye - scene.sample_point[reference]
-    to_eye /= np.linalg.norm(to_eye, axis=1)[:, None]
-    normals = [scene.sample_normal_a[reference], scene.sample_normal_b[reference]]
-    faces = [np.einsum("ij,ij->i", n, to_eye) > 0 for n in normals]
-    front = faces[0] | faces[1]
-    reference, to_eye = reference[front], to_eye[front]
-    normals, faces = [n[front] for n in normals], [f[front] for f in faces]
-    seen = _free(scene, scene.sample_point[reference], _unit(normals[0] + normals[1]), eye)
-    for normal, face in zip(normals, faces, strict=True):
-        left = np.flatnonzero(~seen & face)
-        seen[left] = _free(scene, scene.sample_point[reference[left]], normal[left] + 0.5 * to_eye[left], eye)
-    reference = reference[seen]
+    front = np.einsum("ij,ij->i", scene.sample_normal_a[reference], to_eye) > 0
+    front |= np.einsum("ij,ij->i", scene.sample_normal_b[reference], to_eye) > 0
+    reference = reference[front]
+    outline = silhouettes(scene, eye)
+    inside = np.flatnonzero(in_picture(outline.point, camera, world_from_camera, margin_px))
 
-    middle, tangent, surface, normal, length = silhouettes(scene, eye)
-    inside = np.flatnonzero(_in_picture(middle, camera, world_from_camera, margin_px))
-    inside = inside[_free(scene, middle[inside], normal[inside], eye)]
-    point = np.concatenate([scene.sample_point[reference], middle[inside]])
-    direction3 = np.concatenate([scene.sample_tangent[reference], tangent[inside]])
-    length_mm = np.concatenate([scene.sample_length[reference], length[inside]])
-    pixel, direction, scale = project_directions(camera, world_from_camera, point, direction3)
-    return VisibleArcs(
+    point = np.concatenate([scene.sample_point[reference], outline.point[inside]])
+    tangent = np.concatenate([scene.sample_tangent[reference], outline.tangent[inside]])
+    pixel, direction, scale = project_directions(camera, world_from_camera, point, tangent)
+    none = np.full(len(inside), -1)
+    arcs = VisibleArcs(
         point=point,
-        tangent=direction3,
-        arc=np.concatenate([scene.sample_arc[reference], len(scene.arc_occurrence) + surface[inside]]),
-        sample=np.concatenate([reference, np.full(len(inside), -1)]),
-        smooth=np.concatenate([scene.sample_smooth[reference], np.zeros(len(inside), bool)]),
+        tangent=tangent,
+        arc=np.concatenate([scene.sample_arc[reference], len(scene.arc_occurrence) + outline.surface[inside]]),
+        sample=np.concatenate([reference, none]),
+        smooth=np.concatenate([scene.sample_smooth[reference], none > 0]),
         pixel=pixel,
         direction=direction,
-        length_px=scale * length_mm,
+        length_px=scale * np.concatenate([scene.sample_length[reference], outline.length[inside]]),
     )
+    normal = np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]])
+    other = np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]])
+    if count is not None and len(arcs.arc):
+        along = np.cumsum(arcs.length_px)
+        marks = (np.arange(count) + 0.5) * (along[-1] / count)
+        rows, times = np.unique(np.minimum(np.searchsorted(along, marks), len(along) - 1), return_counts=True)
+        arcs = replace(arcs.take(rows), length_px=times * (along[-1] / count))
+        normal, other = normal[rows], other[rows]
+    seen = _free(scene, arcs.point, _unit(normal + other), eye)
+    to_eye = _unit(eye - arcs.point)
+    for n in (normal, other):
+        left = np.flatnonzero(~seen & (np.einsum("ij,ij->i", n, to_eye) > 0))
+        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye)
+    return arcs.take(seen)
 
 
-def silhouettes(scene: Scene, eye: Floats) -> tuple[Floats, Floats, Ints, Floats, Floats]:
-    """Segments where curved surfaces turn away from the eye: n . v = 0, linear in each triangle's exact normals.
+@dataclass(frozen=True)
+class Silhouettes:
+    """Segments where curved surfaces turn away from an eye: middles, unit tangents and normals (n, 3), surfaces and
+    lengths (n,), a surface's segments together."""
 
-    Returns the middles (n, 3), unit tangents (n, 3), surfaces (n,), unit normals (n, 3) and lengths (n,).
-    """
+    point: Floats
+    tangent: Floats
+    normal: Floats
+    surface: Ints
+    length: Floats
+
+
+def silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
+    """Where curved, inspected surfaces turn away from the eye: n . v = 0, linear in each triangle's exact normals."""
     rows = scene.curved_triangles
     corners = scene.vertices[scene.triangles[rows]]
     normals = scene.vertex_normals[scene.triangles[rows]]
@@ -103,12 +122,12 @@ def silhouettes(scene: Scene, eye: Floats) -> tuple[Floats, Floats, Ints, Floats
     surface = scene.triangle_surface[rows[mixed]]
     keep = np.flatnonzero(length > 1e-9)
     order = keep[np.argsort(surface[keep], kind="stable")]
-    return (
-        0.5 * (ends[0] + ends[1])[order],
-        way[order] / length[order, None],
-        surface[order],
-        _unit(end_normals[0] + end_normals[1])[order],
-        length[order],
+    return Silhouettes(
+        point=0.5 * (ends[0] + ends[1])[order],
+        tangent=way[order] / length[order, None],
+        normal=_unit(end_normals[0] + end_normals[1])[order],
+        surface=surface[order],
+        length=length[order],
     )
 
 
@@ -127,11 +146,12 @@ def project_directions(
     return xy @ k.T + camera.matrix[:2, 2], direction, scale
 
 
-def _in_picture(point: Floats, camera: Camera, world_from_camera: Floats, margin_px: float) -> Bools:
-    p = (point - world_from_camera[:3, 3]) @ world_from_camera[:3, :3]
-    uv, front = camera.project(p)
-    low, high = -0.5 - margin_px, np.array([camera.width, camera.height]) - 0.5 + margin_px
-    return np.asarray(front & ((uv >= low) & (uv <= high)).all(axis=1))
+def in_picture(point: Floats, camera: Camera, world_from_camera: Floats, margin_px: float) -> Bools:
+    """Which world points (n, 3) lie in front of a camera and within `margin_px` of its picture."""
+    uv, front = camera.project((point - world_from_camera[:3, 3]) @ world_from_camera[:3, :3])
+    low, high = -0.5 - margin_px, (camera.width - 0.5 + margin_px, camera.height - 0.5 + margin_px)
+    inside = (uv[:, 0] >= low) & (uv[:, 0] <= high[0]) & (uv[:, 1] >= low) & (uv[:, 1] <= high[1])
+    return np.asarray(front & inside)
 
 
 def _free(scene: Scene, point: Floats, off: Floats, eye: Floats) -> Bools:

@@ -1,0 +1,152 @@
+"""Accepted, ambiguous or refused: what a pose's evidence is worth against chance, rivals and its own parts.
+
+Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one.  The evidence that a pose
+gathers is compared with what the right pose is expected to gather in these very pictures, camera by camera; with every
+rival, those of repeated structure among them; and the poses that each camera gives alone are compared with each other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision.cameras import Prior, perturbation, skew
+from vision.localisation.evidence import Evidence
+from vision.localisation.hypotheses import CORRELATION_PX, Prediction, evidence_at, image_directions, image_jacobians
+from vision.localisation.refine import Refined
+from vision.localisation.scene import Floats
+
+# Shares of the expected evidence that a pose must find in all, and in each camera that sees anything to speak of.
+# Right poses of brushed metal find 0.7 to 1.2 in each camera, wrong ones that are no repetition up to 0.3.
+MIN_SHARE, MIN_SHARE_CAMERA = 0.55, 0.4
+# Evidence is in natural logarithms of odds, and the search tries some millions of poses (odds of 15): below this much
+# a pose could be chance.  A camera that expects less than the half of it has no say of its own.
+MIN_EVIDENCE = 40.0
+# A rival within this share of the best pose's evidence (at least MIN_MARGIN), whose odds against by the prior are not
+# overwhelming, makes the answer ambiguous.
+RIVAL_SHARE, MIN_MARGIN, PRIOR_ODDS = 0.05, 10.0, 12.0
+# A pose further from the prior than this many sigma contradicts it: one in 2,000 priors errs by 5 sigma in 6 dimensions.
+MAX_SIGMA = 6.0
+# What an accepted pose must promise at the middle of what is seen: standard deviations along the worst direction.
+MAX_TRANSLATION_MM, MAX_ROTATION = 1.0, float(np.radians(0.1))
+# Cameras solved apart may differ by this many sigma of the difference, in six dimensions.
+MAX_APART_SIGMA = 8.0
+
+
+@dataclass(frozen=True)
+class Support:
+    """What a pose gathers, by camera (c,): evidence found, its expectation and standard deviation at the right pose,
+    and the length of predicted arcs in view (px)."""
+
+    found: Floats
+    expected: Floats
+    deviation: Floats
+    length_px: Floats
+
+    @property
+    def share(self) -> Floats:
+        """Evidence found over expected, by camera; zero where nothing is expected."""
+        return np.asarray(np.where(self.expected > 0, self.found / np.maximum(self.expected, 1e-9), 0.0))
+
+
+def support(prediction: Prediction, fields: list[Evidence]) -> Support:
+    """What a prediction gathers of the pictures' evidence at its own pose, and what the right one would."""
+    pixel, _ = image_jacobians(prediction)
+    direction = image_directions(prediction)
+    w = prediction.weight
+    found = evidence_at(prediction, fields, pixel, direction)
+    mean, variance = np.zeros(len(w)), np.zeros(len(w))
+    for number, e in enumerate(fields):
+        rows = prediction.view == number
+        mean[rows], variance[rows] = e.expectation(pixel[rows], direction[rows])
+
+    def total(values: Floats) -> Floats:
+        return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
+
+    return Support(total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * CORRELATION_PX)
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A refined pose with what it gathers; cost: half its squared distance from the prior less its evidence."""
+
+    refined: Refined
+    support: Support
+    prior_sigma: float
+
+    @property
+    def evidence(self) -> float:
+        return float(self.support.found.sum())
+
+    @property
+    def cost(self) -> float:
+        return 0.5 * self.prior_sigma**2 - self.evidence
+
+
+def hypothesis(refined: Refined, fields: list[Evidence], prior: Prior) -> Hypothesis:
+    delta = perturbation(prior.world_from_rig, refined.world_from_rig)
+    distance = float(np.sqrt(delta @ np.linalg.solve(prior.covariance, delta)))
+    return Hypothesis(refined, support(refined.prediction, fields), distance)
+
+
+def rivals(best: Hypothesis, others: list[Hypothesis]) -> list[Hypothesis]:
+    """Those of the others that pictures and prior leave about as likely as the best."""
+    margin = max(RIVAL_SHARE * best.evidence, MIN_MARGIN)
+
+    def rivals_best(h: Hypothesis) -> bool:
+        odds = 0.5 * (h.prior_sigma**2 - best.prior_sigma**2)
+        return h.evidence > best.evidence - margin and odds < PRIOR_ODDS
+
+    return [h for h in others if rivals_best(h)]
+
+
+def precision(refined: Refined) -> tuple[float, float]:
+    """Standard deviations along the worst directions: of the point amid what is seen (mm) and of rotation (rad)."""
+    seen = refined.prediction.point
+    middle = np.median(seen, axis=0)
+    jacobian = np.concatenate([-np.eye(3), skew(middle)], axis=1)
+    at_middle = jacobian @ refined.covariance @ jacobian.T
+    worst = np.linalg.eigvalsh(at_middle)[-1], np.linalg.eigvalsh(refined.covariance[3:, 3:])[-1]
+    return float(np.sqrt(worst[0])), float(np.sqrt(worst[1]))
+
+
+def apart(poses: list[Refined]) -> float:
+    """How far the poses that single cameras give lie apart: the largest distance of two, in sigmas."""
+    worst = 0.0
+    for i, a in enumerate(poses):
+        for b in poses[:i]:
+            d = perturbation(a.world_from_rig, b.world_from_rig)
+            worst = max(worst, float(np.sqrt(d @ np.linalg.solve(a.covariance + b.covariance, d))))
+    return worst
+
+
+def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alone: list[Refined]) -> tuple[str, str]:
+    """`accepted`, `ambiguous` or `refused`, and why in one sentence.
+
+    rivals: the other hypotheses that are about as likely; alone: the poses that single cameras give, where they can.
+    """
+    s = best.support
+    share = float(s.found.sum() / max(s.expected.sum(), 1e-9))
+    sd_mm, sd_rad = precision(best.refined)
+    if best.evidence < MIN_EVIDENCE:
+        return "refused", f"the pictures give too little evidence for any pose ({best.evidence:.0f}, {MIN_EVIDENCE:.0f} needed)"
+    if share < MIN_SHARE:
+        return "refused", f"the best pose finds {share:.0%} of the edge evidence that a right one would ({MIN_SHARE:.0%} needed)"
+    for name, found, expected in zip(cameras, s.found, s.expected, strict=True):
+        if expected > 0.5 * MIN_EVIDENCE and found < MIN_SHARE_CAMERA * expected:
+            return "refused", f"camera {name} finds only {found / expected:.0%} of the edge evidence that a right pose would"
+    if best.prior_sigma > MAX_SIGMA:
+        return "refused", f"the best pose lies {best.prior_sigma:.1f} sigma from the prior, which contradicts it"
+    if rivals:
+        return "ambiguous", f"{len(rivals) + 1} distinct poses explain the pictures about equally well"
+    if sd_mm > MAX_TRANSLATION_MM or sd_rad > MAX_ROTATION:
+        return "refused", (
+            f"what is seen fixes the pose only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma)"
+        )
+    sigmas = apart(alone)
+    if sigmas > MAX_APART_SIGMA:
+        return "refused", f"the cameras solved apart disagree by {sigmas:.0f} sigma"
+    return "accepted", (
+        f"{share:.0%} of the expected edge evidence found, no rival pose, {best.prior_sigma:.1f} sigma from the prior"
+    )

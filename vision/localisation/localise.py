@@ -1,0 +1,160 @@
+"""The pose of a rig from its pictures, the model and a prior: search, refine, rivals, verdict."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.cameras import Prior, Rig, perturb, perturbation
+from vision.extraction.edges import EdgeElements
+from vision.localisation.alternatives import ArcShapes, arc_shapes, displacements, shifted_poses
+from vision.localisation.evidence import Evidence, edge_points
+from vision.localisation.hypotheses import (
+    Candidates,
+    Prediction,
+    candidates,
+    climb,
+    fine_evidence,
+    image_jacobians,
+    predict,
+    select,
+)
+from vision.localisation.judge import MAX_SIGMA, Hypothesis, hypothesis, rivals, verdict
+from vision.localisation.refine import EdgeIndex, Refined, refine
+from vision.localisation.scene import Floats, Scene
+
+# Poses nearer than this (px, rms over what is seen) are one.
+SAME_PX = 1.5
+# Of the search's other candidates, those with at least this share of the best one's score are followed up.
+FOLLOW_SHARE, FOLLOWED = 0.3, 6
+POLISH_SAMPLES = 1200
+
+
+@dataclass(frozen=True)
+class Localisation:
+    """What localisation found.
+
+    verdict: accepted | ambiguous | refused, reason: why.  best: the best hypothesis (None when nothing is in view);
+    hypotheses: all that were refined, best first.  alone: the pose each camera gives by itself, in the rig's order
+    (where there are several).  timings_s by step.
+    """
+
+    verdict: str
+    reason: str
+    best: Hypothesis | None
+    hypotheses: list[Hypothesis]
+    alone: list[Refined]
+    indexes: dict[str, EdgeIndex]
+    timings_s: dict[str, float]
+
+
+def localise(
+    scene: Scene, rig: Rig, images: dict[str, NDArray[np.uint8]], edges: dict[str, EdgeElements], prior: Prior
+) -> Localisation:
+    """The pose of the rig whose pictures (rows, columns), by camera, have these edge elements."""
+    clock = _Clock()
+    points = {name: edge_points(edges[name], images[name], camera) for name, camera in rig.cameras.items()}
+    indexes = {name: EdgeIndex(p) for name, p in points.items()}
+    near = select(scene, rig, prior)
+    clock.lap("select")
+    fine = fine_evidence(rig, points)
+    found = candidates(near, rig, points, fine, prior)
+    clock.lap("search")
+    if not len(found.score):
+        return Localisation("refused", "no arc of the model is in view near the prior", None, [], [], indexes, clock.laps)
+    solver = _Solver(scene, near, rig, indexes, fine, prior)
+    hypotheses = solver.hypotheses(found)
+    clock.lap("refine")
+    # Where the pictures leave several, the one nearest the prior is given first.
+    near_best = [hypotheses[0], *rivals(hypotheses[0], hypotheses[1:])]
+    near_best.sort(key=lambda h: h.prior_sigma)
+    hypotheses = near_best + [h for h in hypotheses if h not in near_best]
+    best = near_best[0]
+    alone = [solver.alone(name, best.refined.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
+    answer, reason = verdict(best, near_best[1:], list(rig.cameras), alone)
+    clock.lap("judge")
+    return Localisation(answer, reason, best, hypotheses, alone, indexes, clock.laps)
+
+
+@dataclass(frozen=True)
+class _Solver:
+    """Refines poses and follows up those that could rival the best."""
+
+    scene: Scene
+    near: Scene
+    rig: Rig
+    indexes: dict[str, EdgeIndex]
+    fine: list[Evidence]
+    prior: Prior
+
+    def hypotheses(self, found: Candidates) -> list[Hypothesis]:
+        """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
+        the model about the best of them."""
+        start = [perturb(self.prior.world_from_rig, d) for d in found.delta[: 1 + FOLLOWED]]
+        best = self._refine(start[0])
+        done = [best]
+        worthy = found.score[1 : 1 + FOLLOWED] > FOLLOW_SHARE * found.score[0]
+        self._follow([pose for pose, w in zip(start[1:], worthy, strict=True) if w], done)
+        shapes = arc_shapes(self.scene)
+        asked: list[Hypothesis] = []
+        # The best may change as rivals come in: what repeats about the new best is asked too.
+        for _ in range(3):
+            done.sort(key=lambda h: h.cost)
+            if done[0] in asked:
+                break
+            asked.append(done[0])
+            self._follow(self._shifted(done[0], shapes), done)
+        return done
+
+    def alone(self, name: str, pose: Floats) -> Refined:
+        return refine(self.near, self.rig.only(name), self.indexes, self.prior, pose)
+
+    def _refine(self, pose: Floats) -> Hypothesis:
+        return hypothesis(refine(self.near, self.rig, self.indexes, self.prior, pose), self.fine, self.prior)
+
+    def _shifted(self, h: Hypothesis, shapes: ArcShapes) -> list[Floats]:
+        p = h.refined.prediction
+        sharp = p.arc < len(self.scene.arc_occurrence)
+        depth = float(np.median(np.linalg.norm(p.point, axis=1))) if len(p.point) else 0.0
+        reach = MAX_SIGMA * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * depth)
+        shifts = displacements(shapes, p.arc[sharp], p.weight[sharp], reach)
+        return list(shifted_poses(self.prior, h.refined.world_from_rig, shifts, MAX_SIGMA + 1))
+
+    def _follow(self, poses: list[Floats], done: list[Hypothesis]) -> None:
+        """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
+        information = np.linalg.inv(self.prior.covariance)
+        for pose in poses:
+            if any(self._same(h, pose) for h in done):
+                continue
+            prediction = predict(self.near, self.rig, pose, POLISH_SAMPLES)
+            if not len(prediction.point):
+                continue
+            delta, score = climb(prediction, self.fine, np.zeros((1, 6)), 0.01 * information, 2.0, 0.5)
+            top = max(h.evidence for h in done)
+            polished = perturb(pose, delta[0])
+            if score[0] < FOLLOW_SHARE * top or any(self._same(h, polished) for h in done):
+                continue
+            new = self._refine(polished)
+            if not any(self._same(h, new.refined.world_from_rig) for h in done):
+                done.append(new)
+
+    @staticmethod
+    def _same(h: Hypothesis, pose: Floats) -> bool:
+        """Whether a pose shows what the hypothesis shows at the same place."""
+        there = perturbation(h.refined.world_from_rig, pose)
+        p = h.refined.prediction
+        _, jacobian = image_jacobians(p)
+        return bool(np.sqrt(np.mean((jacobian[:: max(len(jacobian) // 100, 1)] @ there) ** 2) * 2) < SAME_PX)
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.laps[name], self._last = now - self._last, now
