@@ -106,7 +106,8 @@ class Camera:
         w, h = self.width - 0.5, self.height - 0.5
         x, y = np.linspace(-0.5, w, 33), np.linspace(-0.5, h, 33)
         rim = np.concatenate(
-            [np.stack([x, np.full(33, v)], 1) for v in (-0.5, h)] + [np.stack([np.full(33, u), y], 1) for u in (-0.5, w)]
+            [np.stack([x, np.full(33, v)], 1) for v in (-0.5, h)]
+            + [np.stack([np.full(33, u), y], 1) for u in (-0.5, w)]
         )
         return self.undistort(rim)
 
@@ -165,7 +166,9 @@ class Rig:
         """The rig with these cameras alone."""
         for name in names:
             if name not in self.cameras:
-                raise InputError(f"The rig has no camera '{name}' (it has {', '.join(self.cameras)}); add it to the rig.")
+                raise InputError(
+                    f"The rig has no camera '{name}' (it has {', '.join(self.cameras)}); add it to the rig."
+                )
         return Rig({n: self.cameras[n] for n in names}, {n: self.rig_from_camera[n] for n in names})
 
 
@@ -195,7 +198,9 @@ def read_rig(path: Path | str) -> Rig:
     for name, entry in entries.items():
         where = f"cameras.{name}."
         if not isinstance(entry, dict):
-            raise InputError(f"{path}: cameras.{name} is no mapping; give it width, height, matrix and rig_from_camera.")
+            raise InputError(
+                f"{path}: cameras.{name} is no mapping; give it width, height, matrix and rig_from_camera."
+            )
         size = []
         for key in ("width", "height"):
             value = _member(entry, key, path, where)
@@ -207,7 +212,9 @@ def read_rig(path: Path | str) -> Rig:
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
             raise InputError(f"{path}: {where}matrix is no camera matrix; give [[fx, s, cx], [0, fy, cy], [0, 0, 1]].")
         cameras[str(name)] = Camera(size[0], size[1], matrix, _distortion(entry, path, where))
-        poses[str(name)] = _rigid(_numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera")
+        poses[str(name)] = _rigid(
+            _numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
+        )
     return Rig(cameras, poses)
 
 

@@ -82,9 +82,7 @@ def curve(basis: Basis, poles: Array, weights: Array | None, t: Array) -> tuple[
     if weights is None:
         return np.einsum("ni,nid->nd", value, poles[pole]), np.einsum("ni,nid->nd", derivative, poles[pole])
     homogeneous = np.concatenate([poles * weights[:, None], weights[:, None]], axis=1)[pole]
-    return _projected(
-        np.einsum("ni,nid->nd", value, homogeneous), np.einsum("ni,nid->nd", derivative, homogeneous)
-    )
+    return _projected(np.einsum("ni,nid->nd", value, homogeneous), np.einsum("ni,nid->nd", derivative, homogeneous))
 
 
 def surface(

@@ -193,9 +193,7 @@ class Surfaces:
         return SurfacePoints(points(u, v), by_u, by_v)
 
 
-def _spline(
-    splines: Mapping[str, Any], i: int
-) -> tuple[bspline.Basis, bspline.Basis, Array, Array | None]:
+def _spline(splines: Mapping[str, Any], i: int) -> tuple[bspline.Basis, bspline.Basis, Array, Array | None]:
     u_basis, v_basis = (
         bspline.Basis.of(
             int(splines[f"{way}_degree"][i]),

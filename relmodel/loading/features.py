@@ -272,7 +272,9 @@ def _pocket(s: Surfaces, graph: nx.MultiGraph[int], floor: list[int]) -> Feature
             if j in roles or not crossed & {"concave", "smooth"}:
                 continue
             steep = float(np.abs(s.normals(j) @ up).max(initial=0.0)) < _STEEP
-            if ("concave" in crossed and roles[i] == "floor") or ("smooth" in crossed and steep and roles[i] == "blend"):
+            if ("concave" in crossed and roles[i] == "floor") or (
+                "smooth" in crossed and steep and roles[i] == "blend"
+            ):
                 roles[j] = "wall"
             elif "smooth" in crossed and not steep and s.kind[j] != "plane" and _above(s, floor[0], j):
                 roles[j] = "blend"

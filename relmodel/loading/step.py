@@ -23,9 +23,7 @@ UNPACKED_LIMIT = 2 << 30
 SUFFIXES = (".step", ".stp", ".step.gz", ".stp.gz")
 
 
-def read_step(
-    path: str | Path, *, allow_partial: bool = False, time_limit_s: float = TIME_LIMIT_S
-) -> LoadedModel:
+def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: float = TIME_LIMIT_S) -> LoadedModel:
     """Read a STEP file, gzipped or not, into parts, shapes and assemblies; lengths become mm.
 
     Raises InputError where the file is missing, not STEP, damaged, takes more than `time_limit_s` or the child's

@@ -170,7 +170,9 @@ class SurfaceRows:
         elif isinstance(surface, Geom_OffsetSurface):
             kind = "offset"
             under = surface.BasisSurface()
-            if isinstance(under, Geom_SweptSurface):  # no table for a swept basis: the spline nearest to it stands for it
+            if isinstance(
+                under, Geom_SweptSurface
+            ):  # no table for a swept basis: the spline nearest to it stands for it
                 under = GeomConvert.SurfaceToBSplineSurface_s(Geom_RectangularTrimmedSurface(under, *domain))
             basis = self.basis.add(under, domain)
             self._swept.append((row, -1, basis, _NAN, _NAN, _NAN, surface.Offset()))
@@ -333,10 +335,7 @@ def _surface_spline_columns(splines: list[tuple[int, Any]]) -> Table:
     nets = [[(i, j) for i in range(1, s.NbUPoles() + 1) for j in range(1, s.NbVPoles() + 1)] for s in surfaces]
     out["poles"] = Ragged.pack([[s.Pole(i, j).Coord() for i, j in net] for s, net in zip(surfaces, nets, strict=True)])
     out["weights"] = Ragged.pack(
-        [
-            [s.Weight(i, j) for i, j in net] if r else None
-            for s, net, r in zip(surfaces, nets, rational, strict=True)
-        ]
+        [[s.Weight(i, j) for i, j in net] if r else None for s, net, r in zip(surfaces, nets, rational, strict=True)]
     )
     return out
 

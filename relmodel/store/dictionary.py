@@ -35,7 +35,9 @@ def dictionary(store: Store, relation: str | None = None) -> list[Entry]:
             raise UsageError(f"the store has no relation {relation!r}: relmodel schema lists them all")
     reflected = inspect(store.engine)
     columns = {name: found for (_, name), found in reflected.get_multi_columns(kind=ObjectKind.ANY).items()}
-    comments = {name: found["text"] for (_, name), found in reflected.get_multi_table_comment(kind=ObjectKind.ANY).items()}
+    comments = {
+        name: found["text"] for (_, name), found in reflected.get_multi_table_comment(kind=ObjectKind.ANY).items()
+    }
     entries = []
     for row in catalogue:
         entries.append(Entry(row.level, row.relation, row.standing, None, None, comments[row.relation]))

@@ -269,9 +269,7 @@ def test_loops_close_and_pcurves_lie_on_their_arcs(data_dir: Path) -> None:
 
             p = shape.pcurves
             key = {k: i for i, k in enumerate(zip(c["surface_no"], c["loop_no"], c["coedge_no"], strict=True))}
-            of = np.array(
-                [key[k] for k in zip(p["surface_no"], p["loop_no"], p["coedge_no"], strict=True)], np.int64
-            )
+            of = np.array([key[k] for k in zip(p["surface_no"], p["loop_no"], p["coedge_no"], strict=True)], np.int64)
             curves = Curves(shape.arcs, shape.arc_splines)
             for part in (0.0, 0.31, 1.0):
                 t = p["t0"] + part * (p["t1"] - p["t0"])

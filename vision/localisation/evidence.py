@@ -74,7 +74,9 @@ def edge_points(elements: EdgeElements, image: NDArray[np.uint8], camera: Camera
         border += [np.stack(np.meshgrid(rim_x, y), axis=-1).reshape(-1, 2) for rim_x in (low[0], high[0])]
         ideal = camera.undistort(np.concatenate(border))
         low, high = ideal.min(axis=0), ideal.max(axis=0)
-    return EdgePoints(position, normal, np.asarray(elements.contrast), sigma, low, high, max(float(bright - dark), 16.0))
+    return EdgePoints(
+        position, normal, np.asarray(elements.contrast), sigma, low, high, max(float(bright - dark), 16.0)
+    )
 
 
 @dataclass(frozen=True)

@@ -131,9 +131,7 @@ def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
     return scene.select(rows, length, scene.curved_triangles[keep])
 
 
-def candidates(
-    scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior
-) -> Candidates:
+def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior) -> Candidates:
     """The best distinct poses within the prior's volume, of a scene that `select` gave and evidence by `fine_evidence`."""
     information = np.linalg.inv(prior.covariance)
     margin_px = search_margin(rig, prior)
@@ -146,7 +144,6 @@ def candidates(
     delta, score = climb(prediction, fine, delta[kept], information, CLIMB_FIRST, CLIMB_LAST)
     kept = distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
     return Candidates(delta[kept], score[kept])
-
 
 
 def fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:

@@ -130,12 +130,21 @@ def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alon
     share = float(s.found.sum() / max(s.expected.sum(), 1e-9))
     sd_mm, sd_rad = precision(best.refined)
     if best.evidence < MIN_EVIDENCE:
-        return "refused", f"the pictures give too little evidence for any pose ({best.evidence:.0f}, {MIN_EVIDENCE:.0f} needed)"
+        return (
+            "refused",
+            f"the pictures give too little evidence for any pose ({best.evidence:.0f}, {MIN_EVIDENCE:.0f} needed)",
+        )
     if share < MIN_SHARE:
-        return "refused", f"the best pose finds {share:.0%} of the edge evidence that a right one would ({MIN_SHARE:.0%} needed)"
+        return (
+            "refused",
+            f"the best pose finds {share:.0%} of the edge evidence that a right one would ({MIN_SHARE:.0%} needed)",
+        )
     for name, found, expected in zip(cameras, s.found, s.expected, strict=True):
         if expected > 0.5 * MIN_EVIDENCE and found < MIN_SHARE_CAMERA * expected:
-            return "refused", f"camera {name} finds only {found / expected:.0%} of the edge evidence that a right pose would"
+            return (
+                "refused",
+                f"camera {name} finds only {found / expected:.0%} of the edge evidence that a right pose would",
+            )
     if best.prior_sigma > MAX_SIGMA:
         return "refused", f"the best pose lies {best.prior_sigma:.1f} sigma from the prior, which contradicts it"
     if rivals:

@@ -64,7 +64,9 @@ def localise(
     found = candidates(near, rig, points, fine, prior)
     clock.lap("search")
     if not len(found.score):
-        return Localisation("refused", "no arc of the model is in view near the prior", None, [], [], indexes, clock.laps)
+        return Localisation(
+            "refused", "no arc of the model is in view near the prior", None, [], [], indexes, clock.laps
+        )
     solver = _Solver(scene, near, rig, indexes, fine, prior)
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")

@@ -81,9 +81,7 @@ class Refined:
     measurements: Measurements
 
 
-def refine(
-    scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, world_from_rig: Floats
-) -> Refined:
+def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, world_from_rig: Floats) -> Refined:
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance."""
     pose = world_from_rig
     cameras = [indexes[n] for n in rig.cameras]

@@ -24,7 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bounds = ("x0", "y0", "z0", "x1", "y1", "z1")
     volume.add_argument("--box", nargs=6, type=float, metavar=bounds, help="a box in the world, mm")
     volume.add_argument("--camera", type=Path, metavar="RIG.yaml", help="what the cameras of a rig see (needs --at)")
-    parser.add_argument("--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig")
+    parser.add_argument(
+        "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
+    )
     parser.add_argument("--near", type=float, default=10.0, help="least depth of the view, mm (default: 10)")
     parser.add_argument("--far", type=float, default=10_000.0, help="greatest depth of the view, mm (default: 10000)")
     parser.add_argument("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for")
