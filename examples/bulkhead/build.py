@@ -152,7 +152,7 @@ def _census(shape: Shape) -> dict[str, Any]:
     BRepGProp.SurfaceProperties_s(shape, area)
     return {
         "faces": len(faces),
-        "edges": len({TopoDS.Edge(e).TShape() for e in edges}),
+        "edges": len(edges),
         "surface_kinds": dict(sorted(kinds.items())),
         "volume_mm3": round(volume.Mass(), 3),
         "area_mm2": round(area.Mass(), 3),

@@ -6,17 +6,24 @@ import math
 from typing import Any
 
 import numpy as np
+from OCP.BRep import BRep_Tool
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
 from OCP.BRepCheck import BRepCheck_Analyzer
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol
-from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int, List_TopoDS_Shape
+from OCP.collections import (
+    Array1_double,
+    Array1_gp_Pnt,
+    Array1_int,
+    IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
+    List_TopoDS_Shape,
+)
 from OCP.GC import GC_MakeArcOfCircle
 from OCP.Geom import Geom_BSplineCurve
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Elips, gp_Pnt, gp_Vec
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID, TopAbs_VERTEX
-from OCP.TopExp import TopExp_Explorer
+from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 from scipy.interpolate import BSpline
 
@@ -28,17 +35,10 @@ Shape = Any  # the kernel has no type hints
 
 
 def explore(shape: Shape, kind: Shape) -> list[Shape]:
-    """Distinct sub-shapes of a kind, in the order met."""
-    found: list[Shape] = []
-    seen = set()
-    explorer = TopExp_Explorer(shape, kind)
-    while explorer.More():
-        item = explorer.Current()
-        if item not in seen:
-            seen.add(item)
-            found.append(item)
-        explorer.Next()
-    return found
+    """Distinct sub-shapes of a kind, in the order met (one that is met in both directions counts once)."""
+    found = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    TopExp.MapShapes_s(shape, kind, found)
+    return [found.FindKey(i) for i in range(1, found.Extent() + 1)]
 
 
 def one_solid(shape: Shape) -> Shape:
@@ -131,8 +131,6 @@ def _boolean(operation: Shape, body: Shape, tools: list[Shape]) -> Shape:
 
 
 def _z_range(edge: Shape) -> tuple[float, float]:
-    from OCP.BRep import BRep_Tool
-
     z = [BRep_Tool.Pnt_s(TopoDS.Vertex(v)).Z() for v in explore(edge, TopAbs_VERTEX)]
     return min(z), max(z)
 
