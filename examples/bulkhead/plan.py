@@ -26,9 +26,20 @@ class Line:
 
 @dataclass(frozen=True)
 class Arc:
+    """A circular arc of at most half a turn, through `middle`."""
+
     start: Vector
     middle: Vector
     end: Vector
+    centre: Vector
+
+    def points(self, count: int) -> Vector:
+        """Points (count, 2) from the start to just before the end, evenly spaced."""
+        a, b = self.start - self.centre, self.end - self.centre
+        turn = np.arctan2(_cross(a, b), a @ b)
+        t = np.linspace(0, turn, count, endpoint=False)
+        around: Vector = self.centre + np.outer(np.cos(t), a) + np.outer(np.sin(t), _left(a))
+        return around
 
 
 @dataclass(frozen=True)
@@ -127,7 +138,7 @@ def sample(profile: Profile, step: float = 2.0) -> Vector:
         if isinstance(piece, Line):
             points.append(piece.start[None])
         elif isinstance(piece, Arc):
-            points.append(np.array([piece.start, piece.middle]))
+            points.append(piece.points(256))
         else:
             x = np.linspace(piece.start, piece.end, max(2, int(abs(piece.end - piece.start) / step)), endpoint=False)
             points.append(np.column_stack([x, piece.spline(x)]))
@@ -180,7 +191,7 @@ def _corner(a: tuple[Vector, Vector] | BSpline, b: tuple[Vector, Vector] | BSpli
         on_spline, on_line = np.array([x, float(spline(x))]), centre - radius * _left(u)
         start, end = (on_line, on_spline) if isinstance(a, tuple) else (on_spline, on_line)
     bisector = start + end - 2 * centre
-    return Arc(start, centre + radius * bisector / np.linalg.norm(bisector), end)
+    return Arc(start, centre + radius * bisector / np.linalg.norm(bisector), end, centre)
 
 
 def _left(u: Vector) -> Vector:

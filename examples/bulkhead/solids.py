@@ -167,7 +167,7 @@ def _lug(design: Design, name: str) -> Shape:
     centre = np.array(lug_centre(design, name))
     root = np.array(lug.root) - 14 * out
     a, b, c, d = root - side, centre - side, centre + side, root + side
-    profile: Profile = [Line(a, b), Arc(b, centre + out * lug.width / 2, c), Line(c, d), Line(d, a)]
+    profile: Profile = [Line(a, b), Arc(b, centre + out * lug.width / 2, c, centre), Line(c, d), Line(d, a)]
     return _prism(_wire(profile, lug.z[0]), lug.z[1] - lug.z[0])
 
 
