@@ -1,8 +1,7 @@
 """Render the demonstration's stereo pairs and write their rig, prior and truth files.
 
-    python -m examples.render.make [--out examples/demo] [--look FOLDER] [NN ...]
+    python -m examples.render.make [--out examples/demo] [--data-only] [NN ...]
 
-`--look` also writes overlays of the visible model edges and prints how far the picture's edges lie from them.
 Run from the root of the checkout, with the extra `render` and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1.
 """
 
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 
 from examples.render.model import Component, read_components
 from examples.render.picture import expose, render
-from examples.render.truth import Caster, project, visible_edges
+from examples.render.truth import Caster, project
 from examples.render.views import (
     HEIGHT,
     VIEWS,
@@ -129,81 +128,39 @@ def truth_text(truth: dict[str, Any]) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def edge_offsets(image: NDArray[np.uint8], edges: list[tuple[Array, Array]], reach: int = 3) -> tuple[int, Array]:
-    """Signed x, y offsets (median over samples) from projected edges to the steepest gradient across them.
-
-    Samples count where the picture changes by more than 40 grey values within `reach` pixels, off its border.
-    """
-    points, normals = (np.concatenate(a) for a in zip(*edges, strict=True))
-    clear = ((points > 12) & (points < [WIDTH - 13, HEIGHT - 13])).all(1)
-    points, normals = points[clear], normals[clear]
-    steps = np.arange(-reach, reach + 0.01, 0.25)
-    at = points[:, None] + steps[None, :, None] * normals[:, None]
-    x, y = np.moveaxis(at, 2, 0).astype(np.float32)
-    profile = cv2.remap(image.astype(np.float32), x, y, cv2.INTER_CUBIC)
-    slope = np.abs(np.gradient(profile, axis=1))
-    peak = slope.argmax(1)
-    good = (np.ptp(profile, axis=1) > 40) & (peak > 0) & (peak < len(steps) - 1)
-    row, peak = np.flatnonzero(good), peak[good]
-    before, at_peak, after = slope[row, peak - 1], slope[row, peak], slope[row, peak + 1]
-    finer = (before - after) / (2 * np.minimum(before - 2 * at_peak + after, -1e-9))
-    offset = (steps[peak] + 0.25 * np.clip(finer, -0.5, 0.5))[:, None] * normals[good]
-    return int(good.sum()), np.median(offset, axis=0)
-
-
-def look(folder: Path, number: str, images: list[Any], view: View, components: list[Component], caster: Caster) -> None:
-    """Overlays, and a line of edge offsets for each picture."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for side, image, camera, pose in zip(
-        ("left", "right"), images, (view.left, view.right), object_from_cameras(view), strict=True
-    ):
-        edges = visible_edges(caster, components, camera, pose)
-        count, (dx, dy) = edge_offsets(image, edges)
-        share = float((image == 255).mean())
-        print(f"{number} {side}: {len(edges)} edges, {count} samples, {dx:+.3f} {dy:+.3f} px, {share:.1%} white")
-        drawn = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
-        for points, _ in edges:
-            for x, y in points:
-                cv2.circle(drawn, (round(x * 16), round(y * 16)), 12, (0, 0, 255), -1, cv2.LINE_AA, 4)
-        cv2.imwrite(str(folder / f"overlay_{number}_{side}.png"), drawn)
-
-
-def make(number: str, out: Path, components: list[Component], look_at: Path | None) -> None:
+def write_pictures(number: str, out: Path, components: list[Component]) -> None:
+    """Render, expose and write both pictures; the right camera shares the left one's exposure, but for its gain."""
     view = VIEWS[number]
-    poses = object_from_cameras(view)
-    caster = Caster(components)
-    linear = render(view, components, poses)
+    linear = render(view, components, object_from_cameras(view))
     left, white = expose(linear[0], view.seed * 10, PERCENTILE)
     right, _ = expose(linear[1], view.seed * 10 + 1, PERCENTILE, gain=1.03, white=white)
     for side, image in (("left", left), ("right", right)):
         cv2.imwrite(str(out / f"pair_{number}_{side}.png"), image, [cv2.IMWRITE_PNG_COMPRESSION, 9])
-    (out / f"pair_{number}_truth.json").write_text(truth_text(truth_data(number, view, components, caster)))
+
+
+def write_data(number: str, out: Path, components: list[Component]) -> None:
+    """Write a pair's truth, rig and prior."""
+    view = VIEWS[number]
+    poses = object_from_cameras(view)
+    stem = f"pair_{number}"
+    (out / f"{stem}_truth.json").write_text(truth_text(truth_data(number, view, components, Caster(components))))
     rig = rig_data(view, np.linalg.inv(poses[0]) @ poses[1])
-    write_yaml(
-        out / f"pair_{number}_rig.yaml",
-        rig,
-        "The stereo rig: mm, OpenCV cameras; the rig's frame is the left camera's.",
-    )
+    write_yaml(out / f"{stem}_rig.yaml", rig, "A stereo rig: mm, OpenCV cameras; the rig's frame is the left camera's.")
     error, sigma_mm, sigma_deg = drawn_error(view)
-    world_from_rig = WORLD_FROM_OBJECT[view.variant] @ poses[0] @ error
     prior = {
-        "world_from_rig": matrix_rows(world_from_rig),
+        "world_from_rig": matrix_rows(WORLD_FROM_OBJECT[view.variant] @ poses[0] @ error),
         "sigma": {"translation_mm": sigma_mm, "rotation_deg": sigma_deg},
     }
     write_yaml(
-        out / f"pair_{number}_prior.yaml",
-        prior,
-        "Where the rig is thought to be; the truth is off by a draw from sigma.",
+        out / f"{stem}_prior.yaml", prior, "Where the rig is thought to be: the truth, off by a draw from sigma."
     )
-    if look_at is not None:
-        look(look_at, number, [left, right], view, components, caster)
 
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description="Render the demonstration's stereo pairs.")
     arguments.add_argument("pairs", nargs="*", default=list(VIEWS))
     arguments.add_argument("--out", type=Path, default=Path("examples/demo"))
-    arguments.add_argument("--look", type=Path)
+    arguments.add_argument("--data-only", action="store_true", help="write all but the pictures (no renderer needed)")
     options = arguments.parse_args()
     write_worlds(options.out)
     models: dict[str, list[Component]] = {}
@@ -211,7 +168,9 @@ def main() -> None:
         variant = VIEWS[number].variant
         if variant not in models:
             models[variant] = read_components(Path(f"examples/demo/bulkhead_{variant}.step.gz"))
-        make(number, options.out, models[variant], options.look)
+        write_data(number, options.out, models[variant])
+        if not options.data_only:
+            write_pictures(number, options.out, models[variant])
 
 
 if __name__ == "__main__":

@@ -40,13 +40,16 @@ class Camera:
         return points
 
     def _bend(self, points: Array) -> Array:
-        x, y = points.T
+        """The distortion; beyond radius 1 (far outside the picture) it goes on in proportion, lest it fold back."""
+        shrink = 1 / np.maximum(1.0, np.linalg.norm(points, axis=1))
+        x, y = points.T * shrink
         k1, k2, p1, p2, k3 = self.distortion
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         u = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
         v = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
-        return np.column_stack([u, v])
+        bent: Array = np.column_stack([u, v]) / shrink[:, None]
+        return bent
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,7 @@ BENT = (
 
 VIEWS: dict[str, View] = {
     "00": View("A", (-640, 420), 880, -15, 10, -5, 220, 5.0, *STRAIGHT, seed=11),
-    "01": View("A", (-1300, 340), 700, 16, -8, 6, 180, 4.6, *STRAIGHT, seed=12),
+    "01": View("A", (-1370, 350), 700, 16, -8, 6, 180, 4.6, *STRAIGHT, seed=12),
     "02": View("A", (1140, 530), 980, 21, 11, 8, 250, 5.2, *BENT, seed=13),
     "03": View("A", (-60, 150), 640, -11, -17, -10, 160, 5.6, *STRAIGHT, seed=14),
     "04": View("B", (760, 300), 1220, 9, -11, 5, 280, 4.8, *STRAIGHT, seed=15),
