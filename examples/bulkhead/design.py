@@ -289,7 +289,7 @@ def variant_a() -> Design:
 
 
 def variant_b() -> Design:
-    """A after an engineering change: eight alterations, most of them about the round duct."""
+    """A after an engineering change: nine alterations, most of them about the round duct."""
     a = variant_a()
     grown = replace(a.pockets["P19"], grow=(("M5", 2.0), ("H1", 2.5)))
     thinner = replace(a.pockets["P17"], web=(36, 38.5))
