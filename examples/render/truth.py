@@ -1,0 +1,121 @@
+"""Exact truth of a view by ray casting: what each pixel shows, shares of parts in view, visible model edges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from examples.render.model import Component
+from examples.render.views import HEIGHT, WIDTH, Camera
+
+Array = NDArray[np.float64]
+
+
+class Caster:
+    """Rays against the components' meshes in the object's frame (Embree, single precision)."""
+
+    def __init__(self, components: list[Component]) -> None:
+        self.vertices = [c.part.vertices @ c.object_from_part[:3, :3].T + c.object_from_part[:3, 3] for c in components]
+        self.triangles = [c.part.triangles for c in components]
+        self.scene = self._scene(range(len(components)))
+
+    def _scene(self, numbers: Any) -> Any:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        scene = EmbreeScene()
+        for i in numbers:
+            TriangleMesh(scene, self.vertices[i].astype(np.float32), self.triangles[i].astype(np.int32))
+        return scene
+
+    def cast(self, origins: Array, directions: Array, scene: Any = None) -> tuple[NDArray[np.int32], Array]:
+        """Component met by each ray (-1 none) and the distance to it."""
+        origins = np.ascontiguousarray(np.broadcast_to(origins, directions.shape), np.float32)
+        hit = (scene or self.scene).run(origins, directions.astype(np.float32), output=1)
+        return hit["geomID"], hit["tfar"].astype(float)
+
+    def shares(self, camera: Camera, pose: Array, count: int) -> tuple[NDArray[np.int32], list[tuple[int, int, int]]]:
+        """Component of every pixel, and (component, visible pixels, unoccluded pixels) of those in view."""
+        rays = pixel_rays(camera) @ pose[:3, :3].T
+        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        seen, _ = self.cast(pose[:3, 3], rays)
+        rows = []
+        for i in range(count):
+            visible = int((seen == i).sum())
+            alone, _ = self.cast(pose[:3, 3], rays[self._window(i, camera, pose)], self._scene([i]))
+            whole = int((alone >= 0).sum())
+            if whole:
+                rows.append((i, visible, whole))
+        return seen.reshape(HEIGHT, WIDTH), rows
+
+    def _window(self, number: int, camera: Camera, pose: Array) -> NDArray[np.int64]:
+        """Numbers of the pixels in the bounds of a component's projection (all where part of it lies behind)."""
+        local = (self.vertices[number] - pose[:3, 3]) @ pose[:3, :3]
+        if local[:, 2].min() < 50:
+            return np.arange(WIDTH * HEIGHT)
+        xy = project(camera, pose, self.vertices[number])
+        x0, y0 = np.clip(np.floor(xy.min(0)).astype(int) - 2, 0, [WIDTH, HEIGHT])
+        x1, y1 = np.clip(np.ceil(xy.max(0)).astype(int) + 3, 0, [WIDTH, HEIGHT])
+        return (np.arange(y0, y1)[:, None] * WIDTH + np.arange(x0, x1)).ravel()
+
+
+def pixel_rays(camera: Camera) -> Array:
+    """Directions (n, 3) in the camera's frame through all pixel centres, row by row, with z = 1."""
+    x, y = np.meshgrid(np.arange(WIDTH, dtype=float), np.arange(HEIGHT, dtype=float))
+    points = camera.undistort(np.column_stack([x.ravel(), y.ravel()]))
+    return np.column_stack([points, np.ones(len(points))])
+
+
+def project(camera: Camera, object_from_camera: Array, points: Array) -> Array:
+    """Pixels (n, 2) of points of the object's frame."""
+    return camera.project((points - object_from_camera[:3, 3]) @ object_from_camera[:3, :3])
+
+
+def visible_edges(
+    caster: Caster, components: list[Component], camera: Camera, pose: Array, least_deg: float = 20.0
+) -> list[tuple[Array, Array]]:
+    """Visible samples of the sharp edges that have any: pixels (k, 2) and unit normals (k, 2) across, edge by edge.
+
+    A sample is visible if a point just off the edge, along either face's normal, is seen.
+    """
+    points, first, second, owner = [], [], [], []
+    count = 0
+    for component in components:
+        place = component.object_from_part
+        for p, n1, n2 in component.part.edges:
+            points.append(p @ place[:3, :3].T + place[:3, 3])
+            first.append(n1 @ place[:3, :3].T)
+            second.append(n2 @ place[:3, :3].T)
+            owner.append(np.full(len(p), count))
+            count += 1
+    p, n1, n2, number = (np.concatenate(a) for a in (points, first, second, owner))
+    centre = pose[:3, 3]
+    towards = centre - p
+    front = (((n1 * towards).sum(1) > 0) | ((n2 * towards).sum(1) > 0)) & (
+        (n1 * n2).sum(1) < np.cos(np.radians(least_deg))
+    )
+    ahead = (p - centre) @ pose[:3, 2] > 50
+    xy = np.full((len(p), 2), -1e6)
+    xy[ahead] = project(camera, pose, p[ahead])
+    inside = (xy > -0.5).all(1) & (xy < [WIDTH - 0.5, HEIGHT - 0.5]).all(1)
+    kept = np.flatnonzero(front & ahead & inside)
+    seen = np.zeros(len(kept), bool)
+    for normal in (n1, n2):
+        off = p[kept] + 0.15 * normal[kept]
+        ray = off - centre
+        distance = np.linalg.norm(ray, axis=1)
+        _, met = caster.cast(centre, ray / distance[:, None])
+        seen |= met > distance - 0.05
+    kept = kept[seen]
+    out = []
+    for i in np.unique(number[kept]):
+        of_edge = kept[number[kept] == i]
+        if len(of_edge) < 2:
+            continue
+        along = np.gradient(xy[of_edge], axis=0)
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        length = np.linalg.norm(across, axis=1, keepdims=True)
+        out.append((xy[of_edge], across / np.maximum(length, 1e-9)))
+    return out
