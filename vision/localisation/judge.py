@@ -22,7 +22,7 @@ from vision.localisation.scene import Floats
 MIN_SHARE, MIN_SHARE_CAMERA = 0.55, 0.4
 # Evidence is in natural logarithms of odds, and the search tries some millions of poses (odds of 15): below this much
 # a pose could be chance.  A camera that expects less than the half of it has no say of its own.
-MIN_EVIDENCE = 40.0
+MIN_EVIDENCE = 18.0
 # A rival within this share of the best pose's evidence (at least MIN_MARGIN), whose odds against by the prior are not
 # overwhelming, makes the answer ambiguous.
 RIVAL_SHARE, MIN_MARGIN, PRIOR_ODDS = 0.05, 10.0, 12.0

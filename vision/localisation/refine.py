@@ -21,8 +21,8 @@ MIN_COSINE = 0.94
 SYSTEMATIC_PX = 0.08
 TEXTURE_PX = 0.5
 # A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast (0.35 px
-# at 190 grey levels seen on metal).  Each camera gets one unknown for it: px at a contrast of the whole range of grey.
-RESPONSE_SIGMA_PX = 0.5
+# at 190 grey levels seen on metal).  Each camera gets one unknown for it: px at a contrast of the whole range of grey, from 0 (linear) to 0.5 (gamma 1/2).
+RESPONSE_PX, RESPONSE_SIGMA_PX = 0.25, 0.25
 # No calibration holds better: each camera's principal point is taken as uncertain by this in the covariance.
 CALIBRATION_PX = 0.05
 
@@ -85,7 +85,7 @@ def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, 
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance."""
     pose = world_from_rig
     cameras = [indexes[n] for n in rig.cameras]
-    response = np.zeros(len(cameras))
+    response = np.full(len(cameras), RESPONSE_PX)
     for reach, scale in ROUNDS:
         prediction = predict(scene, rig, pose, SAMPLES)
         delta = np.zeros(6)
@@ -145,7 +145,7 @@ def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, res
     gradient[:6] -= information @ away
     own = np.arange(6, len(hessian))
     hessian[own, own] += RESPONSE_SIGMA_PX**-2
-    gradient[6:] -= response / RESPONSE_SIGMA_PX**2
+    gradient[6:] -= (response - RESPONSE_PX) / RESPONSE_SIGMA_PX**2
     return hessian, gradient
 
 

@@ -50,9 +50,11 @@ def visible_arcs(
     reference = scene.reference_samples
     reference = reference[in_picture(scene.sample_point[reference], camera, world_from_camera, margin_px)]
     to_eye = eye - scene.sample_point[reference]
-    front = np.einsum("ij,ij->i", scene.sample_normal_a[reference], to_eye) > 0
-    front |= np.einsum("ij,ij->i", scene.sample_normal_b[reference], to_eye) > 0
-    reference = reference[front]
+    faces = [np.einsum("ij,ij->i", n[reference], to_eye) > 0 for n in (scene.sample_normal_a, scene.sample_normal_b)]
+    # Where one of two smoothly joined faces turns away, their arc is an outline: a facet mesh has no other.
+    smooth = scene.sample_smooth[reference] & (faces[0] == faces[1])
+    front = faces[0] | faces[1]
+    reference, smooth = reference[front], smooth[front]
     outline = silhouettes(scene, eye)
     inside = np.flatnonzero(in_picture(outline.point, camera, world_from_camera, margin_px))
 
@@ -65,7 +67,7 @@ def visible_arcs(
         tangent=tangent,
         arc=np.concatenate([scene.sample_arc[reference], len(scene.arc_occurrence) + outline.surface[inside]]),
         sample=np.concatenate([reference, none]),
-        smooth=np.concatenate([scene.sample_smooth[reference], none > 0]),
+        smooth=np.concatenate([smooth, none > 0]),
         pixel=pixel,
         direction=direction,
         length_px=scale * np.concatenate([scene.sample_length[reference], outline.length[inside]]),
