@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.cameras import Prior, Rig, perturb, perturbation
-from vision.extraction.edges import EdgeElements
+from vision.extraction.arcs import Arcs
+from vision.extraction.extract import Extraction
 from vision.localisation.alternatives import ArcShapes, arc_shapes, displacements, shifted_poses
+from vision.localisation.correspondence import Correspondences, correspond
 from vision.localisation.evidence import Evidence, edge_points
 from vision.localisation.hypotheses import (
     Candidates,
@@ -25,6 +27,7 @@ from vision.localisation.hypotheses import (
 from vision.localisation.judge import MAX_SIGMA, Hypothesis, hypothesis, rivals, verdict
 from vision.localisation.refine import EdgeIndex, Refined, refine
 from vision.localisation.scene import Floats, Scene
+from vision.localisation.views import EdgeMeasurements, ViewArcs, edge_measurements, pose_sigma, view_arcs
 
 # Poses nearer than this (px, rms over what is seen) are one.
 SAME_PX = 1.5
@@ -34,12 +37,21 @@ POLISH_SAMPLES = 1200
 
 
 @dataclass(frozen=True)
+class View:
+    """One camera at the best pose: the arcs it sees, which image arcs they are, and the edge elements measured."""
+
+    arcs: ViewArcs
+    correspondences: Correspondences
+    measurements: EdgeMeasurements
+
+
+@dataclass(frozen=True)
 class Localisation:
     """What localisation found.
 
     verdict: accepted | ambiguous | refused, reason: why.  best: the best hypothesis (None when nothing is in view);
     hypotheses: all that were refined, best first.  alone: the pose each camera gives by itself, in the rig's order
-    (where there are several).  timings_s by step.
+    (where there are several).  views: by camera, what is seen at the best pose.  timings_s by step.
     """
 
     verdict: str
@@ -47,16 +59,16 @@ class Localisation:
     best: Hypothesis | None
     hypotheses: list[Hypothesis]
     alone: list[Refined]
-    indexes: dict[str, EdgeIndex]
+    views: dict[str, View]
     timings_s: dict[str, float]
 
 
 def localise(
-    scene: Scene, rig: Rig, images: dict[str, NDArray[np.uint8]], edges: dict[str, EdgeElements], prior: Prior
+    scene: Scene, rig: Rig, images: dict[str, NDArray[np.uint8]], extractions: dict[str, Extraction], prior: Prior
 ) -> Localisation:
-    """The pose of the rig whose pictures (rows, columns), by camera, have these edge elements."""
+    """The pose of the rig, from its pictures (rows, columns) and what was extracted from them, by camera."""
     clock = _Clock()
-    points = {name: edge_points(edges[name], images[name], camera) for name, camera in rig.cameras.items()}
+    points = {name: edge_points(extractions[name].edges, images[name], camera) for name, camera in rig.cameras.items()}
     indexes = {name: EdgeIndex(p) for name, p in points.items()}
     near = select(scene, rig, prior)
     clock.lap("select")
@@ -78,7 +90,16 @@ def localise(
     alone = [solver.alone(name, best.refined.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
     answer, reason = verdict(best, near_best[1:], list(rig.cameras), alone)
     clock.lap("judge")
-    return Localisation(answer, reason, best, hypotheses, alone, indexes, clock.laps)
+    views = {name: _view(scene, rig, name, best.refined, extractions[name].arcs, indexes[name]) for name in rig.cameras}
+    clock.lap("correspond")
+    return Localisation(answer, reason, best, hypotheses, alone, views, clock.laps)
+
+
+def _view(scene: Scene, rig: Rig, name: str, refined: Refined, arcs: Arcs, index: EdgeIndex) -> View:
+    seen = view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name])
+    number = list(rig.cameras).index(name)
+    sigma = pose_sigma(refined, number, seen.samples)
+    return View(seen, correspond(seen, arcs, index.edges, sigma), edge_measurements(refined, number, seen, index))
 
 
 @dataclass(frozen=True)

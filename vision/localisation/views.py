@@ -1,0 +1,151 @@
+"""The model as one camera sees it at a pose: runs of visible arcs and silhouettes, and what was measured on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.cameras import Camera
+from vision.localisation.hypotheses import Prediction, image_jacobians
+from vision.localisation.refine import EdgeIndex, Refined
+from vision.localisation.scene import Floats, Ints, Scene
+from vision.localisation.visibility import VisibleArcs, visible_arcs
+
+SHARP, SMOOTH, SILHOUETTE = range(3)
+KINDS = ("sharp", "smooth", "silhouette")
+# Hidden stretches shorter than this many samples do not break a run: rays graze.
+BRIDGED_SAMPLES = 3
+
+
+@dataclass(frozen=True)
+class ViewArcs:
+    """Runs of model arcs (n,) that a camera sees.
+
+    kind: index of KINDS; occurrence; element: the scene's arc, for a silhouette its surface; first_sample, last_sample
+    of the scene (-1 for silhouettes); start, end (n, 2) in pixels of the camera without distortion, length px.
+    samples: the visible samples, run by run; run: the run of each.
+    """
+
+    kind: NDArray[np.int8]
+    occurrence: Ints
+    element: Ints
+    first_sample: Ints
+    last_sample: Ints
+    start: Floats
+    end: Floats
+    length: Floats
+    samples: VisibleArcs
+    run: Ints
+
+
+def view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> ViewArcs:
+    """The runs of arcs that a camera sees; silhouettes of a surface are parted where they do not touch."""
+    seen = visible_arcs(scene, camera, world_from_camera)
+    arcs = len(scene.arc_occurrence)
+    silhouette = seen.arc >= arcs
+    gap = np.diff(seen.sample, prepend=-BRIDGED_SAMPLES - 2) > BRIDGED_SAMPLES + 1
+    first = (np.diff(seen.arc, prepend=-1) != 0) | (gap & ~silhouette)
+    run = np.cumsum(first) - 1
+    strand = _strands(seen, np.flatnonzero(silhouette))
+    _, run = np.unique(np.stack([run, strand], axis=1), axis=0, return_inverse=True)
+    run = run.ravel()
+    order = np.argsort(run, kind="stable")
+    seen, run = seen.take(order), run[order]
+    head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
+    tail = np.append(head[1:], len(run)) - 1
+    is_silhouette = seen.arc[head] >= arcs
+    element = np.where(is_silhouette, seen.arc[head] - arcs, seen.arc[head])
+    occurrence = np.where(
+        is_silhouette,
+        scene.surface_occurrence[np.where(is_silhouette, element, 0)],
+        scene.arc_occurrence[np.where(is_silhouette, 0, element)],
+    )
+    share = np.bincount(run, seen.smooth) / np.maximum(np.bincount(run), 1)
+    kind = np.where(is_silhouette, SILHOUETTE, np.where(share > 0.5, SMOOTH, SHARP)).astype(np.int8)
+    return ViewArcs(
+        kind, occurrence, element, seen.sample[head], seen.sample[tail], seen.pixel[head], seen.pixel[tail],
+        np.bincount(run, seen.length_px).astype(float), seen, run,
+    )  # fmt: skip
+
+
+def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
+    """For each sample which connected strand of its surface's silhouette it lies on; zero for the others."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    out = np.zeros(len(seen.arc), np.int64)
+    if len(rows):
+        # Surfaces are told apart by a third coordinate that no picture reaches.
+        at = np.column_stack([seen.pixel[rows], 1e6 * seen.arc[rows]])
+        reach = 2.0 * np.maximum(float(seen.length_px[rows].max()), 1.0)
+        pairs = cKDTree(at).query_pairs(reach, output_type="ndarray")
+        graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(rows), len(rows)))
+        out[rows] = connected_components(graph, directed=False)[1]
+    return out
+
+
+def pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
+    """Standard deviation (n,) px of a camera's samples along their normals that the pose's covariance makes."""
+    p, rig_from_world = refined.prediction, np.linalg.inv(refined.world_from_rig)
+    n = len(samples.arc)
+    there = replace(
+        p,
+        point=samples.point @ rig_from_world[:3, :3].T + rig_from_world[:3, 3],
+        tangent=samples.tangent,
+        weight=np.ones(n),
+        view=np.full(n, camera),
+        arc=samples.arc,
+    )
+    _, jacobian = image_jacobians(there)
+    normal = np.stack([-samples.direction[:, 1], samples.direction[:, 0]], axis=1)
+    along = np.einsum("ni,nij->nj", normal, jacobian)
+    return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", along, refined.covariance, along)))
+
+
+@dataclass(frozen=True)
+class EdgeMeasurements:
+    """The edge elements that a camera measured the pose with, as columns.
+
+    view_arc: the run; world (n, 3) mm: the model point; normal (n, 2); position (n, 2): the element found, pixels of the
+    camera without distortion; sigma px; weight 0..1; residual px along the normal, the camera's response shift taken
+    off.
+    """
+
+    view_arc: Ints
+    world: Floats
+    normal: Floats
+    position: Floats
+    sigma: Floats
+    weight: Floats
+    residual: Floats
+
+
+def edge_measurements(refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
+    """What the last round of a refinement measured in one camera (by number), by the runs of its view."""
+    p, m = refined.prediction, refined.measurements
+    rows = np.flatnonzero((p.view == camera) & (m.found >= 0))
+    rows = rows[np.isin(p.arc[rows], view.samples.arc)]
+    direction = m.direction[rows]
+    pose = refined.world_from_rig
+    return EdgeMeasurements(
+        view_arc=_nearest_run(p, m.pixel, rows, view),
+        world=p.point[rows] @ pose[:3, :3].T + pose[:3, 3],
+        normal=np.stack([-direction[:, 1], direction[:, 0]], axis=1),
+        position=index.edges.position[m.found[rows]],
+        sigma=m.sigma[rows],
+        weight=m.weight[rows],
+        residual=m.offset[rows],
+    )
+
+
+def _nearest_run(p: Prediction, pixel: Floats, rows: Ints, view: ViewArcs) -> Ints:
+    from scipy.spatial import cKDTree
+
+    if not len(rows):
+        return np.zeros(0, np.int64)
+    # The nearest sample of the same arc: arcs are told apart by a third coordinate that no picture reaches.
+    tree = cKDTree(np.column_stack([view.samples.pixel, 1e6 * view.samples.arc]))
+    return np.asarray(view.run[tree.query(np.column_stack([pixel[rows], 1e6 * p.arc[rows]]))[1]])
