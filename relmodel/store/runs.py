@@ -146,12 +146,10 @@ class Run:
         """Append rows by columns, as `Store.append`."""
         return self.store.append(connection, table, columns)
 
-    @contextmanager
-    def step(self, connection: Connection, name: str) -> Iterator[None]:
-        """Time a step of the run and append it as an event."""
-        began = time.perf_counter()
-        yield
-        self._event(connection, "step", name, time.perf_counter() - began, "ok", None)
+    def steps(self, connection: Connection, seconds: Mapping[str, float]) -> None:
+        """Append the steps that the run took and how long each was, in their order."""
+        for name, took in seconds.items():
+            self._event(connection, "step", name, took, "ok", None)
 
     def end(self, status: str, message: str | None = None, connection: Connection | None = None) -> None:
         """Say how the run ended (ok, refused, ambiguous, failed); within `connection`'s transaction if given."""

@@ -24,6 +24,7 @@ class StoredScene:
 
     occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order.
     arc_no (a,): `arc_no` in the part's shape of each of the scene's arcs; surface_no (s,) likewise.
+    sample_parameter (n,): where on its arc each of the scene's samples lies.
     """
 
     scene: Scene
@@ -33,6 +34,7 @@ class StoredScene:
     shape_id: Ints
     arc_no: Ints
     surface_no: Ints
+    sample_parameter: NDArray[np.float64]
 
 
 def scene_from_store(
@@ -86,6 +88,7 @@ def scene_from_store(
         parts["shape_id"].astype(np.int64),
         arc["arc_no"],
         mesh["surface_no"],
+        arc["parameter"],
     )
 
 
@@ -131,6 +134,7 @@ def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
         "normals_b": flat["normals_b"] @ rotation.T,
         "sample_arc": sample_arc,
         "length": _lengths(flat["points"], sample_arc),
+        "parameter": np.concatenate(rows["parameters"].tolist()).astype(float),
         "arc_no": rows["arc_no"].astype(np.int64),
         "arc_occurrence": np.full(len(count), occurrence),
     }

@@ -4,7 +4,6 @@ CREATE TABLE view (
     run_id BIGINT NOT NULL REFERENCES run (id),
     view_no INTEGER NOT NULL,
     camera TEXT NOT NULL,
-    purpose TEXT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -27,7 +26,6 @@ COMMENT ON TABLE view IS 'The view of the model that was predicted for one camer
 COMMENT ON COLUMN view.run_id IS 'the run';
 COMMENT ON COLUMN view.view_no IS 'ordinal in the run, from 0';
 COMMENT ON COLUMN view.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN view.purpose IS 'what it was predicted for: prior, or final (at the pose found)';
 COMMENT ON COLUMN view.m00 IS 'world_from_camera: row 0, column 0 of the rotation';
 COMMENT ON COLUMN view.m01 IS 'world_from_camera: row 0, column 1 of the rotation';
 COMMENT ON COLUMN view.m02 IS 'world_from_camera: row 0, column 2 of the rotation';

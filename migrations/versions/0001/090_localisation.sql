@@ -83,10 +83,10 @@ COMMENT ON COLUMN view_arc.kind IS 'sharp, smooth or silhouette';
 COMMENT ON COLUMN view_arc.element_no IS 'arc_no in the part''s shape; surface_no for a silhouette';
 COMMENT ON COLUMN view_arc.t0 IS 'start of the visible interval of the arc''s parameter; null for a silhouette';
 COMMENT ON COLUMN view_arc.t1 IS 'end of the visible interval';
-COMMENT ON COLUMN view_arc.start_u IS 'x of the first end in the image, px';
-COMMENT ON COLUMN view_arc.start_v IS 'y of the first end in the image, px';
-COMMENT ON COLUMN view_arc.end_u IS 'x of the last end in the image, px';
-COMMENT ON COLUMN view_arc.end_v IS 'y of the last end in the image, px';
+COMMENT ON COLUMN view_arc.start_u IS 'x of the first end in the image, px of the camera freed of distortion';
+COMMENT ON COLUMN view_arc.start_v IS 'y of the first end in the image, px of the camera freed of distortion';
+COMMENT ON COLUMN view_arc.end_u IS 'x of the last end in the image, px of the camera freed of distortion';
+COMMENT ON COLUMN view_arc.end_v IS 'y of the last end in the image, px of the camera freed of distortion';
 COMMENT ON COLUMN view_arc.length IS 'visible length in the image, px';
 
 CREATE TABLE view_surface (
@@ -110,7 +110,6 @@ COMMENT ON COLUMN view_surface.visible_pixels IS 'pixels it shows';
 CREATE TABLE hypothesis (
     run_id BIGINT NOT NULL REFERENCES run (id),
     hypothesis_no INTEGER NOT NULL,
-    origin TEXT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -135,7 +134,6 @@ CREATE TABLE hypothesis (
 COMMENT ON TABLE hypothesis IS 'A pose of the rig that was considered, refined as far as it was worth.';
 COMMENT ON COLUMN hypothesis.run_id IS 'the run';
 COMMENT ON COLUMN hypothesis.hypothesis_no IS 'rank in the run, 0 the best';
-COMMENT ON COLUMN hypothesis.origin IS 'where it came from: search, or shift (displaced by a period of the object)';
 COMMENT ON COLUMN hypothesis.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
 COMMENT ON COLUMN hypothesis.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
 COMMENT ON COLUMN hypothesis.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
@@ -149,7 +147,7 @@ COMMENT ON COLUMN hypothesis.m21 IS 'world_from_rig: row 2, column 1 of the rota
 COMMENT ON COLUMN hypothesis.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
 COMMENT ON COLUMN hypothesis.m23 IS 'world_from_rig: row 2 of the translation, mm';
 COMMENT ON COLUMN hypothesis.cost IS 'cost by which hypotheses are ranked; less is better';
-COMMENT ON COLUMN hypothesis.support IS 'share of the predicted arc length that found edge elements';
+COMMENT ON COLUMN hypothesis.support IS 'evidence found in the pictures over what a right pose would find';
 COMMENT ON COLUMN hypothesis.distance IS 'Mahalanobis distance from the prior';
 
 CREATE TABLE correspondence (
@@ -208,8 +206,8 @@ COMMENT ON COLUMN edge_measurement.world_y IS 'y of the model point, mm, in the 
 COMMENT ON COLUMN edge_measurement.world_z IS 'z of the model point, mm, in the world''s frame';
 COMMENT ON COLUMN edge_measurement.normal_u IS 'x of the unit normal of the projected arc in the image';
 COMMENT ON COLUMN edge_measurement.normal_v IS 'y of the unit normal of the projected arc in the image';
-COMMENT ON COLUMN edge_measurement.u IS 'x of the edge point found, px';
-COMMENT ON COLUMN edge_measurement.v IS 'y of the edge point found, px';
+COMMENT ON COLUMN edge_measurement.u IS 'x of the edge point found, px of the camera freed of distortion';
+COMMENT ON COLUMN edge_measurement.v IS 'y of the edge point found, px of the camera freed of distortion';
 COMMENT ON COLUMN edge_measurement.sigma IS 'standard deviation along the normal, px';
 COMMENT ON COLUMN edge_measurement.weight IS 'weight that the robust loss left, 0 to 1';
 COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose found, px';
@@ -260,8 +258,8 @@ COMMENT ON COLUMN pose.m23 IS 'world_from_rig: row 2 of the translation, mm';
 COMMENT ON COLUMN pose.covariance IS 'covariance of the pose, 6x6 row-major, t in mm then r in rad, right perturbation in the rig frame';
 COMMENT ON COLUMN pose.singular_values IS 'singular values of the refinement with 1 mrad scaled against 1 mm';
 COMMENT ON COLUMN pose.cost IS 'cost of the best hypothesis';
-COMMENT ON COLUMN pose.margin IS 'cost of the next distinct hypothesis less this one, as a share of this; null where there is none';
-COMMENT ON COLUMN pose.support IS 'share of the predicted arc length that found edge elements';
+COMMENT ON COLUMN pose.margin IS 'cost of the next distinct hypothesis less this one; null where there is none';
+COMMENT ON COLUMN pose.support IS 'evidence found in the pictures over what a right pose would find';
 
 CREATE TABLE part_in_view (
     run_id BIGINT NOT NULL REFERENCES run (id),

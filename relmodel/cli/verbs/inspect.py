@@ -1,0 +1,69 @@
+"""Inspect a stereo pair: say which parts are in view and where the cameras are.
+
+Without --right the picture of the left camera alone is used.  Exit status 0 where the pose is accepted, 1 where it is
+ambiguous or refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relmodel.cli.options import add_format, store_target
+from relmodel.cli.output import print_rows, say
+
+if TYPE_CHECKING:
+    from vision.inspection import Inspection
+
+EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior prior.yaml --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rig", type=Path, required=True, metavar="RIG.yaml", help="cameras and where the rig has them"
+    )
+    parser.add_argument("--left", type=Path, required=True, metavar="PICTURE", help="picture of the camera left")
+    parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right")
+    parser.add_argument(
+        "--prior", type=Path, required=True, metavar="PRIOR.yaml", help="where the rig is thought to be, and how surely"
+    )
+    parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
+    parser.add_argument(
+        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
+    )
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.store import Store
+    from vision.inspection import inspect
+
+    with Store.open(store_target(args)) as store:
+        answer = inspect(
+            store,
+            rig=args.rig,
+            left=args.left,
+            right=args.right,
+            prior=args.prior,
+            world=args.world,
+            keep_images=not args.no_keep_images,
+            overlay=args.overlay,
+        )
+    print_answer(answer, args.format)
+    return 0 if answer.verdict == "accepted" else 1
+
+
+def print_answer(answer: Inspection, form: str) -> None:
+    """The whole answer as JSON, or the parts in view as a table or CSV with the verdict and pose in words."""
+    if form == "json":
+        print(json.dumps(answer.to_json()))
+        return
+    say(f"run {answer.run}: {answer.verdict}: {answer.reason}")
+    if answer.world_from_rig is not None:
+        for row in answer.world_from_rig[:3]:
+            say("  ".join(f"{value:14.6f}" for value in row))
+    names = ("path", "level", "visible_share")
+    print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)

@@ -1,0 +1,203 @@
+"""The main job: from the pictures of a rig to the parts in view and the pose of the cameras, every step in the store."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from relmodel.errors import InputError, UsageError
+from relmodel.index.find import in_volume, world_named
+from relmodel.store import Run, Store
+from vision.cameras import Prior, Rig, read_prior, read_rig
+from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.images import Picture, read_picture
+from vision.inspection_rows import Inspected, record_inspection
+from vision.localisation.depth_range import predicted_depth_range
+from vision.localisation.localise import Localisation, localise
+from vision.localisation.overlay import draw_overlay
+from vision.localisation.parts_in_view import PartsInView, parts_in_view
+from vision.localisation.scene import Floats
+from vision.localisation.stored_scene import StoredScene, scene_from_store
+from vision.stereo.match import StereoMatches, match_stereo
+from vision.view_volume import widened_view_volume
+
+PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """The answer of an inspection; transforms are 4x4, mm, and None where the verdict is refused.
+
+    covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
+    hypotheses: (world_from_rig, cost) of the poses considered, the best first.
+    """
+
+    run: int
+    verdict: str
+    reason: str
+    world_from_rig: Floats | None
+    world_from_camera: dict[str, Floats | None]
+    covariance: Floats | None
+    parts_in_view: list[dict[str, Any]]
+    hypotheses: list[tuple[Floats, float]]
+    timings_s: dict[str, float] = field(compare=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The answer in plain lists and numbers, under the names of the fields."""
+
+        def plain(matrix: Floats | None) -> list[list[float]] | None:
+            return None if matrix is None else matrix.tolist()
+
+        return {
+            "run": self.run,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "world_from_rig": plain(self.world_from_rig),
+            "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
+            "covariance": plain(self.covariance),
+            "parts_in_view": self.parts_in_view,
+            "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
+            "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
+        }
+
+
+def inspect(
+    store: Store,
+    *,
+    rig: str | Path,
+    left: str | Path,
+    prior: str | Path,
+    right: str | Path | None = None,
+    world: str | None = None,
+    keep_images: bool = True,
+    overlay: str | Path | None = None,
+) -> Inspection:
+    """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
+
+    rig, prior: YAML files; left, right: pictures; world: its name, where the store has several; overlay: a picture of
+    the model drawn over the images, to be written.  Raises InputError for what is handed in and bad, before anything
+    is written.
+    """
+    clock = _Clock()
+    paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
+    cameras = read_rig(rig).only(*paths)
+    believed = read_prior(prior)
+    pictures = {
+        name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
+        for name, path in paths.items()
+    }
+    clock.lap("read")
+    with store.read() as connection:
+        world_id, world_name = world_named(store, connection, world)
+    if world_id < 0:
+        raise UsageError("the store holds no world: place the objects with relmodel world FILE")
+    stored = _scene(store, world_id, world_name, cameras, believed)
+    clock.lap("select")
+
+    inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
+    inputs |= {role: _digest(path) for role, path in (("rig", rig), ("prior", prior))}
+    parameters = ExtractionParameters()
+    with Run.begin(
+        store,
+        "inspect",
+        {"world": world_name, "extraction": asdict(parameters)},
+        inputs=inputs,
+        packages=PACKAGES,
+    ) as run:
+        extractions = _extract(pictures, parameters)
+        clock.lap("extract")
+        stereo = _stereo(stored, cameras, believed, extractions)
+        clock.lap("stereo")
+        found = localise(
+            stored.scene,
+            cameras,
+            {name: picture.grey for name, picture in pictures.items()},
+            extractions,
+            believed,
+        )
+        clock.lap("localise")
+        parts = None
+        if found.best is not None and found.verdict != "refused":
+            with store.read() as connection:
+                parts = parts_in_view(store, connection, stored, cameras, found.best.refined.world_from_rig)
+        clock.lap("view")
+        if overlay is not None:
+            draw_overlay(overlay, pictures, cameras, found)
+        with run.write() as connection:
+            record_inspection(
+                run,
+                connection,
+                Inspected(stored, cameras, believed, pictures, extractions, stereo, found, parts),
+                keep_images=keep_images,
+            )
+            clock.lap("record")
+            run.steps(connection, clock.laps)
+            run.end("ok" if found.verdict == "accepted" else found.verdict, found.reason, connection)
+    return _answer(run.id, cameras, found, parts, clock.laps)
+
+
+def _scene(store: Store, world_id: int, world_name: str, rig: Rig, prior: Prior) -> StoredScene:
+    """What any pose that the prior leaves open could show."""
+    among: set[int] = set()
+    for name, camera in rig.cameras.items():
+        volume = widened_view_volume(camera, rig.rig_from_camera[name], prior)
+        among.update(in_volume(store, volume, level="part", world=world_name)["occurrence_id"].tolist())
+    if not among:
+        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
+    with store.read() as connection:
+        return scene_from_store(store, connection, world_id, sorted(among))
+
+
+def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Extraction]:
+    """Extractions of all pictures, side by side: the kernels run without the interpreter's lock."""
+    with ThreadPoolExecutor(max_workers=len(pictures)) as pool:
+        work = {name: pool.submit(extract, picture.grey, parameters) for name, picture in pictures.items()}
+        return {name: task.result() for name, task in work.items()}
+
+
+def _stereo(stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, Extraction]) -> StereoMatches | None:
+    """Matches of a pair; None for one camera."""
+    if len(extractions) < 2:
+        return None
+    depths = predicted_depth_range(stored.scene, rig, prior.world_from_rig, prior.covariance)
+    return match_stereo(rig, extractions["left"], extractions["right"], depths)
+
+
+def _answer(
+    run: int, rig: Rig, found: Localisation, parts: PartsInView | None, timings: dict[str, float]
+) -> Inspection:
+    best = found.best.refined if found.best is not None and found.verdict != "refused" else None
+    rows = [] if parts is None else parts.rows()
+    return Inspection(
+        run=run,
+        verdict=found.verdict,
+        reason=found.reason,
+        world_from_rig=best.world_from_rig if best else None,
+        world_from_camera={
+            name: best.world_from_rig @ rig.rig_from_camera[name] if best else None for name in rig.cameras
+        },
+        covariance=best.covariance if best else None,
+        parts_in_view=rows,
+        hypotheses=[(h.refined.world_from_rig, h.cost) for h in found.hypotheses],
+        timings_s=timings,
+    )
+
+
+def _digest(path: str | Path) -> tuple[str, str]:
+    return Path(path).name, hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+class _Clock:
+    """Seconds of each step, by name, in the order in which they were done."""
+
+    def __init__(self) -> None:
+        self.laps: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.laps[name], self._last = now - self._last, now
