@@ -161,10 +161,11 @@ def _join(
     line = joint[:, 0] + _PRICE[LINE]
     circle = np.where(joint[:, 2] > _MIN_SAGITTA, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
     circle[(kinds[tail] == LINE) & (kinds[head] == LINE)] = np.inf
-    bent = (kinds[tail] != LINE) & (kinds[head] != LINE)
-    turn = 8.0 * joint[:, 2] / (members.counts[tail] + members.counts[head])
+    together = members.counts[tail] + members.counts[head]
+    bent = (kinds[tail] != LINE) & (kinds[head] != LINE) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
+    bent &= (circle > apart[tail] + apart[head]) & (distance < 0.5 * together)
     oval = np.full(len(pairs), np.inf)
-    for at in np.flatnonzero(bent & (turn > _MIN_ELLIPSE_TURN)):
+    for at in np.flatnonzero(bent):
         ellipse = _ellipse_of(x, y, w, members, tail[at], head[at])
         if ellipse and ellipse.minor > 0.15 * ellipse.major:
             total = alone[tail[at], 5] + alone[head[at], 5]
@@ -174,7 +175,7 @@ def _join(
     saving = apart[tail] + apart[head] - least - 0.1 * distance
     # a misfit that long arcs can pay for is still a misfit
     misfit = 2.0 * correlation * (least - _PRICE[costs.argmin(axis=1)])
-    fits = misfit < 2.0 * (members.counts[tail] + members.counts[head])
+    fits = misfit < 2.0 * together
     partner = np.full(len(members), -1, np.intp)
     taken = np.zeros(len(members), np.bool_)
     new_kinds = kinds.copy()

@@ -33,7 +33,7 @@ def fit_ellipse(x: FloatArray, y: FloatArray, weight: FloatArray) -> Ellipse | N
     quadratic, linear = np.column_stack([u * u, u * v, v * v]), np.column_stack([u, v, np.ones_like(u)])
     gain = weight / weight.sum()
     conic = np.zeros(6)
-    for _ in range(4):
+    for _ in range(3):
         found = _direct(quadratic, linear, gain)
         if found is None:
             return None
