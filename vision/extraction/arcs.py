@@ -21,8 +21,8 @@ BoolArray = npt.NDArray[np.bool_]
 KINDS = ("line", "circular", "free", "elliptic")
 LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 
-_PRICE = np.array([8.0, 11.0, 16.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
-_FREE_PRICE = 0.6  # of each member of a free curve: what a misfit of about two standard deviations costs
+_PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
+_FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or four standard deviations costs
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
 _MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
