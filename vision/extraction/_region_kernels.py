@@ -19,7 +19,7 @@ def flood(labels: LabelArray, depth: npt.NDArray[np.float32]) -> None:
         for c in range(columns):
             bucket[r, c] = min(int(depth[r, c] * 4.0), levels - 1)
     # every pixel is queued once, in the queue of its level or of the level that the flood stands at if that is lower
-    following = np.full(rows * columns, -1, np.int64)
+    following = np.full(rows * columns, -1, np.int32)
     first = np.full(levels, -1, np.int64)
     last = np.full(levels, -1, np.int64)
     queued = np.zeros((rows, columns), np.bool_)

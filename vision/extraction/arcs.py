@@ -1,8 +1,8 @@
-"""Step 4: chains cut into straight, circular and free arcs at least description length, joined across gaps, fitted.
+"""Step 4: chains cut into straight, circular, elliptic and free arcs at least description length, joined, fitted.
 
 A chain's pieces are priced (Rissanen's principle) at a constant for each piece plus half its chi-square, the members
 taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
-different chains are then joined wherever one arc describes both for less.
+different chains are then joined wherever one arc describes both for less; ellipses arise there, from circular pieces.
 """
 
 from dataclasses import dataclass, fields
@@ -11,19 +11,21 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.edges import EdgeElements
+from vision.extraction.ellipses import Ellipse, fit_ellipse
 from vision.extraction.linking import Chains
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 
-KINDS = ("line", "circular", "free")
-LINE, CIRCULAR, FREE = range(3)
+KINDS = ("line", "circular", "free", "elliptic")
+LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 
-_PRICE = np.array([8.0, 11.0, 16.0])  # of a line, a circular arc, a free curve
-_FREE_PRICE = 0.6  # of each member of a free curve: what a misfit of about two standard deviations costs
+_PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
+_FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or four standard deviations costs
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
+_MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
 _TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
 
 
@@ -32,9 +34,11 @@ class Arcs:
     """Columns of one length n, and the packed members.
 
     `kind` indexes `KINDS`.  Start to end walks with the bright side on the left (y down).  `centre_x`, `centre_y` and
-    `radius` are NaN but for circular arcs.  `contrast` (grey) and `width` (px) are means; `sigma` (px) is the standard
-    deviation of the arc's lateral position, `angle_sigma` (rad) of its direction; `residual` (px) the rms
-    distance of its elements.  Arc i holds edge elements `elements[offsets[i] : offsets[i + 1]]`, in order.
+    `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor semi-axis) and
+    `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
+    (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
+    direction; `residual` (px) the rms distance of its elements.  Arc i holds edge elements
+    `elements[offsets[i] : offsets[i + 1]]`, in order.
     """
 
     kind: npt.NDArray[np.int8]
@@ -45,6 +49,8 @@ class Arcs:
     centre_x: FloatArray
     centre_y: FloatArray
     radius: FloatArray
+    radius2: FloatArray
+    axis_angle: FloatArray
     length: FloatArray
     closed: BoolArray
     contrast: FloatArray
@@ -147,16 +153,29 @@ def _join(
 
     x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    for arc in np.flatnonzero(kinds == ELLIPTIC).tolist():
+        ellipse = _ellipse_of(x, y, w, members, arc)
+        alone[arc, 4] = ellipse.square if ellipse else np.inf
     apart = _PRICE[kinds] + alone[:, 4] * alone[:, 5] / (2.0 * correlation)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, pairs, correlation)
     line = joint[:, 0] + _PRICE[LINE]
     circle = np.where(joint[:, 2] > _MIN_SAGITTA, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
     circle[(kinds[tail] == LINE) & (kinds[head] == LINE)] = np.inf
-    saving = apart[tail] + apart[head] - np.minimum(line, circle) - 0.1 * distance
+    together = members.counts[tail] + members.counts[head]
+    bent = (kinds[tail] != LINE) & (kinds[head] != LINE) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
+    bent &= (circle > apart[tail] + apart[head]) & (distance < 0.5 * together)
+    oval = np.full(len(pairs), np.inf)
+    for at in np.flatnonzero(bent):
+        ellipse = _ellipse_of(x, y, w, members, tail[at], head[at])
+        if ellipse and ellipse.minor > 0.15 * ellipse.major:
+            total = alone[tail[at], 5] + alone[head[at], 5]
+            oval[at] = ellipse.square * total / (2.0 * correlation) + _PRICE[ELLIPTIC]
+    costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
+    least = costs.min(axis=1)
+    saving = apart[tail] + apart[head] - least - 0.1 * distance
     # a misfit that long arcs can pay for is still a misfit
-    fits = 2.0 * np.minimum(joint[:, 0], joint[:, 1]) * correlation < 2.0 * (
-        members.counts[tail] + members.counts[head]
-    )
+    misfit = 2.0 * correlation * (least - _PRICE[costs.argmin(axis=1)])
+    fits = misfit < 2.0 * together
     partner = np.full(len(members), -1, np.intp)
     taken = np.zeros(len(members), np.bool_)
     new_kinds = kinds.copy()
@@ -166,7 +185,7 @@ def _join(
             continue
         taken[a] = taken[b] = True
         partner[a] = b
-        new_kinds[a] = LINE if line[at] <= circle[at] else CIRCULAR
+        new_kinds[a] = costs[at].argmin()
     is_head = np.zeros(len(members), np.bool_)
     is_head[partner[partner >= 0]] = True
     kept = np.flatnonzero(~is_head)
@@ -176,6 +195,12 @@ def _join(
     counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept]
+
+
+def _ellipse_of(x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, *arcs: int) -> Ellipse | None:
+    """Ellipse through the members of some arcs; `x`, `y`, `w` run beside `members.elements`."""
+    rows = np.concatenate([np.arange(members.offsets[arc], members.offsets[arc + 1]) for arc in arcs])
+    return fit_ellipse(x[rows], y[rows], w[rows])
 
 
 def _measure(
@@ -188,6 +213,13 @@ def _measure(
     fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
+    nan = np.full(len(kinds), np.nan)
+    radius2, axis_angle = nan.copy(), nan.copy()
+    for arc in np.flatnonzero(kinds == ELLIPTIC).tolist():
+        ellipse = _ellipse_of(x, y, w, members, arc)
+        if ellipse:
+            fit[arc, [0, 1, 2, 4, 7]] = (*ellipse[:3], ellipse.square, ellipse.square)
+            radius2[arc], axis_angle[arc] = ellipse.minor, ellipse.angle
     line, circular = (kinds == LINE)[:, None], (kinds == CIRCULAR)[:, None]
     centre, direction, radius = fit[:, :2], fit[:, 2:4], fit[:, 2]
     on_line = centre + np.sum((ends - centre) * direction, axis=2, keepdims=True) * direction
@@ -195,7 +227,11 @@ def _measure(
     spoke_length = np.maximum(np.linalg.norm(spoke, axis=2, keepdims=True), 1e-12)
     width = members.mean(edges.width)
     # smoothing draws a curved edge inwards by S^2 / 2R, S the spread of operator and blur together
-    unbiased = radius + (scale**2 + width**2) / (2.0 * np.maximum(radius, scale))
+    half_spread = 0.5 * (scale**2 + width**2)
+    oval = kinds == ELLIPTIC
+    tightest = np.maximum(np.where(oval, radius2**2 / np.maximum(radius, scale), radius), scale)
+    unbiased = radius + half_spread / tightest
+    radius2 = radius2 + half_spread * radius2 / np.maximum(radius, scale) ** 2
     on_circle = centre + spoke / spoke_length * unbiased[:, None]
     start, end = np.where(line, on_line, np.where(circular, on_circle, ends))
 
@@ -204,20 +240,22 @@ def _measure(
     course = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
     closing = np.hypot(*(ends[0] - ends[1]).T)
     turn = course / np.maximum(radius, 1e-9)
-    closed = members.closed | ((kinds == CIRCULAR) & (closing < 0.15 * course) & (turn > 5.0))
+    round_trip = np.isin(kinds, (CIRCULAR, ELLIPTIC)) & (closing < 0.15 * course) & (turn > 4.5)
+    closed = members.closed | round_trip
     length = np.where(line[:, 0], np.hypot(*(end - start).T), course + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
-    nan = np.full(len(kinds), np.nan)
-    is_circular = circular[:, 0]
+    curved = circular[:, 0] | oval
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
         start_y=start[:, 1],
         end_x=end[:, 0],
         end_y=end[:, 1],
-        centre_x=np.where(is_circular, centre[:, 0], nan),
-        centre_y=np.where(is_circular, centre[:, 1], nan),
-        radius=np.where(is_circular, unbiased, nan),
+        centre_x=np.where(curved, centre[:, 0], nan),
+        centre_y=np.where(curved, centre[:, 1], nan),
+        radius=np.where(curved, unbiased, nan),
+        radius2=radius2,
+        axis_angle=axis_angle,
         length=length,
         closed=closed,
         contrast=members.mean(edges.contrast),

@@ -104,6 +104,8 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "centre_x": arcs.centre_x,
             "centre_y": arcs.centre_y,
             "radius": arcs.radius,
+            "radius2": arcs.radius2,
+            "axis_angle": arcs.axis_angle,
             "length": arcs.length,
             "closed": arcs.closed,
             "bright_side": "left",

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
-from vision.extraction.arcs import CIRCULAR, LINE, Arcs, fit_arcs
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, fit_arcs
 from vision.extraction.edges import edge_elements
+from vision.extraction.ellipses import fit_ellipse
 from vision.extraction.linking import clear, fill_gaps, link
 
 from .synthetic import FloatArray, disc, render, step
@@ -54,6 +56,38 @@ def test_a_disc_is_one_closed_circle_of_its_radius(radius: float) -> None:
     assert arcs.radius[0] == pytest.approx(radius, abs=0.05)
     assert np.hypot(arcs.centre_x[0] - 60.3, arcs.centre_y[0] - 58.8) < 0.06
     assert arcs.length[0] == pytest.approx(2 * np.pi * radius, rel=0.04)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, 1.3, -0.9])
+def test_a_tilted_hole_is_one_closed_ellipse(angle: float) -> None:
+    times, n = 6, 150
+    y, x = (np.mgrid[: times * n, : times * n] - (times - 1) / 2) / times
+    u = (x - 74.2) * np.cos(angle) + (y - 71.8) * np.sin(angle)
+    v = -(x - 74.2) * np.sin(angle) + (y - 71.8) * np.cos(angle)
+    inside = gaussian_filter(((u / 48) ** 2 + (v / 33) ** 2 < 1).astype(float), 0.7 * times)
+    image = 160 - 100 * inside.reshape(n, times, n, times).mean(axis=(1, 3))
+    arcs = arcs_of(noisy(image, 3.0))
+    arcs = arcs.take(arcs.length > 20)
+    assert arcs.kind.tolist() == [ELLIPTIC]
+    assert arcs.closed.all()
+    assert (arcs.centre_x[0], arcs.centre_y[0]) == pytest.approx((74.2, 71.8), abs=0.05)
+    assert (arcs.radius[0], arcs.radius2[0]) == pytest.approx((48, 33), abs=0.06)
+    assert abs(np.sin(arcs.axis_angle[0] - angle)) < 0.005
+
+
+def test_ellipse_through_part_of_its_course() -> None:
+    t = np.linspace(0.2, 3.4, 120)
+    x, y = (
+        500 + 80 * np.cos(t) * np.cos(0.5) - 50 * np.sin(t) * np.sin(0.5),
+        300 + 80 * np.cos(t) * np.sin(0.5) + 50 * np.sin(t) * np.cos(0.5),
+    )
+    rng = np.random.default_rng(0)
+    ellipse = fit_ellipse(x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120), np.ones(120))
+    assert ellipse is not None
+    assert ellipse[:4] == pytest.approx((500, 300, 80, 50), abs=0.5)
+    assert ellipse.angle == pytest.approx(0.5, abs=0.01)
+    assert np.sqrt(ellipse.square) == pytest.approx(0.05, rel=0.2)
+    assert fit_ellipse(t, 2 * t, np.ones(120)) is None
 
 
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
