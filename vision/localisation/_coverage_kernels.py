@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def covered(
     directions: NDArray[Any],
+    weight: NDArray[Any],
     corners: NDArray[Any],
-    pixels: NDArray[Any],
-    near: NDArray[Any],
+    cells: NDArray[Any],
     triangles: NDArray[Any],
     first: NDArray[Any],
     surfaces: NDArray[Any],
     group_first: NDArray[Any],
 ) -> NDArray[Any]:
-    """Rays (rows, columns, 3) that meet each group's triangles.
+    """Total weight (rows, columns) of the rays (rows, columns, 3) that meet each group's triangles.
 
-    corners (v, 3) in the camera's frame, pixels (v, 2) in cells of the ray grid, near (v,): whether a pixel means
-    something.  Triangles stand by surface: those of s are first[s]:first[s + 1]; group g has the surfaces
+    corners (v, 3) in the camera's frame, cells (v, 2) of the ray grid, NaN for those not before the camera.  Triangles
+    stand by surface: those of s are first[s]:first[s + 1]; group g has the surfaces
     surfaces[group_first[g]:group_first[g + 1]].  A ray d meets the triangle (a, b, c) where d . (a x b), d . (b x c)
     and d . (c x a) have one sign; that needs no clipping at the camera's plane.
     """
@@ -36,11 +36,12 @@ def covered(
                 if a[2] <= 0 and b[2] <= 0 and c[2] <= 0:
                     continue
                 x0, x1, y0, y1 = 0, columns - 1, 0, rows - 1
-                if near[i] and near[j] and near[m]:
-                    x0 = max(x0, int(np.floor(min(pixels[i, 0], pixels[j, 0], pixels[m, 0]))) - 1)
-                    x1 = min(x1, int(np.ceil(max(pixels[i, 0], pixels[j, 0], pixels[m, 0]))) + 1)
-                    y0 = max(y0, int(np.floor(min(pixels[i, 1], pixels[j, 1], pixels[m, 1]))) - 1)
-                    y1 = min(y1, int(np.ceil(max(pixels[i, 1], pixels[j, 1], pixels[m, 1]))) + 1)
+                if not (np.isnan(cells[i, 0]) or np.isnan(cells[j, 0]) or np.isnan(cells[m, 0])):
+                    # Corners far beside the picture overflow an integer: they are clipped first.
+                    x0 = int(np.ceil(min(max(min(cells[i, 0], cells[j, 0], cells[m, 0]), 0.0), 1e6)))
+                    x1 = int(np.floor(max(min(max(cells[i, 0], cells[j, 0], cells[m, 0]), columns - 1.0), -1.0)))
+                    y0 = int(np.ceil(min(max(min(cells[i, 1], cells[j, 1], cells[m, 1]), 0.0), 1e6)))
+                    y1 = int(np.floor(max(min(max(cells[i, 1], cells[j, 1], cells[m, 1]), rows - 1.0), -1.0)))
                 if x0 > x1 or y0 > y1:
                     continue
                 u0, u1, u2 = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
@@ -52,7 +53,7 @@ def covered(
                 sign = 1.0 if det > 0 else -1.0
                 for y in range(y0, y1 + 1):
                     for x in range(x0, x1 + 1):
-                        if stamp[y, x] == g:
+                        if stamp[y, x] == g or weight[y, x] == 0:
                             continue
                         p, q, r = directions[y, x, 0], directions[y, x, 1], directions[y, x, 2]
                         if (
@@ -61,5 +62,5 @@ def covered(
                             and sign * (p * w0 + q * w1 + r * w2) >= 0
                         ):
                             stamp[y, x] = g
-                            count[g] += 1
+                            count[g] += weight[y, x]
     return count

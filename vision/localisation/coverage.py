@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.cameras import Camera
 from vision.localisation.scene import Floats, Ints, Scene
 
 # One ray stands for a square of this many pixels a side: shares of parts that cover 400 px are good to about 5 %.
 STEP_PX = 3
+# Triangles that reach nearer to the camera's plane than this are tested against every ray.
+NEAR_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -22,45 +23,67 @@ class Coverage:
     covered: Floats
 
 
-def visible_surface_pixels(scene: Scene, camera: Camera, world_from_camera: Floats) -> Floats:
-    """Pixels (s,) of the picture that show each surface of the scene."""
-    directions = _directions(camera)
-    hit = scene.rays.nearest(world_from_camera[:3, 3], directions.reshape(-1, 3) @ world_from_camera[:3, :3].T)
-    surface = scene.triangle_surface[hit[hit >= 0]]
-    return np.asarray(np.bincount(surface, minlength=len(scene.surface_occurrence)) * float(STEP_PX**2))
-
-
 def coverage(
     scene: Scene, camera: Camera, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
 ) -> Coverage:
     """Coverage of groups of surfaces; `group[i]` holds `surface[i]`, a surface may be in several groups."""
     from vision.localisation import _coverage_kernels as kernels
 
-    visible = visible_surface_pixels(scene, camera, world_from_camera)
+    rays = _rays(camera)
+    visible = _visible(scene, rays, world_from_camera)
     camera_from_world = np.linalg.inv(world_from_camera)
     corners = scene.vertices @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
-    pixels, front = camera.project(corners)
+    front = corners[:, 2] > NEAR_MM
+    cells = np.full((len(corners), 2), np.nan)
+    cells[front] = rays.cells(corners[front])
     order = np.argsort(group, kind="stable")
     triangle_order = np.argsort(scene.triangle_surface, kind="stable")
     first = np.searchsorted(scene.triangle_surface[triangle_order], np.arange(len(scene.surface_occurrence) + 1))
     covered = kernels.covered(
-        _directions(camera),
+        rays.directions,
+        rays.weight,
         np.ascontiguousarray(corners),
-        np.ascontiguousarray(pixels / STEP_PX),
-        front & (corners[:, 2] > 1.0),
+        cells,
         np.ascontiguousarray(scene.triangles[triangle_order]),
         first,
         np.asarray(surface[order], np.int64),
         np.searchsorted(group[order], np.arange(group_count + 1)),
     )
-    return Coverage(np.bincount(group, visible[surface], group_count), covered * float(STEP_PX**2))
+    return Coverage(np.bincount(group, visible[surface], group_count), covered)
 
 
-def _directions(camera: Camera) -> NDArray[np.float64]:
-    """Rays (rows, columns, 3) in the camera's frame through the middles of squares of STEP_PX pixels."""
-    x = np.arange(0, camera.width, STEP_PX) + 0.0
-    y = np.arange(0, camera.height, STEP_PX) + 0.0
-    grid = np.stack(np.meshgrid(x, y), axis=-1)
-    ideal = camera.undistort(grid.reshape(-1, 2))
-    xy = (ideal - camera.matrix[:2, 2]) @ np.linalg.inv(camera.matrix[:2, :2]).T
-    return np.concatenate([xy, np.ones((len(xy), 1))], axis=1).reshape(*grid.shape[:2], 3)
+@dataclass(frozen=True)
+class _Rays:
+    """Rays of a camera on a regular grid of the picture that it would give without distortion.
+
+    directions (rows, columns, 3) in the camera's frame, z = 1; weight (rows, columns): the area of the real picture
+    that each stands for, px, zero outside it; matrix (3, 3) from directions to cells (x, y) of the grid.
+    """
+
+    directions: Floats
+    weight: Floats
+    matrix: Floats
+
+    def cells(self, points: Floats) -> Floats:
+        """Cells (n, 2) of points (n, 3) before the camera."""
+        return np.asarray((points / points[:, 2:] @ self.matrix.T)[:, :2])
+
+
+def _rays(camera: Camera) -> _Rays:
+    width, height, matrix = camera.undistorted_view()
+    x, y = np.arange(0.5 * (STEP_PX - 1), width, STEP_PX), np.arange(0.5 * (STEP_PX - 1), height, STEP_PX)
+    pixels = np.stack([*np.meshgrid(x, y), np.ones((len(y), len(x)))], axis=-1)
+    directions = np.ascontiguousarray(pixels @ np.linalg.inv(matrix).T)
+    real, front = camera.project(directions.reshape(-1, 3))
+    inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
+    to_cells = np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix
+    to_cells[:2, 2] -= 0.5 * (STEP_PX - 1) / STEP_PX
+    return _Rays(directions, inside.reshape(len(y), len(x)) * float(STEP_PX**2), to_cells)
+
+
+def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:
+    """Pixels (s,) of the picture that show each surface of the scene."""
+    used = rays.weight > 0
+    hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
+    surface = scene.triangle_surface[hit[hit >= 0]]
+    return np.bincount(surface, rays.weight[used][hit >= 0], minlength=len(scene.surface_occurrence))
