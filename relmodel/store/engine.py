@@ -29,16 +29,21 @@ def store_url(target: str | Path) -> URL:
     return url
 
 
+# DuckDB gives every column and index of its own at least one block: of 16 KiB, the least there is, a store of some
+# eighty tables takes a third of the room that it takes with the usual 256 KiB.
+BLOCK_BYTES = 16384
+
+
 def connect(url: URL, *, read_only: bool) -> Engine:
     """Engine of the store, with its first connection tried.
 
     Raises StoreError where it is locked by another process, no database, or cannot be reached.
     """
-    options: dict[str, object] = {}
-    if read_only and url.get_backend_name() == "postgresql":
-        options = {"options": "-c default_transaction_read_only=on"}
-    elif read_only and url.database != ":memory:":
-        options = {"read_only": True}
+    options: dict[str, object]
+    if url.get_backend_name() == "postgresql":
+        options = {"options": "-c default_transaction_read_only=on"} if read_only else {}
+    else:
+        options = {"config": {"default_block_size": BLOCK_BYTES}, "read_only": read_only and url.database != ":memory:"}
     try:
         engine = create_engine(url, connect_args=options)
         engine.connect().close()

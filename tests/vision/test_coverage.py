@@ -50,8 +50,15 @@ def test_a_group_counts_a_pixel_once() -> None:
 
 def test_what_reaches_behind_the_camera_is_clipped_at_the_picture() -> None:
     scene = squares((0, 0, 1000, 400))
-    tilted = np.array([[-5000.0, 100, -2000], [5000, 100, -2000], [5000, 100, 9000], [-5000, 100, 9000]])
+    tilted = np.array([[5000.0, 100, -2000], [-5000, 100, -2000], [-5000, 100, 9000], [5000, 100, 9000]])
     scene.vertices[:] = tilted
     found = coverage(scene, CAMERA, np.eye(4), np.array([0]), np.array([0]), 1)
     # A floor 100 mm below the eye up to 9 m away fills the picture from row 239.5 + 500 * 100 / 9000 down.
     assert found.covered[0] == pytest.approx(640 * (480 - 245), rel=0.03)
+
+
+def test_a_surface_turned_away_covers_nothing() -> None:
+    scene = squares((0, 0, 1000, 400))
+    scene.triangles[:] = scene.triangles[:, ::-1]
+    found = coverage(scene, CAMERA, np.eye(4), np.array([0]), np.array([0]), 1)
+    assert found.covered[0] == 0

@@ -22,8 +22,9 @@ def covered(
 
     corners (v, 3) in the camera's frame, cells (v, 2) of the ray grid, NaN for those not before the camera.  Triangles
     stand by surface: those of s are first[s]:first[s + 1]; group g has the surfaces
-    surfaces[group_first[g]:group_first[g + 1]].  A ray d meets the triangle (a, b, c) where d . (a x b), d . (b x c)
-    and d . (c x a) have one sign; that needs no clipping at the camera's plane.
+    surfaces[group_first[g]:group_first[g + 1]].  A ray d meets the triangle (a, b, c), counter-clockwise
+    from outside, where d . (a x b), d . (b x c) and d . (c x a) are negative; that needs no clipping at the camera's
+    plane.
     """
     rows, columns = directions.shape[0], directions.shape[1]
     stamp = np.full((rows, columns), -1, np.int64)
@@ -48,18 +49,17 @@ def covered(
                 v0, v1, v2 = b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]
                 w0, w1, w2 = c[1] * a[2] - c[2] * a[1], c[2] * a[0] - c[0] * a[2], c[0] * a[1] - c[1] * a[0]
                 det = a[0] * v0 + a[1] * v1 + a[2] * v2
-                if det == 0:
+                if det >= 0:  # turned away: a surface is seen from outside only
                     continue
-                sign = 1.0 if det > 0 else -1.0
                 for y in range(y0, y1 + 1):
                     for x in range(x0, x1 + 1):
                         if stamp[y, x] == g or weight[y, x] == 0:
                             continue
                         p, q, r = directions[y, x, 0], directions[y, x, 1], directions[y, x, 2]
                         if (
-                            sign * (p * u0 + q * u1 + r * u2) >= 0
-                            and sign * (p * v0 + q * v1 + r * v2) >= 0
-                            and sign * (p * w0 + q * w1 + r * w2) >= 0
+                            p * u0 + q * u1 + r * u2 <= 0
+                            and p * v0 + q * v1 + r * v2 <= 0
+                            and p * w0 + q * w1 + r * w2 <= 0
                         ):
                             stamp[y, x] = g
                             count[g] += weight[y, x]
