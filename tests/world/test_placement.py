@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sqlalchemy as sa
-from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrices, rotation_matrix
 from relmodel.store import Run, Store
 from relmodel.world import place_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 
 def corners_bounds(transform: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -135,7 +135,7 @@ def test_mounts_point_at_rigs(tmp_path: Path) -> None:
         "rigs: [{name: head, file: head.yaml}]\nmounts: [{rig: head, on: b, link: flange}]\n"
     )
 
-    def write_rig(run: Run, connection: sa.Connection, name: str, path: Path) -> int:
+    def write_rig(run: Run, connection: sa.Connection, path: Path) -> int:
         rig_id = run.store.new_ids(connection, "rig", 1)
         run.append(connection, "rig", {"id": rig_id, "content_key": [path.read_text()]})
         return int(rig_id[0])
