@@ -19,8 +19,8 @@ from relmodel.index.packing import pack, page_boxes
 from relmodel.store import Run, Store
 from relmodel.world.world_file import WorldFile, read_world_file
 
-# Writes the rig of a rig file within a run's transaction and returns its identity.
-RigWriter = Callable[[Run, Connection, Path], int]
+# Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
+RigWriter = Callable[[Run, Connection, str, Path], int]
 
 BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
 
@@ -36,9 +36,6 @@ class WorldReport:
     status: str
     objects: int
     parts: int
-
-    def __str__(self) -> str:
-        return f"world {self.world}, revision {self.revision} {self.status}: {self.objects} objects, {self.parts} parts"
 
 
 def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None = None) -> WorldReport:
@@ -143,7 +140,7 @@ def _write_mounts(
 ) -> None:
     if not file.mounts or write_rig is None:
         return
-    rig_ids = {name: write_rig(run, connection, path) for name, path in file.rigs.items()}
+    rig_ids = {name: write_rig(run, connection, name, path) for name, path in file.rigs.items()}
     object_no = {o.name: number for number, o in enumerate(file.objects)}
     run.append(
         connection,

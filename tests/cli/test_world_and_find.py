@@ -53,9 +53,9 @@ def test_place_and_find(fresh_store: str, tmp_path: Path, capsys: pytest.Capture
     with Store.open(fresh_store) as store:
         model.fill(store)
     assert main(["world", str(world), "--store", fresh_store]) == 0
-    assert "world cell, revision 1 added" in capsys.readouterr().err
+    assert "cell, revision 1: added" in capsys.readouterr().err
     assert main(["world", str(world), "--store", fresh_store]) == 0
-    assert "world cell, revision 1 unchanged" in capsys.readouterr().err
+    assert "cell, revision 1: unchanged" in capsys.readouterr().err
     with Store.open(fresh_store) as store, store.read() as connection:
         cameras = sa.select(store.table("rig_camera").c.name).join(
             store.table("world_mount"), store.table("world_mount").c.rig_id == store.table("rig_camera").c.rig_id

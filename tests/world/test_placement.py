@@ -135,7 +135,7 @@ def test_mounts_point_at_rigs(tmp_path: Path) -> None:
         "rigs: [{name: head, file: head.yaml}]\nmounts: [{rig: head, on: b, link: flange}]\n"
     )
 
-    def write_rig(run: Run, connection: sa.Connection, path: Path) -> int:
+    def write_rig(run: Run, connection: sa.Connection, name: str, path: Path) -> int:
         rig_id = run.store.new_ids(connection, "rig", 1)
         run.append(connection, "rig", {"id": rig_id, "content_key": [path.read_text()]})
         return int(rig_id[0])

@@ -23,7 +23,12 @@ def run(args: argparse.Namespace) -> int:
 
     with Store.open(store_target(args)) as store:
         report = place_world(
-            store, args.file, write_rig=lambda run, connection, path: record_rig(run, connection, read_rig(path))
+            store,
+            args.file,
+            write_rig=lambda run, connection, _, path: record_rig(run, connection, read_rig(path)),
         )
-    say(str(report))
+    say(
+        f"{report.world}, revision {report.revision}: {report.status} (run {report.run_id}); "
+        f"{report.objects} objects and {report.parts} parts placed"
+    )
     return 0
