@@ -1,8 +1,8 @@
 """Compiled descents of the packed R-tree.  Importing this module loads numba: import it where a query is asked.
 
-The tree's `boxes` (m, 6) hold the entries, then the nodes of each level above; level l is rows `starts[l]` to
-`starts[l + 1]`, and node i of it bounds rows i * fanout to (i + 1) * fanout of the level below.  The entries under
-a node are thus contiguous, and a node that lies inside the volume gives them all without a look.
+The tree's rows are its n entries, then the nodes level by level, the root last.  `boxes` (m - 1, 6) bound all but the
+root; node n + i has the rows `first_child[i]` to `first_child[i + 1]` below it.  The entries under a row are
+contiguous, `first_entry[row]` to `end_entry[row]`: a node that lies inside the volume gives them all without a look.
 """
 
 from __future__ import annotations
@@ -23,59 +23,39 @@ def _grown(values: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def entries_in_boxes(boxes: Any, starts: Any, fanout: int, asked: Any) -> Any:
+def entries_in_boxes(
+    boxes: Any, first_child: Any, first_entry: Any, end_entry: Any, stack_room: int, asked: Any
+) -> Any:
     """Pairs (number of the box asked, entry) where entries meet boxes (k, 6): two arrays, by box asked."""
-    levels = len(starts) - 1
-    entry_count = starts[1]
+    nodes = len(first_child) - 1
+    entries = len(first_entry) - nodes
     room = _FIRST_ROOM
     out_asked = np.empty(room, np.int64)
     out_entry = np.empty(room, np.int64)
     count = 0
-    stack_level = np.empty(levels * fanout + 1, np.int64)
-    stack_node = np.empty(levels * fanout + 1, np.int64)
+    stack = np.empty(stack_room, np.int64)
     for number in range(len(asked)):
         ax0, ay0, az0 = asked[number, 0], asked[number, 1], asked[number, 2]
         ax1, ay1, az1 = asked[number, 3], asked[number, 4], asked[number, 5]
-        stack_level[0] = levels
-        stack_node[0] = 0
-        depth = 1 if entry_count else 0
+        stack[0] = nodes - 1
+        depth = 1
         while depth:
             depth -= 1
-            level = stack_level[depth] - 1
-            first = starts[level] + stack_node[depth] * fanout
-            last = min(first + fanout, starts[level + 1])
-            for i in range(first, last):
-                if (
-                    boxes[i, 0] > ax1
-                    or boxes[i, 3] < ax0
-                    or boxes[i, 1] > ay1
-                    or boxes[i, 4] < ay0
-                    or boxes[i, 2] > az1
-                    or boxes[i, 5] < az0
-                ):
+            node = stack[depth]
+            for row in range(first_child[node], first_child[node + 1]):
+                x0, y0, z0 = boxes[row, 0], boxes[row, 1], boxes[row, 2]
+                x1, y1, z1 = boxes[row, 3], boxes[row, 4], boxes[row, 5]
+                if x0 > ax1 or x1 < ax0 or y0 > ay1 or y1 < ay0 or z0 > az1 or z1 < az0:
                     continue
-                low = i - starts[level]
-                high = low + 1
-                if level:
-                    if not (
-                        boxes[i, 0] >= ax0
-                        and boxes[i, 3] <= ax1
-                        and boxes[i, 1] >= ay0
-                        and boxes[i, 4] <= ay1
-                        and boxes[i, 2] >= az0
-                        and boxes[i, 5] <= az1
-                    ):
-                        stack_level[depth] = level
-                        stack_node[depth] = low
-                        depth += 1
-                        continue
-                    width = fanout**level
-                    low *= width
-                    high = min(low + width, entry_count)
-                while count + high - low > room:
+                inside = x0 >= ax0 and x1 <= ax1 and y0 >= ay0 and y1 <= ay1 and z0 >= az0 and z1 <= az1
+                if row >= entries and not inside:
+                    stack[depth] = row - entries
+                    depth += 1
+                    continue
+                while count + end_entry[row] - first_entry[row] > room:
                     out_asked, out_entry = _grown(out_asked), _grown(out_entry)
                     room *= 2
-                for entry in range(low, high):
+                for entry in range(first_entry[row], end_entry[row]):
                     out_asked[count] = number
                     out_entry[count] = entry
                     count += 1
@@ -95,37 +75,33 @@ def _outside(box: Any, planes: Any) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def entries_in_half_spaces(boxes: Any, starts: Any, fanout: int, half_spaces: Any) -> Any:
+def entries_in_half_spaces(boxes: Any, first_child: Any, stack_room: int, half_spaces: Any) -> Any:
     """Entries that are not wholly outside any of the half-spaces (k, 4: normal, offset)."""
-    levels = len(starts) - 1
+    nodes = len(first_child) - 1
+    entries = len(boxes) + 1 - nodes
     planes = np.zeros((len(half_spaces), 5))
     planes[:, :3] = half_spaces[:, :3]
     planes[:, 4] = half_spaces[:, 3]
     room = _FIRST_ROOM
     out = np.empty(room, np.int64)
     count = 0
-    stack_level = np.empty(levels * fanout + 1, np.int64)
-    stack_node = np.empty(levels * fanout + 1, np.int64)
-    stack_level[0] = levels
-    stack_node[0] = 0
-    depth = 1 if starts[1] else 0
+    stack = np.empty(stack_room, np.int64)
+    stack[0] = nodes - 1
+    depth = 1
     while depth:
         depth -= 1
-        level = stack_level[depth] - 1
-        first = starts[level] + stack_node[depth] * fanout
-        last = min(first + fanout, starts[level + 1])
-        for i in range(first, last):
-            if _outside(boxes[i], planes):
+        node = stack[depth]
+        for row in range(first_child[node], first_child[node + 1]):
+            if _outside(boxes[row], planes):
                 continue
-            if level:
-                stack_level[depth] = level
-                stack_node[depth] = i - starts[level]
+            if row >= entries:
+                stack[depth] = row - entries
                 depth += 1
                 continue
             if count == room:
                 out = _grown(out)
                 room *= 2
-            out[count] = i
+            out[count] = row
             count += 1
     return out[:count]
 

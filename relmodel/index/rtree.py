@@ -13,34 +13,38 @@ FANOUT = 16
 class PackedRTree:
     """A static R-tree of boxes (n, 6: x0 y0 z0 x1 y1 z1), packed by Sort-Tile-Recursive on every level.
 
-    Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  Nodes lie
-    in one array without pointers: all but the last of a level are full.  Queries are compiled (numba) on first use and
-    from then on cached on disk.  Boxes that touch a volume are in it.
+    Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  Queries
+    are compiled (numba) on first use and from then on cached on disk.  Boxes that touch a volume are in it.
     """
 
     def __init__(self, boxes: npt.ArrayLike, fanout: int = FANOUT) -> None:
-        entries = np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))
-        self.fanout = fanout
-        levels, groups = [entries], []
+        levels = [np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))]
+        parents, counts = [], []
         while len(levels[-1]) > fanout:
-            page = pack(levels[-1], fanout)
-            groups.append(page)
-            levels.append(page_boxes(levels[-1], page)[1])
-        # From the top down, order each level by its parents, so that children are contiguous.
-        order = np.arange(len(levels[-1]))
-        orders = [order]
-        for page in reversed(groups):
-            place = np.empty(len(order), np.int64)
-            place[order] = np.arange(len(order))
-            order = np.argsort(place[page], kind="stable")
-            orders.append(order)
-        orders.reverse()
-        self._entry = orders[0]
+            parents.append(pack(levels[-1], fanout))
+            count, bounds = page_boxes(levels[-1], parents[-1])
+            counts.append(count)
+            levels.append(bounds)
+        # From the top down, order each level by its parents, so that the children of a node are contiguous.
+        orders = [np.arange(len(levels[-1]))]
+        for parent in reversed(parents):
+            place = np.argsort(orders[0])
+            orders.insert(0, np.argsort(place[parent], kind="stable"))
+        counts = [count[order] for count, order in zip(counts, orders[1:], strict=True)]
+        counts.append(np.array([len(levels[-1])]))  # the root, which needs no box
+
+        self._number = orders[0]
         self._boxes = np.concatenate([level[order] for level, order in zip(levels, orders, strict=True)])
-        self._starts = np.cumsum([0, *map(len, levels)]).astype(np.int64)
+        self._first_child = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
+        spans = [np.arange(len(self._number) + 1)]
+        for count in counts:
+            spans.append(spans[-1][np.concatenate([[0], np.cumsum(count)])])
+        self._first_entry = np.concatenate([span[:-1] for span in spans]).astype(np.int64)
+        self._end_entry = np.concatenate([span[1:] for span in spans]).astype(np.int64)
+        self._stack_room = len(counts) * fanout + 1
 
     def __len__(self) -> int:
-        return len(self._entry)
+        return len(self._number)
 
     def in_box(self, box: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Numbers of the boxes that meet a box (6,), unsorted."""
@@ -50,12 +54,14 @@ class PackedRTree:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
         from relmodel.index import kernels
 
-        asked, found = kernels.entries_in_boxes(self._boxes, self._starts, self.fanout, boxes)
-        return asked, self._entry[found]
+        asked, found = kernels.entries_in_boxes(
+            self._boxes, self._first_child, self._first_entry, self._end_entry, self._stack_room, boxes
+        )
+        return asked, self._number[found]
 
     def in_half_spaces(self, half_spaces: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
         """Numbers of the boxes not wholly outside any half-space (k, 4: outward normal n, d; n . p <= d), unsorted."""
         from relmodel.index import kernels
 
-        found = kernels.entries_in_half_spaces(self._boxes, self._starts, self.fanout, half_spaces)
-        return np.asarray(self._entry[found])
+        found = kernels.entries_in_half_spaces(self._boxes, self._first_child, self._stack_room, half_spaces)
+        return np.asarray(self._number[found])

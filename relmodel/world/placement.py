@@ -19,7 +19,7 @@ from relmodel.index.packing import pack, page_boxes
 from relmodel.store import Run, Store
 from relmodel.world.world_file import WorldFile, read_world_file
 
-# Writes the rig of a rig file within a run's transaction and returns its identity.
+# Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]
 
 BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")

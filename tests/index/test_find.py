@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import sqlalchemy as sa
-from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix
@@ -19,6 +18,7 @@ from relmodel.index.planner import WorldIndex
 from relmodel.index.volumes import Box, Frustum
 from relmodel.store import Store
 from relmodel.world import place_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 Answer = set[tuple[str, int]]
 

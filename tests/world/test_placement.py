@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sqlalchemy as sa
-from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrices, rotation_matrix
 from relmodel.store import Run, Store
 from relmodel.world import place_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 
 def corners_bounds(transform: np.ndarray, box: np.ndarray) -> np.ndarray:
