@@ -21,5 +21,8 @@ def run(args: argparse.Namespace) -> int:
 
     with Store.open(store_target(args)) as store:
         report = place_world(store, args.file)
-    say(str(report))
+    say(
+        f"{report.world}, revision {report.revision}: {report.status} (run {report.run_id}); "
+        f"{report.objects} objects and {report.parts} parts placed"
+    )
     return 0
