@@ -9,3 +9,6 @@ COMMENT ON COLUMN current_world.id IS 'identity of this revision of the world';
 COMMENT ON COLUMN current_world.name IS 'name of the world';
 COMMENT ON COLUMN current_world.revision IS 'its newest revision';
 COMMENT ON COLUMN current_world.content_key IS 'hash of all that the world file says';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('current_world', 'world', 'view');

@@ -18,9 +18,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
     from relmodel.world.placement import place_world
+    from vision.cameras import read_rig
+    from vision.input_rows import record_rig
 
     with Store.open(store_target(args)) as store:
-        report = place_world(store, args.file)
+        report = place_world(
+            store,
+            args.file,
+            write_rig=lambda run, connection, _, path: record_rig(run, connection, read_rig(path)),
+        )
     say(
         f"{report.world}, revision {report.revision}: {report.status} (run {report.run_id}); "
         f"{report.objects} objects and {report.parts} parts placed"
