@@ -6,6 +6,7 @@ import csv
 import json
 import sys
 from collections.abc import Iterable, Sequence
+from decimal import Decimal
 from typing import Any
 
 
@@ -22,7 +23,9 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -
         from tabulate import tabulate
 
         cells = [["" if v is None else v for v in row] for row in rows]
-        print(tabulate(cells, headers=list(names), tablefmt="simple", disable_numparse=False))
+        words = [i for i in range(len(names)) if any(isinstance(row[i], str) and row[i] for row in cells)]
+        # Text stays as it is ('007' is no number), and ten digits are enough to tell poses apart.
+        print(tabulate(cells, headers=list(names), tablefmt="simple", floatfmt=".10g", disable_numparse=words))
 
 
 def say(words: str) -> None:
@@ -31,7 +34,9 @@ def say(words: str) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Values that JSON has no form for: NumPy's as Python's, bytes in hexadecimal, the rest as text."""
+    """What JSON has no form for: decimals as floats, NumPy's as Python's, bytes in hexadecimal, others as text."""
+    if isinstance(value, Decimal):
+        return float(value)
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, bytes):

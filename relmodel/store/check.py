@@ -50,5 +50,5 @@ def _ledger(store: Store, connection: Connection) -> list[dict[str, Any]]:
 
 
 def _journal(store: Store, connection: Connection) -> list[dict[str, Any]]:
-    known = {journal.Commit(*row) for row in store.rows(connection, "commits")}
+    known = {journal.Commit(row.relation, row.run_id, row.ordinal) for row in store.rows(connection, "commits")}
     return [commit._asdict() for commit in journal.recorded(store) if commit not in known]

@@ -34,6 +34,11 @@ def store_url(target: str | Path) -> URL:
 BLOCK_BYTES = 16384
 
 
+def store_name(url: URL) -> str:
+    """How messages name a store: its file, or its URL without the password."""
+    return str(url) if url.get_backend_name() != "duckdb" else str(url.database)
+
+
 def connect(url: URL, *, read_only: bool) -> Engine:
     """Engine of the store, with its first connection tried.
 
@@ -66,6 +71,9 @@ def _sentence(url: URL, error: Exception) -> str:
         holder = re.search(r"Conflicting lock is held in (\S+) \(PID (\d+)\)", said)
         who = f"process {holder[2]} ({Path(holder[1]).name})" if holder else "another process"
         return f"the store {url.database} is held by {who}: wait until it ends, end it, or keep the store in PostgreSQL"
+    folder = Path(url.database or "").parent
+    if not folder.is_dir():
+        return f"there is no folder {folder} for the store {url.database}: make it, or name another place"
     if "does not exist" in said or "No such file" in said:
         return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
     return f"cannot open the store {url.database}: {said.strip().splitlines()[0]}"

@@ -16,7 +16,7 @@ from sqlalchemy import URL, Connection, Engine, MetaData, Row, Table, inspect
 from relmodel.errors import StoreError
 from relmodel.store import bulk, sql
 from relmodel.store.columns import Columns
-from relmodel.store.engine import connect, store_url
+from relmodel.store.engine import connect, store_name, store_url
 from relmodel.store.runs import mark_dead_runs
 
 
@@ -42,7 +42,7 @@ class Store:
         """
         from relmodel.store.migrate import bring_up_to_date
 
-        with cls._opening(store_url(target), str(target)) as store:
+        with cls._opening(store_url(target)) as store:
             bring_up_to_date(store)
             mark_dead_runs(store)
         return store
@@ -50,9 +50,9 @@ class Store:
     @classmethod
     def migrate(cls, target: str | Path) -> Store:
         """Open a store that exists and bring it up to date.  Raises StoreError as `create`, and where there is none."""
-        with cls._opening(_existing(store_url(target)), str(target)) as store:
+        with cls._opening(_existing(store_url(target))) as store:
             if store.revision is None:
-                raise _no_store(target)
+                raise _no_store(store)
         store.close()
         return cls.create(target)
 
@@ -62,23 +62,25 @@ class Store:
 
         Raises StoreError where there is none, it is of another version, or it is held by another process.
         """
-        with cls._opening(_existing(store_url(target)), str(target), read_only=read_only) as store:
+        with cls._opening(_existing(store_url(target)), read_only=read_only) as store:
             found, known = store.revision, sql.revisions()
             if found is None:
-                raise _no_store(target)
+                raise _no_store(store)
             if found not in known:
                 raise newer_store(store)
             if found != known[-1]:
-                raise StoreError(f"the store {target} is of an older version: run relmodel migrate --store {target}")
+                raise StoreError(
+                    f"the store {store.name} is of an older version: run relmodel migrate --store {store.name}"
+                )
             if not read_only:
                 mark_dead_runs(store)
         return store
 
     @classmethod
     @contextmanager
-    def _opening(cls, url: URL, name: str, *, read_only: bool = False) -> Iterator[Store]:
+    def _opening(cls, url: URL, *, read_only: bool = False) -> Iterator[Store]:
         """The store at `url`, closed again where what is done with it fails."""
-        store = cls(connect(url, read_only=read_only), name)
+        store = cls(connect(url, read_only=read_only), store_name(url))
         try:
             yield store
         except BaseException:
@@ -161,8 +163,8 @@ def _existing(url: URL) -> URL:
     return url
 
 
-def _no_store(target: str | Path) -> StoreError:
-    return StoreError(f"{target} is no relmodel store: make one with relmodel init --store {target}")
+def _no_store(store: Store) -> StoreError:
+    return StoreError(f"{store.name} is no relmodel store: make one with relmodel init --store {store.name}")
 
 
 def newer_store(store: Store) -> StoreError:

@@ -115,3 +115,17 @@ def test_reader_that_leaves_early_is_no_error(duckdb_template: Path) -> None:
     printing.stdout.close()
     assert printing.stderr.read() == ""
     assert printing.wait() == 0
+
+
+def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for target, cure in (
+        (str(tmp_path / "none" / "a.duckdb"), "make it, or name another place"),
+        (str(tmp_path), "Is a directory"),
+        ("mysql://host/db", "use a DuckDB file or a postgresql+psycopg:// URL"),
+        ("postgresql://someone:secret@127.0.0.1:1/db", "cannot reach the store"),
+    ):
+        assert main(["init", "--store", target]) == 3
+        said = capsys.readouterr().err
+        assert cure in said
+        assert said.count("\n") == 1
+        assert "secret" not in said

@@ -30,5 +30,12 @@ def run(args: argparse.Namespace) -> int:
         report = load(
             store, args.file, name=args.object, variant=args.variant, unit=args.unit, allow_partial=args.allow_partial
         )
-    say(str(report))
+    name = f"{report.name} variant {report.variant}" if report.variant else report.name
+    say(
+        f"{name}, revision {report.revision}: {report.status} (run {report.run}); {report.parts} parts placed "
+        f"{report.occurrences} times, {report.faces_loaded} faces; new: {report.shapes_added} shapes, "
+        f"{report.surfaces_added} surfaces, {report.arcs_added} arcs"
+    )
+    if report.message:
+        say(report.message)
     return 0

@@ -1,0 +1,69 @@
+"""`relmodel find` on a world whose boxes are known by construction."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from relmodel.cli.main import main
+from relmodel.store import Run, Store
+from tests.store.test_check import plate
+
+
+@pytest.fixture
+def world(fresh_store: str) -> str:
+    """A store with the turned plate: world box [9, 100, 5] to [10, 102, 5]."""
+    with Store.open(fresh_store) as store, Run.begin(store, "load", {}) as run, run.write() as connection:
+        for name, columns in plate().items():
+            store.append(connection, name.partition("/")[0], columns)
+    return fresh_store
+
+
+def found(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, object]]:
+    capsys.readouterr()
+    assert main(["find", *arguments, "--format", "json"]) == 0
+    rows: list[dict[str, object]] = json.loads(capsys.readouterr().out)
+    return rows
+
+
+def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = found(capsys, "--store", world, "--box", "9.5", "101", "4", "9.6", "101.5", "6")
+    assert [(r["path"], r["level"]) for r in rows] == [("a/b/c", "part")]
+    assert [rows[0][k] for k in ("x0", "y0", "z0", "x1", "y1", "z1")] == pytest.approx([9, 100, 5, 10, 102, 5])
+    assert found(capsys, "--store", world, "--box", "9.5", "101", "6", "9.6", "101.5", "7") == []
+    # The edge from (2, 0) to (2, 1) in the plate is the one at y = 102 in the world.
+    arcs = found(capsys, "--store", world, "--box", "9.5", "101.9", "4", "9.6", "103", "6", "--level", "arc")
+    assert len(arcs) == 1
+
+
+def test_camera(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A camera 100 mm above the plate that looks down sees it; one that looks up does not."""
+    rig, pose = tmp_path / "rig.yaml", tmp_path / "pose.yaml"
+    camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
+    camera["distortion"] = {"model": "opencv", "coefficients": [0.1, 0, 0, 0]}
+    rig.write_text(yaml.safe_dump({"cameras": {"only": camera | {"rig_from_camera": np.eye(4).tolist()}}}))
+
+    def seen_from(x: float, *, down: bool) -> list[str]:
+        world_from_rig = np.diag([1.0, -1, -1, 1] if down else [1.0, 1, 1, 1])
+        world_from_rig[:3, 3] = x, 101, 105
+        pose.write_text(yaml.safe_dump({"world_from_rig": world_from_rig.tolist()}))
+        return [str(r["path"]) for r in found(capsys, "--store", world, "--camera", str(rig), "--at", str(pose))]
+
+    assert seen_from(9.5, down=True) == ["a/b/c"]
+    assert seen_from(9.5, down=False) == []
+    assert seen_from(14.9, down=True) == ["a/b/c"], "half the view is 5 mm wide at 100 mm"
+    assert seen_from(15.2, down=True) == []
+
+
+def test_wrong_use(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["find", "--store", world, "--camera", "rig.yaml"]) == 2
+    assert "--at" in capsys.readouterr().err
+    assert main(["find", "--store", world, "--box", "1", "0", "0", "0", "1", "1"]) == 3
+    assert main(["find", "--store", world, "--box", "0", "0", "0", "1", "1", "1", "--world", "other"]) == 2
+    with pytest.raises(SystemExit):
+        main(["find", "--store", world])
+    assert main(["find", "--store", world, "--camera", str(tmp_path / "none.yaml"), "--at", "pose.yaml"]) == 3

@@ -1,0 +1,72 @@
+"""A wheel, installed into an empty environment, is whole: it brings its SQL and runs as a checkout does."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+CHECKOUT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(CHECKOUT)]
+    subprocess.run(command, check=True, capture_output=True)
+    return next(folder.glob("*.whl"))
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The `relmodel` program of an environment that holds the wheel.
+
+    What the wheel depends on is borrowed from the environment of the tests by a .pth file, which does not follow the
+    .pth files there: where the checkout is installed for editing, it stays out of reach.
+    """
+    folder = tmp_path_factory.mktemp("empty")
+    venv.create(folder, with_pip=True)
+    scripts = folder / ("Scripts" if os.name == "nt" else "bin")
+    install = [str(scripts / "python"), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
+    subprocess.run(install, check=True, capture_output=True)
+    packages = sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)})
+    (Path(packages) / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return scripts / "relmodel"
+
+
+def run(program: Path, *arguments: str, folder: Path) -> str:
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "RELMODEL"))}
+    done = subprocess.run([program, *arguments], cwd=folder, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_wheel_carries_data_and_two_packages_only(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.partition("/")[0] for name in names if ".dist-info" not in name} == {"relmodel", "vision"}
+    for folder in ("schema", "queries", "migrations"):
+        here = {path.relative_to(CHECKOUT).as_posix() for path in (CHECKOUT / folder).rglob("*.sql")}
+        assert here
+        assert {f"relmodel/data/{name}" for name in here} <= set(names)
+    assert "relmodel/data/migrations/env.py" in names
+
+
+def test_installed_wheel_is_not_the_checkout(installed: Path, tmp_path: Path) -> None:
+    python = installed.with_name("python")
+    place = run(python, "-c", "import relmodel, vision; print(relmodel.__file__, vision.__file__)", folder=tmp_path)
+    assert str(CHECKOUT) not in place
+
+
+def test_installed_wheel_runs(installed: Path, tmp_path: Path) -> None:
+    assert run(installed, "--version", folder=tmp_path).startswith("relmodel ")
+    assert "init" in run(installed, "--help", folder=tmp_path)
+    run(installed, "init", "--store", "a.duckdb", folder=tmp_path)
+    assert "occurrence" in run(installed, "schema", "--store", "a.duckdb", folder=tmp_path)
+    run(installed, "check", "--store", "a.duckdb", folder=tmp_path)
+    run(installed, "migrate", "--store", "a.duckdb", folder=tmp_path)
