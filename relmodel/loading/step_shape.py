@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepLib import BRepLib
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -82,7 +83,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         basis_arc_splines=support.basis_curves.splines(),
         basis_surfaces=support.basis.columns() | brep.surface_measures(basis_surfaces),
         basis_surface_splines=support.basis.splines(),
-        mesh=_mesh(shape, faces, surfaces),
+        mesh=_mesh(shape, faces, surfaces, surface_columns["area"]),
         samples=brep.samples(normals, arc_columns["length"]),
     )
 
@@ -225,7 +226,7 @@ def _boxes(faces: list[Any], kinds: list[str], coedges: Table, arcs: Table) -> n
     return np.concatenate([low, high], axis=1)
 
 
-def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
+def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Any) -> Mesh:
     """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices."""
     box = Bnd_Box()
     BRepBndLib.Add_s(shape, box, False)
@@ -236,7 +237,7 @@ def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
     start = 0
     for surface_no, face in enumerate(faces):
         location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face, location)
+        mesh = BRep_Tool.Triangulation_s(face, location) or _whole_domain_mesh(face, area[surface_no], chord)
         if mesh is None or not mesh.HasUVNodes():
             continue
         count = mesh.NbNodes()
@@ -262,3 +263,16 @@ def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
         triangles=np.concatenate(triangles).astype(np.int32),
         triangle_surfaces=np.concatenate(triangle_surfaces),
     )
+
+
+def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
+    """Mesh of a face that the kernel's mesher gave up on, where the face fills its domain; else None."""
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), u0, u1, v0, v1, 1e-6)
+    if not maker.IsDone():
+        return None
+    whole = maker.Face()
+    if abs(float(_masses([whole])["area"][0]) - area) > 1e-6 * area:
+        return None
+    BRepMesh_IncrementalMesh(whole, chord, False, CHORD_RAD, False)
+    return BRep_Tool.Triangulation_s(whole, TopLoc_Location())
