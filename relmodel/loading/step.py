@@ -46,6 +46,8 @@ def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: fl
             faces = max(part21.faces_in_use(plain), model.faces_loaded)
     model.schema_name = summary.schema_name
     model.faces_in_file = faces
+    for part in model.parts:
+        part.number = summary.numbers.get(part.name, part.number)
     if model.faces_loaded < faces and not allow_partial:
         raise InputError(
             f"{path}: {faces - model.faces_loaded} of {faces} faces were lost on reading; "
