@@ -40,6 +40,11 @@ def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: fl
         summary = part21.summarise(plain, str(path))
         if summary.faces == 0:
             raise InputError(f"{path} holds no exact face (ADVANCED_FACE); export it as a B-rep, or load a mesh of it.")
+        if summary.missing is not None and not allow_partial:
+            raise InputError(
+                f"{path} is damaged: it refers to #{summary.missing}, which it does not hold; "
+                "export it again, or take what is left with --allow-partial."
+            )
         model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s)
         faces = summary.faces
         if model.faces_loaded < faces:  # lost, or of no product from the first

@@ -347,10 +347,17 @@ def test_a_file_cut_off_or_robbed_of_a_face_is_refused(data_dir: Path, tmp_path:
     with pytest.raises(InputError, match="cut off"):
         read_step(cut)
     robbed = tmp_path / "robbed.step"
-    at = text.index("ADVANCED_FACE")
-    robbed.write_text(text[:at] + text[at : text.index(";", at)].replace(",#", ",#9", 1) + text[text.index(";", at) :])
-    with pytest.raises(InputError):
+    at = text.rindex("#", 0, text.index("ADVANCED_FACE"))
+    robbed.write_text(text[:at] + text[text.index(";", at) + 1 :])
+    with pytest.raises(InputError, match="damaged: it refers to #"):
         read_step(robbed)
+    assert read_step(robbed, allow_partial=True).faces_loaded == 5
+    # A face whose surface is nonsense is there in the text, but does not come through.
+    plane = text.index("PLANE(", text.index("ADVANCED_FACE"))
+    lost = tmp_path / "lost.step"
+    lost.write_text(text[:plane] + "PRODUCT_CONTEXT(" + text[plane + len("PLANE(") :])
+    with pytest.raises(InputError):
+        read_step(lost)
 
 
 def test_what_is_not_step_is_refused_in_one_sentence(tmp_path: Path) -> None:
