@@ -52,7 +52,7 @@ class Basis:
         p = self.degree
         low, high = self.flat[p], self.flat[len(self.flat) - p - 1]
         if self.periodic:
-            t = low + np.mod(t - low, high - low)
+            t = np.where((t < low) | (t > high), low + np.mod(t - low, high - low), t)
         span = np.clip(np.searchsorted(self.flat, t, side="right") - 1, p, len(self.flat) - p - 2)
         # A span of no length at the end of the domain: step back to the last that has one.
         last = int(np.searchsorted(self.flat, high, side="left")) - 1

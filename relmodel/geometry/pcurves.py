@@ -52,7 +52,7 @@ class Pcurves:
         for one in np.unique(row[at]):
             here = at[row[at] == one]
             out[here] = self._spline(int(one), t[here])
-        return out
+        return np.asarray(out)
 
     def _spline(self, row: int, t: Array) -> Array:
         columns = self._columns

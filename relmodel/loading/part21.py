@@ -13,21 +13,29 @@ _BLANKED = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
 _COUNTED = (b"ADVANCED_FACE", b"FACE_SURFACE", b"NEXT_ASSEMBLY_USAGE_OCCURRENCE", b"PRODUCT", b"EDGE_CURVE")
 _ENTITY = re.compile(rb"\b(" + b"|".join(_COUNTED) + rb")\s*\(")
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*([^;]*);")
+_DEFINED = re.compile(rb"#(\d+)\s*=")
 _REFERENCE = re.compile(rb"#(\d+)")
 _FACE = re.compile(rb"\b(?:ADVANCED_FACE|FACE_SURFACE)\s*\(")
 _SHAPE = re.compile(rb"SHAPE_REPRESENTATION\s*\(")
+_PRODUCT = re.compile(rb"=\s*PRODUCT\s*\(\s*'((?:[^']|'')*)'\s*,\s*'((?:[^']|'')*)'")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
 
 
 @dataclass(frozen=True)
 class Summary:
-    """schema_name: as written, with the numbers behind it left off.  Counts are of instances in the data section."""
+    """schema_name: as written, with the numbers behind it left off.  Counts are of instances in the data section.
+
+    missing: an instance that is referred to but not there, by its number; None in a whole file.
+    numbers: identifier of each product by its name, where one product alone has that name.
+    """
 
     schema_name: str | None
     faces: int
     edges: int
     products: int
     usages: int
+    missing: int | None
+    numbers: dict[str, str]
 
 
 def summarise(path: Path, name: str | None = None) -> Summary:
@@ -46,15 +54,30 @@ def summarise(path: Path, name: str | None = None) -> Summary:
         raise InputError(f"{name} is cut off: END-ISO-10303-21 is missing at its end; export or copy it again.")
     schema = _SCHEMA.search(text)
     counts = dict.fromkeys(_COUNTED, 0)
-    for entity in _ENTITY.findall(_BLANKED.sub(b"''", text)):
+    blanked = _BLANKED.sub(b"''", text)
+    for entity in _ENTITY.findall(blanked):
         counts[entity] += 1
+    products = [(_text(one[2]), _text(one[1])) for one in _PRODUCT.finditer(text)]
+    named, names = dict(products), [name for name, _ in products]
     return Summary(
         schema_name=schema[1].decode("latin-1").split("{")[0].strip() if schema else None,
         faces=counts[b"ADVANCED_FACE"] + counts[b"FACE_SURFACE"],
         edges=counts[b"EDGE_CURVE"],
         products=counts[b"PRODUCT"],
         usages=counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"],
+        missing=_missing(blanked),
+        numbers={name: number for name, number in named.items() if number and names.count(name) == 1},
     )
+
+
+def _missing(blanked: bytes) -> int | None:
+    there = set(_DEFINED.findall(blanked))
+    absent = set(_REFERENCE.findall(blanked)) - there
+    return min(map(int, absent), default=None)
+
+
+def _text(written: bytes) -> str:
+    return written.decode("latin-1").replace("''", "'").strip()
 
 
 def faces_in_use(path: Path) -> int:

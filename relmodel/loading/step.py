@@ -40,12 +40,19 @@ def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: fl
         summary = part21.summarise(plain, str(path))
         if summary.faces == 0:
             raise InputError(f"{path} holds no exact face (ADVANCED_FACE); export it as a B-rep, or load a mesh of it.")
+        if summary.missing is not None and not allow_partial:
+            raise InputError(
+                f"{path} is damaged: it refers to #{summary.missing}, which it does not hold; "
+                "export it again, or take what is left with --allow-partial."
+            )
         model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s)
         faces = summary.faces
         if model.faces_loaded < faces:  # lost, or of no product from the first
             faces = max(part21.faces_in_use(plain), model.faces_loaded)
     model.schema_name = summary.schema_name
     model.faces_in_file = faces
+    for part in model.parts:
+        part.number = summary.numbers.get(part.name, part.number)
     if model.faces_loaded < faces and not allow_partial:
         raise InputError(
             f"{path}: {faces - model.faces_loaded} of {faces} faces were lost on reading; "

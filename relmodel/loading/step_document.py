@@ -72,7 +72,7 @@ _ABBREVIATIONS = {
 }
 
 
-class Unreadable(Exception):
+class UnreadableError(Exception):
     """The kernel will not have the file."""
 
 
@@ -83,10 +83,10 @@ def read(source: str) -> LoadedModel:
     for mode in (reader.SetColorMode, reader.SetNameMode, reader.SetLayerMode, reader.SetMatMode, reader.SetPropsMode):
         mode(True)
     if reader.ReadFile(source) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise Unreadable("the CAD kernel finds errors in it")
+        raise UnreadableError("the CAD kernel finds errors in it")
     unit, unit_mm = _unit(reader)
     if not reader.Transfer(document):
-        raise Unreadable("the CAD kernel finds no shape in it")
+        raise UnreadableError("the CAD kernel finds no shape in it")
     walk = _Walk(document)
     root = walk.root()
     return LoadedModel(
@@ -146,7 +146,7 @@ class _Walk:
         children = [(label, self._product(label, 1.0)) for label in free]
         there = [(label, child) for label, child in children if child is not None]
         if not there:
-            raise Unreadable("the CAD kernel finds no face in it")
+            raise UnreadableError("the CAD kernel finds no face in it")
         if len(there) == 1 and there[0][1].kind == "assembly" and np.array_equal(there[0][1].located, np.eye(4)):
             return there[0][1].index
         instances = [_instance(_name(label) or "", child, np.eye(4), _colour(label)) for label, child in there]

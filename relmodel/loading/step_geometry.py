@@ -9,8 +9,6 @@ import numpy.typing as npt
 from OCP.Geom import (
     Geom_BezierCurve,
     Geom_BezierSurface,
-    Geom_BSplineCurve,
-    Geom_BSplineSurface,
     Geom_Circle,
     Geom_ConicalSurface,
     Geom_CylindricalSurface,
@@ -50,8 +48,8 @@ RECOGNITION_MM = 1e-3
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 _FRAME = tuple(f"{name}_{axis}" for name in ("origin", "axis_x", "axis_z") for axis in "xyz")
-_NO_FRAME = (np.nan,) * 9
 _NAN = float("nan")
+_NO_FRAME: tuple[float, ...] = (_NAN,) * 9
 
 
 def matrix(trsf: Any) -> npt.NDArray[np.float64]:
@@ -99,7 +97,7 @@ class CurveRows:
             curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(curve, t0, t1))
         elif isinstance(curve, Geom_BezierCurve):
             curve = GeomConvert.CurveToBSplineCurve_s(curve)
-        recognised = kind
+        recognised: str | None = None
         if shape is not None:
             recognised, frame, radius, radius2 = _recognised_curve(shape)
         self._splines.append((len(self._kinds), curve))

@@ -39,7 +39,7 @@ def _read(source: str) -> Any:
         return step_document.read(source)
     except MemoryError:
         return f"Reading {{path}} takes more than {MEMORY_LIMIT >> 30} GB of memory; split the assembly."
-    except step_document.Unreadable as error:
+    except step_document.UnreadableError as error:
         return f"{{path}} could not be read: {error}; export it again."
 
 

@@ -5,22 +5,22 @@ Runs in the child process of `step_kernel.py` alone.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import Any
 
 import numpy as np
+from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepLib import BRepLib
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
-from OCP.Bnd import Bnd_Box
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.GProp import GProp_GProps
 from OCP.ShapeAnalysis import ShapeAnalysis
-from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopAbs import TopAbs_Orientation as Sense
+from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
@@ -29,6 +29,8 @@ from relmodel.geometry.curves import Curves, box_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import brep, step_geometry
 from relmodel.loading.neutral import Mesh, Shape, Table
+
+COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
 CHORD_MM = 0.05
 CHORD_RAD = 0.15
@@ -82,7 +84,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         basis_arc_splines=support.basis_curves.splines(),
         basis_surfaces=support.basis.columns() | brep.surface_measures(basis_surfaces),
         basis_surface_splines=support.basis.splines(),
-        mesh=_mesh(shape, faces, surfaces),
+        mesh=_mesh(shape, faces, surfaces, surface_columns["area"]),
         samples=brep.samples(normals, arc_columns["length"]),
     )
 
@@ -137,7 +139,7 @@ def _wires(face: Any) -> list[Any]:
     return wires
 
 
-def _ordered_edges(wire: Any, face: Any, edge_keys: Any, backwards: bool) -> list[Any]:
+def _ordered_edges(wire: Any, face: Any, backwards: bool) -> list[Any]:
     """Edges of a wire head to tail, oriented as the wire of the face has them."""
     edges = []
     walk = TopoDS_Iterator(wire)
@@ -167,7 +169,7 @@ def _is_chain(edges: list[Any], against: bool) -> bool:
 
 def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, Table, Table]:
     loops: Table = {"surface_no": [], "loop_no": [], "outer_loop": []}
-    coedges: dict[str, list[Any]] = defaultdict(list, {k: [] for k in step_geometry.COEDGE_COLUMNS})
+    coedges: Table = {name: [] for name in COEDGE_COLUMNS}
     pcurves = step_geometry.PcurveRows()
     for surface_no, face in enumerate(faces):
         forward = TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
@@ -176,7 +178,7 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
             loops["surface_no"].append(surface_no)
             loops["loop_no"].append(loop_no)
             loops["outer_loop"].append(loop_no == 0)
-            for coedge_no, edge in enumerate(_ordered_edges(wire, forward, edge_keys, backwards)):
+            for coedge_no, edge in enumerate(_ordered_edges(wire, forward, backwards)):
                 coedges["surface_no"].append(surface_no)
                 coedges["loop_no"].append(loop_no)
                 coedges["coedge_no"].append(coedge_no)
@@ -190,7 +192,7 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
     for table, flag in ((loops, "outer_loop"), (coedges, "reversed")):
         for name, values in table.items():
             table[name] = np.array(values, bool if name == flag else np.int64)
-    return loops, dict(coedges), pcurves.columns()
+    return loops, coedges, pcurves.columns()
 
 
 def _masses(faces: list[Any]) -> Table:
@@ -225,7 +227,7 @@ def _boxes(faces: list[Any], kinds: list[str], coedges: Table, arcs: Table) -> n
     return np.concatenate([low, high], axis=1)
 
 
-def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
+def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Any) -> Mesh:
     """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices."""
     box = Bnd_Box()
     BRepBndLib.Add_s(shape, box, False)
@@ -236,7 +238,7 @@ def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
     start = 0
     for surface_no, face in enumerate(faces):
         location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face, location)
+        mesh = BRep_Tool.Triangulation_s(face, location) or _whole_domain_mesh(face, area[surface_no], chord)
         if mesh is None or not mesh.HasUVNodes():
             continue
         count = mesh.NbNodes()
@@ -262,3 +264,16 @@ def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces) -> Mesh:
         triangles=np.concatenate(triangles).astype(np.int32),
         triangle_surfaces=np.concatenate(triangle_surfaces),
     )
+
+
+def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
+    """Mesh of a face that the kernel's mesher gave up on, where the face fills its domain; else None."""
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), u0, u1, v0, v1, 1e-6)
+    if not maker.IsDone():
+        return None
+    whole = maker.Face()
+    if abs(float(_masses([whole])["area"][0]) - area) > 1e-6 * area:
+        return None
+    BRepMesh_IncrementalMesh(whole, chord, False, CHORD_RAD, False)
+    return BRep_Tool.Triangulation_s(whole, TopLoc_Location())
