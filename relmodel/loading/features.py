@@ -149,6 +149,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
     bottoms: list[float] = []
     wide: list[tuple[float, float]] = []  # radius, place along the axis, of what is wider than the bore
     cones: list[tuple[float, int]] = []
+    tips: list[int] = []  # pointed or round bottoms, beyond the depth of full diameter
     for i in members:
         low, high = s.along(i, axis)
         middle = (low + high) / 2 - zero
@@ -161,6 +162,8 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         elif on_axis or (s.kind[i] == "plane" and s.loop_count[i] == 1):
             roles[i] = "bottom"
             bottoms.append(middle)
+            if on_axis:
+                tips.append(i)
         elif s.kind[i] == "plane":
             roles[i] = "step"
         elif s.kind[i] == "cone":
@@ -172,7 +175,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
             wide.append((float(s.radius[i]), middle))
         else:
             roles[i] = "blend"
-    extents = [s.along(i, axis) for i in members]
+    extents = [s.along(i, axis) for i in members if i not in tips]
     low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
     core = [s.along(i, axis) for i in narrow]
     centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
@@ -197,6 +200,9 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         radius, cone = max(cones)
         dimensions["countersink_diameter"] = (2 * radius, "mm")
         dimensions["countersink_angle"] = (2 * abs(float(s.semi_angle[cone])), "rad")
+    pointed = [abs(float(s.semi_angle[i])) for i in tips if s.kind[i] == "cone"]
+    if pointed:
+        dimensions["tip_angle"] = (2 * max(pointed), "rad")
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
     return Feature(
         kind="blind_hole" if bottoms else "through_hole",
@@ -232,7 +238,7 @@ def _pockets(shape: Shape, s: Surfaces, graph: nx.MultiGraph[int], taken: set[in
     flat: nx.Graph[int] = nx.Graph()
     flat.add_nodes_from(bounds)
     flat.add_edges_from(
-        (a, b) for a, b, how in graph.edges(data="convexity") if how == "smooth" and a in bounds and b in bounds
+        (a, b) for a, b, edge in graph.edges(data=True) if edge["convexity"] == "smooth" and {a, b} <= bounds.keys()
     )
     found = []
     for floor in sorted(sorted(component) for component in nx.connected_components(flat)):
