@@ -19,6 +19,7 @@ _LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
 _ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
 _HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
 _STEEP = np.sin(np.radians(10))  # walls may have this much draft
+_MOST_OF_A_MESH = 20_000
 _CLASS_DIGITS = 4  # of mm and rad: dimensions that agree to them are of one class
 
 
@@ -40,8 +41,11 @@ class Feature:
 
 
 def recognise(shape: Shape) -> list[Feature]:
-    """Features of a shape, in the order of their first surface: holes, then pockets."""
-    if len(shape.mesh.triangles) == 0 or not shape.surfaces:
+    """Features of a shape, in the order of their first surface: holes, then pockets.
+
+    A mesh of more than 20,000 surfaces is a scan and not a tessellated part: nothing is looked for in it.
+    """
+    if len(shape.mesh.triangles) == 0 or (shape.kind == "mesh" and len(shape.surfaces["kind"]) > _MOST_OF_A_MESH):
         return []
     surfaces = describe(shape)
     graph = adjacency_graph(shape)
