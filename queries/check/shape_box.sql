@@ -1,4 +1,5 @@
 -- Boxes in the index of a shape that do not hold the box of their feature, surface or arc, and elements that it lacks.
+-- Shapes share surfaces and arcs that are equal to 1e-6 mm, and so their boxes to that.
 -- Takes nothing; gives shape_id, level and element_no.
 WITH element AS (
     SELECT shape_id, 'feature' AS level, feature_no AS element_no, x0, y0, z0, x1, y1, z1
@@ -16,5 +17,6 @@ SELECT coalesce(b.shape_id, e.shape_id) AS shape_id, coalesce(b.level, e.level) 
 FROM shape_box AS b
 FULL JOIN element AS e ON e.shape_id = b.shape_id AND e.level = b.level AND e.element_no = b.element_no
 WHERE b.shape_id IS NULL OR e.shape_id IS NULL
-    OR b.x0 > e.x0 OR b.y0 > e.y0 OR b.z0 > e.z0 OR b.x1 < e.x1 OR b.y1 < e.y1 OR b.z1 < e.z1
+    OR b.x0 > e.x0 + 1e-6 OR b.y0 > e.y0 + 1e-6 OR b.z0 > e.z0 + 1e-6
+    OR b.x1 < e.x1 - 1e-6 OR b.y1 < e.y1 - 1e-6 OR b.z1 < e.z1 - 1e-6
 ORDER BY shape_id, level, element_no

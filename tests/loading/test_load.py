@@ -12,8 +12,9 @@ from relmodel.errors import InputError
 from relmodel.loading import write
 from relmodel.loading.load import load
 from relmodel.store import Store
+from relmodel.store.check import check
 
-RUN_TABLES = {"run", "run_input", "run_event", "ledger", "load_report", "sds_relation"}
+MODEL_LEVELS = {"object", "part", "surface"}
 
 
 def write_box(path: Path, height: float) -> Path:
@@ -23,11 +24,11 @@ def write_box(path: Path, height: float) -> Path:
 
 
 def row_counts(store: Store) -> dict[str, int]:
+    """Rows of each table of the model, and of the sources that it came from."""
     with store.read() as connection:
-        tables = sorted(r.relation for r in connection.execute(store.table("sds_relation").select()))
-        return {
-            name: len(connection.execute(store.table(name).select()).all()) for name in tables if name not in RUN_TABLES
-        }
+        catalogue = connection.execute(store.table("sds_relation").select()).all()
+        names = sorted(r.relation for r in catalogue if r.level in MODEL_LEVELS and r.relation != "load_report")
+        return {name: len(connection.execute(store.table(name).select()).all()) for name in [*names, "source"]}
 
 
 def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str, tmp_path: Path) -> None:
@@ -54,6 +55,8 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str
         assert after["surface"] == 11
         assert after["arc"] == 20
         assert after["shape_surface"] == 12
+
+        assert not [f for f in check(store) if f.rows]
 
         third = load(store, high, name="box", variant="A", unit="mm")
         assert (third.status, third.revision, third.object_id) == ("added", 2, second.object_id)
@@ -134,6 +137,7 @@ def test_a_step_variant_adds_what_changed(store_target: str, tmp_path: Path) -> 
         second = load(store, variant, name="plate", variant="B")
         # The bore, and the two planes that it pierces; its two rims and its seam.
         assert (second.shapes_added, second.surfaces_added, second.arcs_added) == (1, 3, 3)
+        assert not [f for f in check(store) if f.rows]
         with store.read() as connection:
             features = connection.execute(store.table("feature").select()).all()
             classes = {r.id: r.kind for r in connection.execute(store.table("feature_class").select())}
