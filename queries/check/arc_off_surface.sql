@@ -1,4 +1,5 @@
--- Arcs that do not lie on the surface whose loop uses them: an end is more than 0.01 mm off the plane, cylinder, cone, sphere or torus.
+-- Arcs that do not lie on the surface whose loop uses them: an end is more than 0.01 mm, and what the surface
+-- itself is off what it was fitted to, off the plane, cylinder, cone, sphere or torus.
 -- Takes nothing; gives surface_id, loop_no, coedge_no, kind and the distance, mm.
 WITH ends AS (
     SELECT surface_id, loop_no, coedge_no, arc_id, start_x AS x, start_y AS y, start_z AS z
@@ -9,7 +10,7 @@ WITH ends AS (
 ),
 placed AS (
     SELECT
-        e.surface_id, e.loop_no, e.coedge_no, s.kind, s.radius, s.radius2, s.semi_angle,
+        e.surface_id, e.loop_no, e.coedge_no, s.kind, s.radius, s.radius2, s.semi_angle, coalesce(s.residual, 0) AS residual,
         (e.x - s.origin_x) * s.axis_z_x + (e.y - s.origin_y) * s.axis_z_y + (e.z - s.origin_z) * s.axis_z_z AS height,
         (e.x - s.origin_x) * (e.x - s.origin_x) + (e.y - s.origin_y) * (e.y - s.origin_y)
             + (e.z - s.origin_z) * (e.z - s.origin_z) AS square
@@ -22,19 +23,23 @@ cylindrical AS (  -- height above the origin along the axis, and distance from t
 ),
 distances AS (
     SELECT
-        surface_id, loop_no, coedge_no, kind,
+        surface_id, loop_no, coedge_no, kind, residual,
         CASE kind
             WHEN 'plane' THEN abs(height)
             WHEN 'cylinder' THEN abs(reach - radius)
             -- |R + h tan a| is the radius at height h; beyond the apex it is negative and the surface its mirror image.
             WHEN 'cone' THEN abs(reach - abs(radius + height * tan(semi_angle))) * cos(semi_angle)
             WHEN 'sphere' THEN abs(sqrt(square) - radius)
-            WHEN 'torus' THEN abs(sqrt((reach - radius) * (reach - radius) + height * height) - radius2)
+            -- Where the tube is wider than the ring, its far side reaches across the axis.
+            WHEN 'torus' THEN least(
+                abs(sqrt((reach - radius) * (reach - radius) + height * height) - radius2),
+                abs(sqrt((reach + radius) * (reach + radius) + height * height) - radius2)
+            )
         END AS distance
     FROM cylindrical
 )
 SELECT surface_id, loop_no, coedge_no, kind, max(distance) AS distance
 FROM distances
-WHERE distance > 0.01
+WHERE distance > 0.01 + residual
 GROUP BY surface_id, loop_no, coedge_no, kind
 ORDER BY surface_id, loop_no, coedge_no

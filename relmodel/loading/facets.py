@@ -5,35 +5,21 @@ Everything is said to be fitted: a mesh only tells of points on the surfaces tha
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.loading.chains import Chains, chain_edges
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
+from relmodel.loading.regions import Edges, area_normals, components, cut_regions, find_edges, mean_planes, weld
 from relmodel.store import Ragged
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
-SMOOTH_RAD = np.radians(20)  # facets that turn less belong to one curved surface
 CONVEXITY_RAD = np.radians(1)
 SAMPLE_MM = 1.0
 _MOST_SAMPLES = 200_000  # of a shape
-_WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
-
-
-@dataclass
-class _Edges:
-    """Edges between welded vertices: the ends, and the triangle and its side on both sides (-1 is none)."""
-
-    ends: Ints  # (n, 2), in the direction in which triangle a runs along it
-    triangle_a: Ints
-    triangle_b: Ints
-    angle: Floats  # dihedral, positive convex, NaN where there is no triangle b
 
 
 def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
@@ -41,21 +27,21 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
 
     Vertices are welded where they coincide; None where no triangle has an area.
     """
-    vertices, triangles = _weld(vertices, triangles)
+    vertices, triangles = weld(vertices, triangles)
     if len(triangles) == 0:
         return None
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     tolerance = max(1e-3, 1e-5 * diagonal)
-    edges, closed = _edges(vertices, triangles)
+    edges, closed = find_edges(vertices, triangles)
     volume = None
     if closed:
         a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
         volume = float(np.sum(a * np.cross(b, c)) / 6)
         if volume < 0:  # inside out
             triangles = triangles[:, ::-1].copy()
-            edges, _ = _edges(vertices, triangles)
+            edges, _ = find_edges(vertices, triangles)
             volume = -volume
-    region, plane = _regions(vertices, triangles, edges, tolerance)
+    region, plane = cut_regions(vertices, triangles, edges, tolerance)
     surfaces, normals = _surfaces(vertices, triangles, region, plane)
 
     region_a = region[edges.triangle_a]
@@ -84,125 +70,9 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
     )
 
 
-def _weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
-    """Merge vertices that coincide; drop triangles without area and those that are given twice."""
-    used = np.unique(triangles)
-    if len(used) == 0:
-        return vertices[:0], triangles[:0]
-    extent = float(np.ptp(vertices[used], axis=0).max())
-    cells = np.round((vertices - vertices[used].min(axis=0)) / max(extent * 1e-7, 1e-7)).astype(np.int64)
-    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    vertices, triangles = vertices[first], inverse.ravel()[triangles]
-    corner = vertices[triangles]
-    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
-    triangles = triangles[area > 1e-12 * extent * extent]
-    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
-    triangles = triangles[np.sort(first)]
-    used, inverse = np.unique(triangles, return_inverse=True)
-    return vertices[used], inverse.reshape(-1, 3)
-
-
-def _triangle_normals(vertices: Floats, triangles: Ints) -> Floats:
-    """Normals (m, 3) whose length is the area."""
-    corner = vertices[triangles]
-    return np.asarray(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2)
-
-
-def _edges(vertices: Floats, triangles: Ints) -> tuple[_Edges, bool]:
-    """Edges, and whether they close the surface.  Where more than two triangles meet, or two that disagree about
-    inside and outside, each of them ends there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    owner = np.repeat(np.arange(len(triangles)), 3)
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    order = np.lexsort((np.arange(len(ends)), high, low))
-    key = low[order] * (len(vertices) + 1) + high[order]
-    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    count = np.diff(np.append(start, len(key)))
-    one, two = order[start], order[np.minimum(start + 1, len(order) - 1)]
-    pair = (count == 2) & (ends[one, 0] == ends[two, 1])
-    alone = np.ones(len(ends), bool)
-    alone[one[pair]] = alone[two[pair]] = False
-    single = np.flatnonzero(alone)
-    half = np.concatenate([one[pair], single])
-    triangle_a = owner[half]
-    triangle_b = np.concatenate([owner[two[pair]], np.full(len(single), -1)])
-    angle = np.full(len(half), np.nan)
-    k = int(pair.sum())
-    normal = _triangle_normals(vertices, triangles)
-    na, nb = normal[triangle_a[:k]], normal[triangle_b[:k]]
-    along = vertices[ends[half[:k], 1]] - vertices[ends[half[:k], 0]]
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    angle[:k] = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
-    return _Edges(ends[half], triangle_a, triangle_b, angle), len(single) == 0
-
-
-def _components(count: int, a: Ints, b: Ints) -> Ints:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
-
-
-def _regions(vertices: Floats, triangles: Ints, edges: _Edges, tolerance: float) -> tuple[Ints, Bools]:
-    """Region of each triangle, and whether each region is flat."""
-    inner = edges.triangle_b >= 0
-    a, b, angle = edges.triangle_a[inner], edges.triangle_b[inner], np.abs(edges.angle[inner])
-    length = np.linalg.norm(np.diff(vertices[edges.ends[inner]], axis=1)[:, 0], axis=1)
-    flat = angle < FLAT_RAD
-    patch = _components(len(triangles), a[flat], b[flat])
-    count = int(patch.max()) + 1
-    planar = _residuals(vertices, triangles, patch)[0] <= tolerance
-
-    # A curved surface is tessellated into patches that turn a little against each other, all about as wide; a plane
-    # that runs smoothly into it is wider, and two patches alone are two planes.
-    area = np.bincount(patch, np.linalg.norm(_triangle_normals(vertices, triangles), axis=1), minlength=count)
-    border = patch[edges.triangle_a] != np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
-    rim = np.linalg.norm(np.diff(vertices[edges.ends[border]], axis=1)[:, 0], axis=1)
-    perimeter = np.bincount(patch[edges.triangle_a[border]], rim, minlength=count)
-    second = edges.triangle_b[border]
-    perimeter += np.bincount(patch[second[second >= 0]], rim[second >= 0], minlength=count)
-    width = 2 * area / np.maximum(perimeter, 1e-300)
-    bend = (angle < SMOOTH_RAD) & (patch[a] != patch[b]) & (length > 0)
-    group = _components(count, patch[a[bend]], patch[b[bend]])
-    size = np.bincount(group)[group]
-    order = np.lexsort((width, group))
-    start = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    median = width[order[start + (np.bincount(group) - 1) // 2]][group]
-    plane = planar & ((size <= 2) | (width > _WIDE * median))
-    join = bend & ~plane[patch[a]] & ~plane[patch[b]]
-    merged = _components(count, patch[a[join]], patch[b[join]])
-    # Number regions by their first triangle.
-    _, first, region = np.unique(merged[patch], return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))
-    region = rank[region.ravel()]
-    is_plane = np.zeros(len(first), bool)
-    is_plane[region] = plane[patch]
-    return region, is_plane
-
-
-def _residuals(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:
-    """Of each region: greatest distance from its mean plane, that plane's unit normal, centroid, and the area."""
-    normal = _triangle_normals(vertices, triangles)
-    weight = np.linalg.norm(normal, axis=1)
-    count = int(region.max()) + 1
-    area = np.bincount(region, weight, minlength=count)
-    total: Floats = np.stack([np.bincount(region, normal[:, i], minlength=count) for i in range(3)], axis=1)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    upward = np.array([0.0, 0.0, 1.0])
-    total = np.where(length > 1e-9 * area[:, None], total / np.maximum(length, 1e-300), upward)
-    middle = vertices[triangles].mean(axis=1)
-    centroid: Floats = np.stack([np.bincount(region, weight * middle[:, i], minlength=count) for i in range(3)], axis=1)
-    centroid = np.asarray(centroid / area[:, None], float)
-    away = np.abs(np.einsum("tij,tj->ti", vertices[triangles] - centroid[region][:, None], total[region]))
-    residual: Floats = np.zeros(count)
-    np.maximum.at(residual, region, away.max(axis=1))
-    return residual, np.asarray(total, float), centroid, np.asarray(area, float)
-
-
 def _surfaces(vertices: Floats, triangles: Ints, region: Ints, plane: Bools) -> tuple[Table, Floats]:
     """Rows of the regions, and the outward normal (m, 3, 3) of each triangle's corners."""
-    residual, normal, centroid, area = _residuals(vertices, triangles, region)
+    residual, normal, centroid, area = mean_planes(vertices, triangles, region)
     count = len(plane)
     helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
     axis_x = np.cross(helper, normal)
@@ -244,7 +114,7 @@ def _surfaces(vertices: Floats, triangles: Ints, region: Ints, plane: Bools) -> 
         **{name: [None] * count for name in ("name", "colour", "layer")},
     }
     # Corners of facets take the mean normal of the region's triangles at the vertex.
-    area_normal = _triangle_normals(vertices, triangles)
+    area_normal = area_normals(vertices, triangles)
     key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
     _, inverse = np.unique(key, return_inverse=True)
     spread = np.repeat(area_normal, 3, axis=0)
@@ -268,7 +138,7 @@ def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> M
 
 
 def _arcs(
-    vertices: Floats, chains: Chains, edges: _Edges, border: Ints, region_a: Ints, region_b: Ints, tolerance: float
+    vertices: Floats, chains: Chains, edges: Edges, border: Ints, region_a: Ints, region_b: Ints, tolerance: float
 ) -> tuple[Table, Table]:
     """Rows of the chains: lines where straight, polylines where not."""
     n = chains.count
@@ -358,7 +228,7 @@ def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tu
     # Coedges of one surface that share a vertex are of one loop.
     node = np.unique(np.concatenate([surface * np.int64(len(vertices)) + v for v in (tail, head)]), return_inverse=True)
     ends = node[1].ravel().reshape(2, -1)
-    loop = _components(len(node[0]), ends[0], ends[1])[ends[0]]
+    loop = components(len(node[0]), ends[0], ends[1])[ends[0]]
 
     size = _enclosed(vertices, chains, arc, surface, backward, loop, surfaces)
     _, first = np.unique(loop, return_index=True)
@@ -418,7 +288,7 @@ def _follow(loop: Ints, tail: Ints, head: Ints) -> Ints:
     return np.array(out, dtype=np.int64)
 
 
-def _samples(vertices: Floats, chains: Chains, edges: _Edges, border: Ints, normals: Floats) -> ArcSamples:
+def _samples(vertices: Floats, chains: Chains, edges: Edges, border: Ints, normals: Floats) -> ArcSamples:
     """Points along the chains, a millimetre or, on a small part, less apart, with the normals on both sides."""
     n = chains.count
     which = np.repeat(np.arange(n), np.diff(chains.offsets))

@@ -19,6 +19,7 @@ _LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
 _ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
 _HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
 _STEEP = np.sin(np.radians(10))  # walls may have this much draft
+_MOST_OF_A_MESH = 20_000
 _CLASS_DIGITS = 4  # of mm and rad: dimensions that agree to them are of one class
 
 
@@ -40,8 +41,11 @@ class Feature:
 
 
 def recognise(shape: Shape) -> list[Feature]:
-    """Features of a shape, in the order of their first surface: holes, then pockets."""
-    if len(shape.mesh.triangles) == 0 or not shape.surfaces:
+    """Features of a shape, in the order of their first surface: holes, then pockets.
+
+    A mesh of more than 20,000 surfaces is a scan and not a tessellated part: nothing is looked for in it.
+    """
+    if len(shape.mesh.triangles) == 0 or (shape.kind == "mesh" and len(shape.surfaces["kind"]) > _MOST_OF_A_MESH):
         return []
     surfaces = describe(shape)
     graph = adjacency_graph(shape)
@@ -149,6 +153,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
     bottoms: list[float] = []
     wide: list[tuple[float, float]] = []  # radius, place along the axis, of what is wider than the bore
     cones: list[tuple[float, int]] = []
+    tips: list[int] = []  # pointed or round bottoms, beyond the depth of full diameter
     for i in members:
         low, high = s.along(i, axis)
         middle = (low + high) / 2 - zero
@@ -161,6 +166,8 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         elif on_axis or (s.kind[i] == "plane" and s.loop_count[i] == 1):
             roles[i] = "bottom"
             bottoms.append(middle)
+            if on_axis:
+                tips.append(i)
         elif s.kind[i] == "plane":
             roles[i] = "step"
         elif s.kind[i] == "cone":
@@ -172,7 +179,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
             wide.append((float(s.radius[i]), middle))
         else:
             roles[i] = "blend"
-    extents = [s.along(i, axis) for i in members]
+    extents = [s.along(i, axis) for i in members if i not in tips]
     low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
     core = [s.along(i, axis) for i in narrow]
     centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
@@ -197,6 +204,9 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         radius, cone = max(cones)
         dimensions["countersink_diameter"] = (2 * radius, "mm")
         dimensions["countersink_angle"] = (2 * abs(float(s.semi_angle[cone])), "rad")
+    pointed = [abs(float(s.semi_angle[i])) for i in tips if s.kind[i] == "cone"]
+    if pointed:
+        dimensions["tip_angle"] = (2 * max(pointed), "rad")
     x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
     return Feature(
         kind="blind_hole" if bottoms else "through_hole",
@@ -232,7 +242,7 @@ def _pockets(shape: Shape, s: Surfaces, graph: nx.MultiGraph[int], taken: set[in
     flat: nx.Graph[int] = nx.Graph()
     flat.add_nodes_from(bounds)
     flat.add_edges_from(
-        (a, b) for a, b, how in graph.edges(data="convexity") if how == "smooth" and a in bounds and b in bounds
+        (a, b) for a, b, edge in graph.edges(data=True) if edge["convexity"] == "smooth" and {a, b} <= bounds.keys()
     )
     found = []
     for floor in sorted(sorted(component) for component in nx.connected_components(flat)):

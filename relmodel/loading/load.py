@@ -40,7 +40,11 @@ def load(
         mesh.check_unit(path, unit)
     elif unit is not None:
         raise InputError(f"{path.name} states its own unit of length: leave --unit out")
-    digest = hashlib.file_digest(path.open("rb"), "sha256").hexdigest()
+    try:
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
     parameters = {"name": name, "variant": variant, "unit": unit, "allow_partial": allow_partial}
     packages = ("cadquery-ocp-novtk",) if suffix in STEP_SUFFIXES else ("trimesh",)
     inputs = {"model": (path.name, digest)}

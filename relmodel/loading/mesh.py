@@ -26,6 +26,7 @@ _LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimete
 _LONG_UNITS |= {"foot": "ft", "inches": "in", "feet": "ft"}
 _MOST_BYTES = 1 << 30
 _MOST_TRIANGLES = 5_000_000
+_MOST_MM = 1e8
 
 
 def read_mesh(path: Path, unit: str | None = None) -> LoadedModel:
@@ -148,10 +149,17 @@ class _Reader:
         mesh = self.scene.geometry[geometry]
         vertices = np.asarray(getattr(mesh, "vertices", np.empty((0, 3))), float)
         triangles = np.asarray(getattr(mesh, "faces", np.empty((0, 3))), np.int64)
-        triangles = triangles[np.all(np.isfinite(vertices[triangles]), axis=(1, 2))]
+        if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(vertices):
+            raise InputError(f"mesh {geometry!r} of the file has triangles without vertices: export it again")
+        vertices = vertices @ stretch.T * self.unit_mm
+        if not np.all(np.abs(vertices[triangles]) < _MOST_MM):  # NaN too
+            raise InputError(
+                f"mesh {geometry!r} of the file has vertices that are no numbers or beyond {_MOST_MM / 1e6:g} km: "
+                "check its unit, or export it again"
+            )
         if np.linalg.det(stretch) < 0:
             triangles = triangles[:, ::-1]
-        shape = shape_from_triangles(vertices @ stretch.T * self.unit_mm, triangles)
+        shape = shape_from_triangles(vertices, triangles)
         if shape is None:
             return None
         self.shapes.append(shape)

@@ -113,22 +113,23 @@ def _parallel_planes(
     angle_tolerance: float,
     length_tolerance: float,
 ) -> _Rows:
-    """Each plane with the next one along its normal that it overlaps."""
+    """Each plane with the next one on either side that it overlaps, seen along the normal."""
     rows = np.flatnonzero(plane)
     rows = rows[np.lexsort((rows, offset[rows], direction[rows]))]
     low, high = _shadows(surfaces, normal, direction, rows)
-    todo = np.ones(len(rows), bool)
+    upward, downward = np.ones(len(rows), bool), np.ones(len(rows), bool)
     a: list[Ints] = []
     b: list[Ints] = []
     for step in range(1, min(_NEAREST, len(rows) - 1) + 1):
-        i = np.flatnonzero(todo[:-step])
+        i = np.flatnonzero(upward[:-step] | downward[step:])
         j = i + step
         hit = (direction[rows[i]] == direction[rows[j]]) & (offset[rows[j]] - offset[rows[i]] > length_tolerance)
         overlap = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
         hit &= np.all(overlap > length_tolerance, axis=1)
         a.append(rows[i[hit]])
         b.append(rows[j[hit]])
-        todo[i[hit]] = False
+        upward[i[hit]] = False
+        downward[j[hit]] = False
     first = np.concatenate([*a, np.empty(0, np.int64)])
     second = np.concatenate([*b, np.empty(0, np.int64)])
     return "parallel", first, second, offset[second] - offset[first], angle_tolerance

@@ -12,8 +12,9 @@ from relmodel.errors import InputError
 from relmodel.loading import write
 from relmodel.loading.load import load
 from relmodel.store import Store
+from relmodel.store.check import check
 
-RUN_TABLES = {"run", "run_input", "run_event", "ledger", "load_report", "sds_relation"}
+MODEL_LEVELS = {"object", "part", "surface"}
 
 
 def write_box(path: Path, height: float) -> Path:
@@ -23,11 +24,11 @@ def write_box(path: Path, height: float) -> Path:
 
 
 def row_counts(store: Store) -> dict[str, int]:
+    """Rows of each table of the model, and of the sources that it came from."""
     with store.read() as connection:
-        tables = sorted(r.relation for r in connection.execute(store.table("sds_relation").select()))
-        return {
-            name: len(connection.execute(store.table(name).select()).all()) for name in tables if name not in RUN_TABLES
-        }
+        catalogue = connection.execute(store.table("sds_relation").select()).all()
+        names = sorted(r.relation for r in catalogue if r.level in MODEL_LEVELS and r.relation != "load_report")
+        return {name: len(connection.execute(store.table(name).select()).all()) for name in [*names, "source"]}
 
 
 def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str, tmp_path: Path) -> None:
@@ -54,6 +55,8 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str
         assert after["surface"] == 11
         assert after["arc"] == 20
         assert after["shape_surface"] == 12
+
+        assert not [f for f in check(store) if f.rows]
 
         third = load(store, high, name="box", variant="A", unit="mm")
         assert (third.status, third.revision, third.object_id) == ("added", 2, second.object_id)
@@ -101,6 +104,59 @@ def test_a_failure_leaves_only_the_run(store_target: str, tmp_path: Path, monkey
             assert (report.status, report.message, report.source_id) == ("refused", "the shape is bad: mend it", None)
             events = connection.execute(store.table("run_event").select()).all()
             assert [(e.kind, e.status) for e in events] == [("begun", "ok"), ("ended", "refused")]
+
+
+def write_step(path: Path, radii: list[float]) -> Path:
+    """A plate with a pocket and a hole of each radius and, as a second solid, a torus."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakeTorus
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    up = gp_Dir(0, 0, 1)
+    part = BRepPrimAPI_MakeBox(200.0, 60.0, 20.0).Shape()
+    part = BRepAlgoAPI_Cut(part, BRepPrimAPI_MakeBox(gp_Pnt(150, 10, 8), 30.0, 40.0, 20.0).Shape()).Shape()
+    for i, radius in enumerate(radii):
+        at = gp_Ax2(gp_Pnt(30 + 40 * i, 30, -1), up)
+        part = BRepAlgoAPI_Cut(part, BRepPrimAPI_MakeCylinder(at, radius, 30).Shape()).Shape()
+    writer = STEPControl_Writer()
+    for shape in (part, BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(0, 0, 100), up), 20.0, 5.0).Shape()):
+        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(path))
+    return path
+
+
+def test_a_step_variant_adds_what_changed(store_target: str, tmp_path: Path) -> None:
+    base, variant = (write_step(tmp_path / f"{n}.step", r) for n, r in (("a", [5.0, 6.0, 7.0]), ("b", [5.0, 6.0, 8.0])))
+    with Store.create(store_target) as store:
+        first = load(store, base, name="plate", variant="A")
+        assert first.faces_in_file == first.faces_loaded == first.surfaces_added == 6 + 5 + 3 + 1
+        again = load(store, base, name="plate", variant="A")
+        assert again.status == "unchanged"
+        assert (again.shapes_added, again.surfaces_added, again.arcs_added) == (0, 0, 0)
+        second = load(store, variant, name="plate", variant="B")
+        # The bore, and the two planes that it pierces; its two rims and its seam.
+        assert (second.shapes_added, second.surfaces_added, second.arcs_added) == (1, 3, 3)
+        assert not [f for f in check(store) if f.rows]
+        with store.read() as connection:
+            features = connection.execute(store.table("feature").select()).all()
+            classes = {r.id: r.kind for r in connection.execute(store.table("feature_class").select())}
+            kinds = [classes[f.feature_class_id] for f in features]
+            assert (kinds.count("through_hole"), kinds.count("pocket")) == (6, 2)
+            assert len(classes) == 5  # bores of 10, 12, 14 and 16 mm and a pocket
+
+
+def test_a_truncated_step_leaves_only_its_report(tmp_path: Path) -> None:
+    path = write_step(tmp_path / "a.step", [5.0])
+    path.write_bytes(path.read_bytes()[:-3000])
+    with Store.create(tmp_path / "store.duckdb") as store:
+        empty = row_counts(store)
+        with pytest.raises(InputError, match="step"):
+            load(store, path, name="plate")
+        assert row_counts(store) == empty
+        with store.read() as connection:
+            (report,) = connection.execute(store.table("load_report").select())
+            assert report.status == "refused"
 
 
 @pytest.mark.parametrize(

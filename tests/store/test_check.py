@@ -182,6 +182,7 @@ def test_every_query_has_a_fault_here() -> None:
         ("cone", {"radius": 1.0, "semi_angle": np.pi / 4}, (3.0, 0.0, 0.0), np.sqrt(2)),
         ("sphere", {"radius": 3.0}, (2.0, 3.0, 6.0), 4.0),
         ("torus", {"radius": 5.0, "radius2": 1.0}, (8.0, 0.0, 4.0), 4.0),
+        ("torus", {"radius": 1.0, "radius2": 5.0}, (3.0, 0.0, 2.0), 5 - np.sqrt(20)),
     ],
 )
 def test_distance_from_surface(
