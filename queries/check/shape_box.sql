@@ -1,9 +1,5 @@
-<<<<<<< HEAD
--- Boxes in the index of a shape that do not hold the box of their feature, surface or arc, by more than 1e-6 mm, and elements that it lacks.
-=======
 -- Boxes in the index of a shape that do not hold the box of their feature, surface or arc, and elements that it lacks.
 -- Shapes share surfaces and arcs that are equal to 1e-6 mm, and so their boxes to that.
->>>>>>> loading
 -- Takes nothing; gives shape_id, level and element_no.
 WITH element AS (
     SELECT shape_id, 'feature' AS level, feature_no AS element_no, x0, y0, z0, x1, y1, z1
