@@ -131,8 +131,10 @@ class Curves:
                     knots = np.unique(knots[None, :-1] + turns[:, None] * period)
                 inner = knots[(knots > self.t0[row]) & (knots < self.t1[row])]
                 cuts = np.concatenate([[self.t0[row]], inner, [self.t1[row]]])
-            elif self.kind[row] in ("ellipse", "parabola", "hyperbola"):
-                pieces = max(4, int(np.ceil((self.t1[row] - self.t0[row]) / (np.pi / 4))))
+            elif self.kind[row] in ("circle", "ellipse", "parabola", "hyperbola"):
+                pieces = max(
+                    1 if self.kind[row] == "circle" else 4, int(np.ceil((self.t1[row] - self.t0[row]) / (np.pi / 4)))
+                )
                 cuts = np.linspace(self.t0[row], self.t1[row], min(pieces, 64) + 1)
             else:
                 cuts = np.array([self.t0[row], self.t1[row]])

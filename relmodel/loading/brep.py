@@ -53,6 +53,18 @@ def _grid(surfaces: Surfaces, steps: Array) -> tuple[Array, Array]:
     return at.points.reshape(count, side * side, 3), element.reshape(count, side * side)
 
 
+def pcurve_of(coedges: Table, pcurves: Table) -> Index:
+    """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
+    names = ("surface_no", "loop_no", "coedge_no")
+    keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
+    have = np.stack([np.asarray(pcurves[n], np.int64) for n in names], axis=1)
+    base = (keys.max(0, initial=0) + 1)[1:]
+    flat, flat_have = ((k[:, 0] * base[0] + k[:, 1]) * base[1] + k[:, 2] for k in (keys, have))
+    out = np.full(len(keys), -1)
+    out[np.searchsorted(flat, flat_have)] = np.arange(len(have))
+    return out
+
+
 class ArcNormals:
     """Outward normals of the two surfaces that meet in each arc.
 
@@ -77,18 +89,7 @@ class ArcNormals:
         self.a[only], self.b[only] = self.b[only], -1
         others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
         self.b[arc[others]] = others
-        self._pcurve = self._pcurve_of(coedges, pcurves)
-
-    def _pcurve_of(self, coedges: Table, pcurves: Table) -> Index:
-        """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
-        names = ("surface_no", "loop_no", "coedge_no")
-        keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
-        have = np.stack([np.asarray(pcurves[n], np.int64) for n in names], axis=1)
-        base = (keys.max(0, initial=0) + 1)[1:]
-        flat, flat_have = ((k[:, 0] * base[0] + k[:, 1]) * base[1] + k[:, 2] for k in (keys, have))
-        out = np.full(len(keys), -1)
-        out[np.searchsorted(flat, flat_have)] = np.arange(len(have))
-        return out
+        self._pcurve = pcurve_of(coedges, pcurves)
 
     def at(self, coedge: Index, arc: Index, t: Array) -> Array:
         """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1."""

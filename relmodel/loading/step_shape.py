@@ -12,11 +12,12 @@ from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-from OCP.BRepGProp import BRepGProp
+from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepLib import BRepLib
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.ShapeAnalysis import ShapeAnalysis
 from OCP.TopAbs import TopAbs_Orientation as Sense
@@ -25,12 +26,16 @@ from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
-from relmodel.geometry.curves import Curves, box_columns
+from relmodel.geometry.curves import Array, Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import brep, step_geometry
+from relmodel.loading import brep, masses, step_geometry
 from relmodel.loading.neutral import Mesh, Shape, Table
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
+
+# The kernel's plain integrals are rough, its adaptive ones to this relative error are good but slow.
+_PLAUSIBLE = 0.05
+_KERNEL_EPS = 1e-9
 
 CHORD_MM = 0.05
 CHORD_RAD = 0.15
@@ -62,7 +67,8 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     basis_surfaces = Surfaces(support.basis.columns(), support.basis.splines())
     surfaces = Surfaces(surface_columns, support.splines(), support.swept(), basis_curves, basis_surfaces)
     arc_columns |= brep.arc_measures(curves)
-    surface_columns |= _masses(faces)
+    mass_columns, volume = _masses(faces, masses.face_integrals(surfaces, curves, coedges, pcurves))
+    surface_columns |= mass_columns
     surface_columns |= box_columns(_boxes(faces, surface_columns["kind"], coedges, arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
@@ -71,7 +77,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     solid = _has(shape, Type.TopAbs_SOLID)
     return Shape(
         kind="solid" if solid else "sheet",
-        volume=_volume(shape) if solid else None,
+        volume=volume if solid else None,
         surfaces=surface_columns,
         surface_splines=support.splines(),
         surface_swept=support.swept(),
@@ -195,19 +201,29 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
     return loops, coedges, pcurves.columns()
 
 
-def _masses(faces: list[Any]) -> Table:
-    """Area and centroid of each face."""
-    out = np.empty((len(faces), 4))
+def _masses(faces: list[Any], integrals: Array) -> tuple[Table, float]:
+    """Area and centroid of each face, and the volume that they enclose.
+
+    Of free-form faces, and of those where the boundary turns out not to close, by the kernel.
+    """
     for i, face in enumerate(faces):
-        props = GProp_GProps()
-        BRepGProp.SurfaceProperties_s(face, props)
-        out[i] = abs(props.Mass()), *props.CentreOfMass().Coord()
-    return {"area": out[:, 0], "centroid_x": out[:, 1], "centroid_y": out[:, 2], "centroid_z": out[:, 3]}
+        plain = _kernel_area(face)
+        if not abs(integrals[i, 0] - plain) <= _PLAUSIBLE * plain:
+            props = GProp_GProps()
+            BRepGProp.SurfaceProperties_s(face, props, _KERNEL_EPS, False)
+            flux = BRepGProp_Vinert()
+            flux.SetLocation(gp_Pnt(0, 0, 0))
+            flux.Perform(BRepGProp_Face(face), BRepGProp_Domain(face), _KERNEL_EPS)
+            area, centroid = abs(props.Mass()), np.array(props.CentreOfMass().Coord())
+            integrals[i] = area, *(area * centroid), 3 * flux.Mass()
+    area = integrals[:, 0]
+    centroid = integrals[:, 1:4] / np.where(area > 0, area, 1.0)[:, None]
+    return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
 
 
-def _volume(shape: Any) -> float:
+def _kernel_area(face: Any) -> float:
     props = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, props)
+    BRepGProp.SurfaceProperties_s(face, props)
     return abs(float(props.Mass()))
 
 
@@ -273,7 +289,7 @@ def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
     if not maker.IsDone():
         return None
     whole = maker.Face()
-    if abs(float(_masses([whole])["area"][0]) - area) > 1e-6 * area:
+    if abs(_kernel_area(whole) - area) > 1e-6 * area:
         return None
     BRepMesh_IncrementalMesh(whole, chord, False, CHORD_RAD, False)
     return BRep_Tool.Triangulation_s(whole, TopLoc_Location())
