@@ -52,6 +52,13 @@ class LoadReport:
     surfaces_added: int
     arcs_added: int
 
+    def __str__(self) -> str:
+        named = f"{self.name} variant {self.variant}" if self.variant else self.name
+        found = f"{self.parts} parts in {self.occurrences} places with {self.faces_loaded} surfaces"
+        new = f"new to the store: {self.shapes_added} shapes, {self.surfaces_added} surfaces, {self.arcs_added} arcs"
+        said = f"; {self.message}" if self.message else ""
+        return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
+
 
 def store_model(
     run: Run, connection: Connection, model: LoadedModel, name: str, variant: str, source: SourceFile
