@@ -54,8 +54,8 @@ class LoadReport:
 
     def __str__(self) -> str:
         named = f"{self.name} variant {self.variant}" if self.variant else self.name
-        found = f"{self.parts} parts in {self.occurrences} places with {self.faces_loaded} surfaces"
-        new = f"new to the store: {self.shapes_added} shapes, {self.surfaces_added} surfaces, {self.arcs_added} arcs"
+        found = f"parts {self.parts}, placed {self.occurrences}, surfaces {self.faces_loaded}"
+        new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
         said = f"; {self.message}" if self.message else ""
         return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
 

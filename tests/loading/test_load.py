@@ -37,8 +37,8 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str
         first = load(store, low, name="box", variant="A", unit="mm")
         assert (first.status, first.revision) == ("added", 1)
         assert str(first) == (
-            "added: box variant A, revision 1: 1 parts in 1 places with 6 surfaces; "
-            "new to the store: 1 shapes, 6 surfaces, 12 arcs"
+            "added: box variant A, revision 1: parts 1, placed 1, surfaces 6; "
+            "new to the store: shapes 1, surfaces 6, arcs 12"
         )
         assert (first.parts, first.occurrences, first.faces_loaded) == (1, 1, 6)
         assert (first.shapes_added, first.surfaces_added, first.arcs_added) == (1, 6, 12)
