@@ -55,9 +55,9 @@ class Surfaces:
         return self.normal[self.start[surface] : self.start[surface + 1]].reshape(-1, 3)
 
     def along(self, surface: int, direction: Floats) -> tuple[float, float]:
-        """Extent of a surface along a direction, from the frame's origin."""
+        """Extent of a surface along a direction, from the frame's origin; (inf, -inf) where it has no triangle."""
         heights = self.points(surface) @ direction
-        return float(heights.min()), float(heights.max())
+        return float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
 
     def turn(self, members: list[int]) -> float:
         """Angle (rad) about the axis of the first of the members that all of them cover together."""

@@ -160,7 +160,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         arm = s.points(i) - origin
         arm -= np.outer(arm @ axis, axis)
         reach = np.linalg.norm(arm, axis=1)
-        on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min() < 1e-2 * s.radius[narrow[0]]
+        on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
         if i in narrow:
             roles[i] = "wall"
         elif on_axis or (s.kind[i] == "plane" and s.loop_count[i] == 1):
@@ -172,8 +172,8 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
             roles[i] = "step"
         elif s.kind[i] == "cone":
             roles[i] = "countersink"
-            cones.append((float(reach.max()), i))
-            wide.append((float(reach.max()), middle))
+            cones.append((float(reach.max(initial=0.0)), i))
+            wide.append((float(reach.max(initial=0.0)), middle))
         elif s.kind[i] == "cylinder":
             roles[i] = "counterbore"
             wide.append((float(s.radius[i]), middle))
@@ -236,7 +236,8 @@ def _pockets(shape: Shape, s: Surfaces, graph: nx.MultiGraph[int], taken: set[in
     for surface, loop, arc in zip(
         *(np.asarray(shape.coedges[c]).tolist() for c in ("surface_no", "loop_no", "arc_no")), strict=True
     ):
-        if (surface, loop) in outer and s.kind[surface] == "plane" and surface not in taken:
+        meshed = s.start[surface] < s.start[surface + 1]
+        if (surface, loop) in outer and s.kind[surface] == "plane" and meshed and surface not in taken:
             bounds.setdefault(surface, []).append(arc)
     # A floor may be cut into several faces of one plane.
     flat: nx.Graph[int] = nx.Graph()
@@ -299,6 +300,8 @@ def _pocket(s: Surfaces, graph: nx.MultiGraph[int], floor: list[int]) -> Feature
     ):
         return None
     depth = max(s.along(i, up)[1] for i in walls) - level
+    if depth <= _LENGTH_TOLERANCE:
+        return None
     outline = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
     x, centre, length, width = _rectangle(outline, up)
     dimensions = {"length": (length, "mm"), "width": (width, "mm"), "depth": (depth, "mm")}

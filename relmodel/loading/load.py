@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import time
 from pathlib import Path
 
 from relmodel.errors import InputError
@@ -50,9 +51,12 @@ def load(
     inputs = {"model": (path.name, digest)}
     with Run.begin(store, "load", parameters, inputs=inputs, packages=(*packages, "numpy", "duckdb")) as run:
         try:
+            began = time.perf_counter()
             model = _read(path, suffix, unit, allow_partial)
+            read = time.perf_counter()
             with run.write() as connection:
                 report = store_model(run, connection, model, name, variant, SourceFile(path.name, digest))
+                run.steps(connection, {"read": read - began, "store": time.perf_counter() - read})
                 run.end("ok", connection=connection)
         except Exception as error:
             message = str(error) or type(error).__name__

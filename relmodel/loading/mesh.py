@@ -23,7 +23,7 @@ UNITLESS_FORMATS = ("obj", "stl", "ply")
 FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
 
 _LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
-_LONG_UNITS |= {"foot": "ft", "inches": "in", "feet": "ft"}
+_LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
 _MOST_BYTES = 1 << 30
 _MOST_TRIANGLES = 5_000_000
 _MOST_MM = 1e8
@@ -52,8 +52,8 @@ def read_mesh(path: Path, unit: str | None = None) -> LoadedModel:
     triangles = sum(len(g.faces) for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
     if triangles > _MOST_TRIANGLES:
         raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
-    named = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm")).lower()
-    name = _LONG_UNITS.get(named, _LONG_UNITS.get(named.removesuffix("s"), named))
+    named = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
+    name = _short(named)
     if name not in UNITS_MM:
         raise InputError(f"{path.name} is in an unknown unit {named!r}: use one of {', '.join(UNITS_MM)}")
     model = _Reader(scene, UNITS_MM[name]).model(path.stem)
@@ -70,8 +70,14 @@ def check_unit(path: Path, unit: str | None) -> None:
         raise InputError(f"{path.name} states no unit of length: give one, such as --unit mm")
     if not unitless and unit is not None:
         raise InputError(f"{path.name} states its own unit of length: leave --unit out")
-    if unit is not None and unit not in UNITS_MM:
+    if unit is not None and _short(unit) not in UNITS_MM:
         raise InputError(f"{unit!r} is no unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
+
+
+def _short(unit: str) -> str:
+    """A unit as UNITS_MM has it, of one that may be spelled out."""
+    unit = unit.lower()
+    return _LONG_UNITS.get(unit, _LONG_UNITS.get(unit.removesuffix("s"), unit))
 
 
 class _Reader:

@@ -52,6 +52,13 @@ class LoadReport:
     surfaces_added: int
     arcs_added: int
 
+    def __str__(self) -> str:
+        named = f"{self.name} variant {self.variant}" if self.variant else self.name
+        found = f"parts {self.parts}, placed {self.occurrences}, surfaces {self.faces_loaded}"
+        new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
+        said = f"; {self.message}" if self.message else ""
+        return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
+
 
 def store_model(
     run: Run, connection: Connection, model: LoadedModel, name: str, variant: str, source: SourceFile

@@ -195,6 +195,20 @@ def test_congruent_features_share_a_class() -> None:
     assert sorted(Counter(keys).values()) == [1, 2]
 
 
+def test_a_surface_that_the_kernel_could_not_mesh_is_left_out() -> None:
+    tool = rounded(rounded(box(10, 10, 8, (40.0, 40.0, 30.0)), 6.0, upright=True), 2.0, upright=False)
+    part = cut(plate(), tool, cylinder(75, 20, 10, 3, 20), cone(75, 20, 8, 0, 3, 2), cylinder(75, 20, 15, 6, 20))
+    shape = step_shape.extract(part, {}, {}, {})
+    mesh = shape.mesh
+    triangles, owners = mesh.triangles, mesh.triangle_surfaces
+    assert len(recognise(shape)) == 2
+    for surface in range(len(shape.surfaces["kind"])):
+        mesh.triangles, mesh.triangle_surfaces = triangles[owners != surface], owners[owners != surface]
+        for feature in recognise(shape):
+            assert np.all(np.isfinite(feature.shape_from_feature))
+            assert np.all(np.isfinite(list(measures(feature).values())))
+
+
 def test_random_plates() -> None:
     rng = np.random.default_rng(7)
     for _ in range(6):

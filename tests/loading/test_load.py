@@ -36,6 +36,10 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str
     with Store.create(store_target) as store:
         first = load(store, low, name="box", variant="A", unit="mm")
         assert (first.status, first.revision) == ("added", 1)
+        assert str(first) == (
+            "added: box variant A, revision 1: parts 1, placed 1, surfaces 6; "
+            "new to the store: shapes 1, surfaces 6, arcs 12"
+        )
         assert (first.parts, first.occurrences, first.faces_loaded) == (1, 1, 6)
         assert (first.shapes_added, first.surfaces_added, first.arcs_added) == (1, 6, 12)
         before = row_counts(store)

@@ -152,7 +152,7 @@ def test_a_scene_becomes_assemblies_and_shared_geometry_stays_shared(tmp_path: P
     assert np.allclose([low, high], truth.bounds * 1000, atol=1e-2)
 
 
-@pytest.mark.parametrize(("unit", "size"), [("mm", 30), ("in", 762), ("m", 30000)])
+@pytest.mark.parametrize(("unit", "size"), [("mm", 30), ("inch", 762), ("m", 30000)])
 def test_the_unit_that_is_given_holds(unit: str, size: float, tmp_path: Path) -> None:
     l_bracket().export(tmp_path / "part.ply")
     model = read_mesh(tmp_path / "part.ply", unit)
