@@ -20,9 +20,11 @@ SEED = 1989
 CORRELATION_PX = 40.0
 # Selection: samples this far apart in the picture are plenty.
 SELECT_SPACING_PX = 4.0
-# Scan: samples a camera, poses of the sequence, cell and reach of the evidence (px), shifts either way (cells), how far
+# Scan: samples that face a camera, cell and reach of the evidence (px), shifts either way (cells), how far
 # apart poses are distinct (px, rms over the samples) and how many go on to the climb.
-SCAN_SAMPLES, SCAN_POSES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW = 800, 4096, 4.0, 6.0, 10
+SCAN_SAMPLES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW = 800, 4.0, 6.0, 10
+# Poses of the sequence: about so many for a prior that leaves SPREAD_PX (rms) besides common shifts, as its square.
+SCAN_POSES, SPREAD_PX, SCAN_MOST = 1024, 15.0, 16384
 SCAN_DISTINCT_PX, SCAN_KEPT = 6.0, 200
 # Climb: cell and reach of the evidence, first and last step, and how many distinct poses come out (px).
 CLIMB_CELL, CLIMB_REACH, CLIMB_FIRST, CLIMB_LAST = 2.0, 3.0, 4.0, 1.0
@@ -179,13 +181,18 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
 
     from vision.localisation import _search_kernels as kernels
 
-    sequence = qmc.Sobol(6, scramble=True, seed=SEED).random(SCAN_POSES)
     sigma = np.sqrt(np.diag(prior.covariance))
+    _, jacobian = image_jacobians(prediction)
+    views = [jacobian[prediction.view == c] for c in range(len(fields))]
+    # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
+    inner = np.concatenate([j - j.mean(axis=0) for j in views if len(j)])
+    spread = float(np.sqrt(np.mean(np.einsum("nij,j->ni", inner**2, sigma**2).sum(axis=1))))
+    count = 2 ** int(np.ceil(np.log2(np.clip(SCAN_POSES * (spread / SPREAD_PX) ** 2, SCAN_POSES, SCAN_MOST))))
+    sequence = qmc.Sobol(6, scramble=True, seed=SEED).random(count)
     delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) * sigma
     delta[0] = 0
     # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
-    _, jacobian = image_jacobians(prediction)
-    turn = np.array([np.median(jacobian[prediction.view == c][:, :, 3:], axis=0) for c in range(len(fields))])
+    turn = np.array([np.median(j[:, :, 3:], axis=0) if len(j) else np.zeros((2, 3)) for j in views])
     steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     turns = grid * SCAN_CELL @ np.linalg.pinv(turn[0]).T

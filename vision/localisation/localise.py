@@ -31,8 +31,9 @@ from vision.localisation.views import EdgeMeasurements, ViewArcs, edge_measureme
 
 # Poses nearer than this (px, rms over what is seen) are one.
 SAME_PX = 1.5
-# Of the search's other candidates, those with at least this share of the best one's score are followed up.
-FOLLOW_SHARE, FOLLOWED = 0.3, 6
+# Of the search's other candidates, those with at least FOLLOW_SHARE of the best one's score are followed up; of those
+# and of shifted poses, the ones that climb to REFINE_SHARE of its evidence are refined.
+FOLLOW_SHARE, FOLLOWED, REFINE_SHARE = 0.3, 6, 0.7
 POLISH_SAMPLES = 1200
 
 
@@ -158,7 +159,7 @@ class _Solver:
             delta, score = climb(prediction, self.fine, np.zeros((1, 6)), 0.01 * information, 2.0, 0.5)
             top = max(h.evidence for h in done)
             polished = perturb(pose, delta[0])
-            if score[0] < FOLLOW_SHARE * top or any(self._same(h, polished) for h in done):
+            if score[0] < REFINE_SHARE * top or any(self._same(h, polished) for h in done):
                 continue
             new = self._refine(polished)
             if not any(self._same(h, new.refined.world_from_rig) for h in done):
