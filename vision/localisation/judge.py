@@ -26,10 +26,10 @@ MIN_EVIDENCE = 24.0
 # Of the measured edge length this share must lie within AGREEMENT_PX of the prediction: 0.8 to 0.9 does at right poses,
 # a third by chance.
 MIN_AGREEMENT, AGREEMENT_PX = 0.65, 1.0
-# A rival within this share of the best pose's evidence (at least MIN_MARGIN), whose odds against by the prior are not
-# overwhelming, makes the answer ambiguous.
+# A rival within this share of the best pose's evidence (at least MIN_MARGIN) makes the answer ambiguous, unless the
+# odds against it by the prior are overwhelming.
 RIVAL_SHARE, MIN_MARGIN, PRIOR_ODDS = 0.05, 10.0, 12.0
-# A pose further from the prior than this many sigma contradicts it: one in 2,000 priors errs by 5 sigma in 6 dimensions.
+# A pose further from the prior than this many sigma contradicts it: one in 5,000 errs by 5 in six dimensions.
 MAX_SIGMA = 6.0
 # What an accepted pose must promise at the middle of what is seen: standard deviations along the worst direction.
 MAX_TRANSLATION_MM, MAX_ROTATION = 1.0, float(np.radians(0.1))

@@ -16,7 +16,6 @@ from vision.localisation.correspondence import Correspondences, correspond
 from vision.localisation.evidence import Evidence, edge_points
 from vision.localisation.hypotheses import (
     Candidates,
-    Prediction,
     candidates,
     climb,
     fine_evidence,
@@ -77,9 +76,7 @@ def localise(
     found = candidates(near, rig, points, fine, prior)
     clock.lap("search")
     if not len(found.score):
-        return Localisation(
-            "refused", "no arc of the model is in view near the prior", None, [], [], indexes, clock.laps
-        )
+        return Localisation("refused", "no arc of the model is in view near the prior", None, [], [], {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, prior)
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")
@@ -149,7 +146,7 @@ class _Solver:
 
     def _follow(self, poses: list[Floats], done: list[Hypothesis]) -> None:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
-        information = np.linalg.inv(self.prior.covariance)
+        information = np.asarray(np.linalg.inv(self.prior.covariance), float)
         for pose in poses:
             if any(self._same(h, pose) for h in done):
                 continue

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vision.cameras import Prior, Rig, perturb, perturbation, rotation_exp
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
-from vision.localisation.scene import Bools, Floats, Ints, Scene
+from vision.localisation.scene import Floats, Ints, Scene
 
 # Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
 ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
@@ -22,9 +23,9 @@ MIN_COSINE = 0.94
 # texture, which drags an edge by its share of the edge's contrast.
 SYSTEMATIC_PX = 0.08
 TEXTURE_PX = 0.5
-# A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast: 0.35 px
-# at 190 grey levels on metal.  Each camera gets one unknown for it, px at a contrast of the whole range of grey: nought
-# for a linear camera, a half at gamma 1/2.
+# A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast:
+# 0.35 px at 190 grey levels on metal.  Each camera gets one unknown for it, px at a contrast of the whole range of
+# grey: nought for a linear camera, a half at gamma 1/2.
 RESPONSE_PX, RESPONSE_SIGMA_PX = 0.25, 0.25
 # No calibration holds better: each camera's principal point is taken as uncertain by this in the covariance.
 CALIBRATION_PX = 0.05
@@ -49,7 +50,8 @@ class EdgeIndex:
         from vision.localisation import _measure_kernels as kernels
 
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
-        kernels.nearest_edges(
+        run: Any = kernels.nearest_edges
+        run(
             pixel, direction, reach, scale, MIN_COSINE, self.edges.position, self.edges.normal, self.strength,
             self.start, self.order, self.columns, self.rows, self.edges.low, offset, found,
         )  # fmt: skip
@@ -99,7 +101,7 @@ def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, 
             m = measure(prediction, cameras, delta, response, reach, scale)
             here = perturb(pose, delta)
             hessian, gradient = _normal_equations(m, prior, here, response)
-            step = np.linalg.solve(hessian, gradient)
+            step = np.asarray(np.linalg.solve(hessian, gradient), float)
             delta = perturbation(pose, perturb(here, step[:6]))
             response = response + step[6:]
             if step @ hessian @ step < 0.05**2:
