@@ -132,9 +132,7 @@ class Camera:
         xy, h = self._normalise(pixels), 1e-6
         for _ in range(20):
             value = self._distort(xy)
-            jacobian = np.stack(
-                [(self._distort(xy + [h, 0.0]) - value) / h, (self._distort(xy + [0.0, h]) - value) / h], axis=2
-            )
+            jacobian = np.stack([(self._distort(xy + step) - value) / h for step in h * np.eye(2)], axis=2)
             step = np.linalg.solve(jacobian, (pixels - value)[..., None])[..., 0]
             xy += step
             if np.abs(step).max(initial=0.0) < 1e-12:

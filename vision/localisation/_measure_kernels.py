@@ -1,12 +1,15 @@
 """Kernels that look for edge elements along the normals of predicted arcs (numba)."""
 
+from __future__ import annotations
+
 import numpy as np
 from numba import njit
 
 
 @njit(cache=True, nogil=True)
-def nearest_edges(
-    pixel, direction, reach, scale, min_cosine, position, normal, strength, start, order, columns, rows, low, offset, found,
+def nearest_edges(  # type: ignore[no-untyped-def]
+    pixel, direction, reach, scale, min_cosine, position, normal, strength, start, order, columns, rows, low,
+    offset, found,
 ):  # fmt: skip
     """For each predicted pixel the edge element on its normal that counts most, as `offset` (px) and `found` (index).
 

@@ -6,12 +6,14 @@ weight (n,); view (n,) the camera's number; and per camera rotation (c, 3, 3), o
 A pose is a rotation (3, 3) and a translation (3,): prior_from_pose, both in the rig's frame.
 """
 
+from __future__ import annotations
+
 import numpy as np
 from numba import njit, prange
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _place(point, tangent, rotation, translation, camera_rotation, camera_offset, matrix):
+def _place(point, tangent, rotation, translation, camera_rotation, camera_offset, matrix):  # type: ignore[no-untyped-def]
     """Pixel and tangent angle (modulo pi, as a share of pi) of a sample under a pose; z <= 0 when behind."""
     dx, dy, dz = point[0] - translation[0], point[1] - translation[1], point[2] - translation[2]
     px = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
@@ -38,7 +40,7 @@ def _place(point, tangent, rotation, translation, camera_rotation, camera_offset
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def scan(
+def scan(  # type: ignore[no-untyped-def]
     point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, pad, orientations,
     pose_rotation, pose_translation, shifts, penalty, best_score, best_shift,
 ):  # fmt: skip
@@ -79,7 +81,7 @@ def scan(
 
 
 @njit(cache=True, nogil=True)
-def _score(
+def _score(  # type: ignore[no-untyped-def]
     point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, orientations, pr, pt,
 ):  # fmt: skip
     total = 0.0
@@ -104,7 +106,7 @@ def _score(
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _exp(r):
+def _exp(r):  # type: ignore[no-untyped-def]
     angle2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
     angle = np.sqrt(angle2)
     if angle < 1e-9:
@@ -126,7 +128,7 @@ def _exp(r):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def climb(
+def climb(  # type: ignore[no-untyped-def]
     point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, orientations,
     delta, basis, information, first_step, last_step, score,
 ):  # fmt: skip

@@ -7,6 +7,7 @@ carry visible arcs onto congruent arcs, gathered by how much visible length they
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,9 +39,9 @@ def arc_shapes(scene: Scene) -> ArcShapes:
     i, j = np.triu_indices(3)
     columns = np.concatenate([np.ones((len(t), 1)), scene.sample_point, t[:, i] * t[:, j]], axis=1) * w[:, None]
     sums = np.stack([np.bincount(row, c, minlength=len(arc)) for c in columns.T], axis=1)
-    length = sums[:, 0]
+    length = sums[:, 0].astype(float)
     mean = sums[:, 1:] / np.maximum(length, 1e-12)[:, None]
-    return ArcShapes(arc, length, mean[:, :3], mean[:, 3:])
+    return ArcShapes(arc.astype(np.int64), length, mean[:, :3], mean[:, 3:])
 
 
 def displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float) -> Floats:
@@ -56,7 +57,7 @@ def displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, 
         return np.zeros((0, 3))
     # Shape space scaled so that congruent arcs lie within 1 of each other.
     space = np.concatenate([np.log(np.maximum(shapes.length, 1e-9))[:, None], shapes.moment], axis=1) / CONGRUENT
-    near = cKDTree(space).query_ball_point(space[rows], 1.0, p=np.inf)
+    near: Any = cKDTree(space).query_ball_point(space[rows], 1.0, p=np.inf)
     count = np.array([len(n) for n in near])
     source = np.repeat(rows, count)
     target = np.concatenate([np.array(sorted(n), np.int64) for n in near])
@@ -89,4 +90,4 @@ def shifted_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sig
     delta = np.array([perturbation(prior.world_from_rig, p) for p in poses]).reshape(-1, 6)
     distance = np.einsum("ki,ij,kj->k", delta, np.linalg.inv(prior.covariance), delta)
     order = np.argsort(distance, kind="stable")
-    return poses[order[distance[order] <= most_sigma**2][:MOST]]
+    return np.asarray(poses[order[distance[order] <= most_sigma**2][:MOST]])

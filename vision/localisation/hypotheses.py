@@ -7,23 +7,26 @@ turns of the rig) is scored at once, so that the sequence has to cover only what
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from vision.cameras import Camera, Prior, Rig, rotation_exp, skew
+from vision.cameras import Prior, Rig, rotation_exp, skew
 from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
 from vision.localisation.scene import Floats, Ints, Scene
-from vision.localisation.visibility import in_picture, visible_arcs
+from vision.localisation.visibility import VisibleArcs, in_picture, visible_arcs
 
 SEED = 1989
 # Predicted samples along an arc closer than this see the same picture: that length counts as one observation.
 CORRELATION_PX = 40.0
 # Selection: samples this far apart in the picture are plenty.
 SELECT_SPACING_PX = 4.0
-# Scan: samples a camera, poses of the sequence, cell and reach of the evidence (px), shifts either way (cells), how far
-# apart poses are distinct (px, rms over the samples) and how many go on to the climb.
-SCAN_SAMPLES, SCAN_POSES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW = 800, 4096, 4.0, 6.0, 10
-SCAN_DISTINCT_PX, SCAN_KEPT = 6.0, 200
+# Scan: samples that face a camera, cell and reach of the evidence (px), shifts either way and their step (cells), how
+# far apart poses are distinct (px, rms over the samples) and how many go on to the climb.
+SCAN_SAMPLES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW, SCAN_STEP = 800, 4.0, 6.0, 10, 2
+# Poses of the sequence: about so many for a prior that leaves SPREAD_PX (rms) besides common shifts, as its square.
+SCAN_POSES, SPREAD_PX, SCAN_MOST = 1024, 15.0, 16384
+SCAN_DISTINCT_PX, SCAN_KEPT = 6.0, 100
 # Climb: cell and reach of the evidence, first and last step, and how many distinct poses come out (px).
 CLIMB_CELL, CLIMB_REACH, CLIMB_FIRST, CLIMB_LAST = 2.0, 3.0, 4.0, 1.0
 CLIMB_DISTINCT_PX, CLIMB_KEPT = 3.0, 24
@@ -43,25 +46,22 @@ class Prediction:
     matrix: Floats
 
 
-def predict(
-    scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_px: float = 0.0, smooth: bool = False
-) -> Prediction:
-    """Visible samples, evenly along the arcs' images, of `count` that face each camera; weight = length /
-    CORRELATION_PX."""
-    columns: list[list[Floats | Ints]] = [[], [], [], [], []]
+def predict(scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_px: float = 0.0) -> Prediction:
+    """Visible samples of sharp arcs and outlines, evenly along the arcs' images, of `count` that face each camera;
+    weight = length / CORRELATION_PX."""
     rig_from_world = np.linalg.inv(world_from_rig)
-    for number, (name, camera) in enumerate(rig.cameras.items()):
-        seen = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
-        if not smooth:
-            seen = seen.take(~seen.smooth)
-        columns[0].append(seen.point @ rig_from_world[:3, :3].T + rig_from_world[:3, 3])
-        columns[1].append(seen.tangent @ rig_from_world[:3, :3].T)
-        columns[2].append(seen.length_px / CORRELATION_PX)
-        columns[3].append(np.full(len(seen.arc), number))
-        columns[4].append(seen.arc)
+    seen: list[VisibleArcs] = []
+    for name, camera in rig.cameras.items():
+        arcs = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
+        seen.append(arcs.take(~arcs.smooth))
     camera_from_rig = [np.linalg.inv(rig.rig_from_camera[name]) for name in rig.cameras]
+    rotation, translation = rig_from_world[:3, :3], rig_from_world[:3, 3]
     return Prediction(
-        *(np.ascontiguousarray(np.concatenate(c)) for c in columns),
+        point=np.concatenate([s.point for s in seen]) @ rotation.T + translation,
+        tangent=np.concatenate([s.tangent for s in seen]) @ rotation.T,
+        weight=np.concatenate([s.length_px for s in seen]) / CORRELATION_PX,
+        view=np.repeat(np.arange(len(seen)), [len(s.arc) for s in seen]),
+        arc=np.concatenate([s.arc for s in seen]),
         rotation=np.array([m[:3, :3] for m in camera_from_rig]),
         offset=np.array([m[:3, 3] for m in camera_from_rig]),
         matrix=np.array([c.matrix[:2] for c in rig.cameras.values()]),
@@ -132,8 +132,8 @@ def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
 
 
 def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior) -> Candidates:
-    """The best distinct poses within the prior's volume, of a scene that `select` gave and evidence by `fine_evidence`."""
-    information = np.linalg.inv(prior.covariance)
+    """The best distinct poses within the prior's volume; scene as `select`, fine as `fine_evidence` gives them."""
+    information = np.asarray(np.linalg.inv(prior.covariance), float)
     margin_px = search_margin(rig, prior)
     prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
     if not len(prediction.point):
@@ -179,14 +179,19 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
 
     from vision.localisation import _search_kernels as kernels
 
-    sequence = qmc.Sobol(6, scramble=True, seed=SEED).random(SCAN_POSES)
     sigma = np.sqrt(np.diag(prior.covariance))
+    _, jacobian = image_jacobians(prediction)
+    views = [jacobian[prediction.view == c] for c in range(len(fields))]
+    # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
+    inner = np.concatenate([j - j.mean(axis=0) for j in views if len(j)])
+    spread = float(np.sqrt(np.mean(np.einsum("nij,j->ni", inner**2, sigma**2).sum(axis=1))))
+    count = 2 ** int(np.ceil(np.log2(np.clip(SCAN_POSES * (spread / SPREAD_PX) ** 2, SCAN_POSES, SCAN_MOST))))
+    sequence = qmc.Sobol(6, scramble=True, seed=SEED).random(count)
     delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) * sigma
     delta[0] = 0
     # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
-    _, jacobian = image_jacobians(prediction)
-    turn = np.array([np.median(jacobian[prediction.view == c][:, :, 3:], axis=0) for c in range(len(fields))])
-    steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1)
+    turn = np.array([np.median(j[:, :, 3:], axis=0) if len(j) else np.zeros((2, 3)) for j in views])
+    steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1, SCAN_STEP)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     turns = grid * SCAN_CELL @ np.linalg.pinv(turn[0]).T
     shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / SCAN_CELL).astype(np.int64)
@@ -196,7 +201,8 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
     penalty = 0.5 * (distance.sum(axis=2) + ((shifted / sigma[3:]) ** 2).sum(axis=2))
     score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
     field, start, shape, origin = flat(fields)
-    kernels.scan(
+    run: Any = kernels.scan
+    run(
         *_samples(prediction), field, start, shape, origin, SCAN_CELL, SCAN_WINDOW, ORIENTATIONS,
         rotation_exp(delta[:, 3:]), np.ascontiguousarray(delta[:, :3]), shifts, penalty, score, best,
     )  # fmt: skip
@@ -215,7 +221,8 @@ def climb(
     value, vector = np.linalg.eigh(hessian)
     delta, score = delta.copy(), np.empty(len(delta))
     field, start, shape, origin = flat(fields)
-    kernels.climb(
+    run: Any = kernels.climb
+    run(
         *_samples(prediction), field, start, shape, origin, fields[0].cell, ORIENTATIONS,
         delta, np.ascontiguousarray(vector / np.sqrt(value)), information, first, last, score,
     )  # fmt: skip

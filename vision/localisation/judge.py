@@ -22,11 +22,14 @@ from vision.localisation.scene import Floats
 MIN_SHARE, MIN_SHARE_CAMERA = 0.55, 0.4
 # Evidence is in natural logarithms of odds, and the search tries some millions of poses (odds of 15): below this much
 # a pose could be chance.  A camera that expects less than the half of it has no say of its own.
-MIN_EVIDENCE = 18.0
-# A rival within this share of the best pose's evidence (at least MIN_MARGIN), whose odds against by the prior are not
-# overwhelming, makes the answer ambiguous.
+MIN_EVIDENCE = 24.0
+# Of the measured edge length this share must lie within AGREEMENT_PX of the prediction: 0.8 to 0.9 does at right poses,
+# a third by chance.
+MIN_AGREEMENT, AGREEMENT_PX = 0.65, 1.0
+# A rival within this share of the best pose's evidence (at least MIN_MARGIN) makes the answer ambiguous, unless the
+# odds against it by the prior are overwhelming.
 RIVAL_SHARE, MIN_MARGIN, PRIOR_ODDS = 0.05, 10.0, 12.0
-# A pose further from the prior than this many sigma contradicts it: one in 2,000 priors errs by 5 sigma in 6 dimensions.
+# A pose further from the prior than this many sigma contradicts it: one in 5,000 errs by 5 in six dimensions.
 MAX_SIGMA = 6.0
 # What an accepted pose must promise at the middle of what is seen: standard deviations along the worst direction.
 MAX_TRANSLATION_MM, MAX_ROTATION = 1.0, float(np.radians(0.1))
@@ -111,6 +114,13 @@ def precision(refined: Refined) -> tuple[float, float]:
     return float(np.sqrt(worst[0])), float(np.sqrt(worst[1]))
 
 
+def agreement(refined: Refined) -> float:
+    """Share of the length on which edges were found that lies within AGREEMENT_PX of its prediction."""
+    m, w = refined.measurements, refined.prediction.weight
+    found = m.found >= 0
+    return float(w[found & (np.abs(m.offset) < AGREEMENT_PX)].sum() / max(w[found].sum(), 1e-9))
+
+
 def apart(poses: list[Refined]) -> float:
     """How far the poses that single cameras give lie apart: the largest distance of two, in sigmas."""
     worst = 0.0
@@ -145,6 +155,9 @@ def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alon
                 "refused",
                 f"camera {name} finds only {found / expected:.0%} of the edge evidence that a right pose would",
             )
+    agreeing = agreement(best.refined)
+    if agreeing < MIN_AGREEMENT:
+        return "refused", f"only {agreeing:.0%} of the edges found lie on the model's arcs ({MIN_AGREEMENT:.0%} needed)"
     if best.prior_sigma > MAX_SIGMA:
         return "refused", f"the best pose lies {best.prior_sigma:.1f} sigma from the prior, which contradicts it"
     if rivals:

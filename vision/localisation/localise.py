@@ -16,7 +16,6 @@ from vision.localisation.correspondence import Correspondences, correspond
 from vision.localisation.evidence import Evidence, edge_points
 from vision.localisation.hypotheses import (
     Candidates,
-    Prediction,
     candidates,
     climb,
     fine_evidence,
@@ -31,8 +30,9 @@ from vision.localisation.views import EdgeMeasurements, ViewArcs, edge_measureme
 
 # Poses nearer than this (px, rms over what is seen) are one.
 SAME_PX = 1.5
-# Of the search's other candidates, those with at least this share of the best one's score are followed up.
-FOLLOW_SHARE, FOLLOWED = 0.3, 6
+# Of the search's other candidates, those with at least FOLLOW_SHARE of the best one's score are followed up; of those
+# and of shifted poses, the ones that climb to REFINE_SHARE of its evidence are refined.
+FOLLOW_SHARE, FOLLOWED, REFINE_SHARE = 0.3, 6, 0.7
 POLISH_SAMPLES = 1200
 
 
@@ -76,9 +76,7 @@ def localise(
     found = candidates(near, rig, points, fine, prior)
     clock.lap("search")
     if not len(found.score):
-        return Localisation(
-            "refused", "no arc of the model is in view near the prior", None, [], [], indexes, clock.laps
-        )
+        return Localisation("refused", "no arc of the model is in view near the prior", None, [], [], {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, prior)
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")
@@ -148,7 +146,7 @@ class _Solver:
 
     def _follow(self, poses: list[Floats], done: list[Hypothesis]) -> None:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
-        information = np.linalg.inv(self.prior.covariance)
+        information = np.asarray(np.linalg.inv(self.prior.covariance), float)
         for pose in poses:
             if any(self._same(h, pose) for h in done):
                 continue
@@ -158,7 +156,7 @@ class _Solver:
             delta, score = climb(prediction, self.fine, np.zeros((1, 6)), 0.01 * information, 2.0, 0.5)
             top = max(h.evidence for h in done)
             polished = perturb(pose, delta[0])
-            if score[0] < FOLLOW_SHARE * top or any(self._same(h, polished) for h in done):
+            if score[0] < REFINE_SHARE * top or any(self._same(h, polished) for h in done):
                 continue
             new = self._refine(polished)
             if not any(self._same(h, new.refined.world_from_rig) for h in done):

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vision.cameras import Prior, Rig, perturb, perturbation, rotation_exp
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
-from vision.localisation.scene import Bools, Floats, Ints, Scene
+from vision.localisation.scene import Floats, Ints, Scene
 
 # Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
 ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
 STEPS = 6
+# Consensus: draws, arcs in each, and how near (px) a measurement agrees.
+SEED, DRAWS, DRAWN_ARCS, CONSENSUS_PX = 1981, 300, 5, 1.5
 SAMPLES = 3000
 MIN_COSINE = 0.94
 # What an edge's own sigma does not know: the tessellation that stands for curved arcs, rounded and burred edges; and
 # texture, which drags an edge by its share of the edge's contrast.
 SYSTEMATIC_PX = 0.08
 TEXTURE_PX = 0.5
-# A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast (0.35 px
-# at 190 grey levels seen on metal).  Each camera gets one unknown for it: px at a contrast of the whole range of grey, from 0 (linear) to 0.5 (gamma 1/2).
+# A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast:
+# 0.35 px at 190 grey levels on metal.  Each camera gets one unknown for it, px at a contrast of the whole range of
+# grey: nought for a linear camera, a half at gamma 1/2.
 RESPONSE_PX, RESPONSE_SIGMA_PX = 0.25, 0.25
 # No calibration holds better: each camera's principal point is taken as uncertain by this in the covariance.
 CALIBRATION_PX = 0.05
@@ -46,7 +50,8 @@ class EdgeIndex:
         from vision.localisation import _measure_kernels as kernels
 
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
-        kernels.nearest_edges(
+        run: Any = kernels.nearest_edges
+        run(
             pixel, direction, reach, scale, MIN_COSINE, self.edges.position, self.edges.normal, self.strength,
             self.start, self.order, self.columns, self.rows, self.edges.low, offset, found,
         )  # fmt: skip
@@ -89,11 +94,14 @@ def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, 
     for reach, scale in ROUNDS:
         prediction = predict(scene, rig, pose, SAMPLES)
         delta = np.zeros(6)
+        if (reach, scale) != ROUNDS[0]:
+            m = measure(prediction, cameras, delta, response, reach, scale)
+            delta = _consensus(m, prediction, prior, pose)
         for _ in range(STEPS):
             m = measure(prediction, cameras, delta, response, reach, scale)
             here = perturb(pose, delta)
             hessian, gradient = _normal_equations(m, prior, here, response)
-            step = np.linalg.solve(hessian, gradient)
+            step = np.asarray(np.linalg.solve(hessian, gradient), float)
             delta = perturbation(pose, perturb(here, step[:6]))
             response = response + step[6:]
             if step @ hessian @ step < 0.05**2:
@@ -103,6 +111,43 @@ def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, 
     m = measure(prediction, cameras, np.zeros(6), response, *ROUNDS[-1])
     hessian, _ = _normal_equations(m, prior, pose, response)
     return Refined(pose, _covariance(m, prediction, hessian), response, prediction, m)
+
+
+def _consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats) -> Floats:
+    """The step (6,) on which most of the measured length agrees, of steps that few arcs make and of none.
+
+    Where a structure of the model stands elsewhere in the world, least squares lies between it and the rest however
+    robust the loss; a step from a few arcs of the rest does not (Fischler and Bolles, with arcs as the unit).
+    """
+    hit = np.flatnonzero(m.found >= 0)
+    if not len(hit):
+        return np.zeros(6)
+    group = _units(prediction)[hit]
+    jacobian, offset, w = m.jacobian[hit, :6], m.offset[hit], prediction.weight[hit]
+    count = int(group.max()) + 1
+    hessians, gradients, length = np.zeros((count, 6, 6)), np.zeros((count, 6)), np.bincount(group, w)
+    np.add.at(hessians, group, jacobian[:, :, None] * jacobian[:, None, :])
+    np.add.at(gradients, group, jacobian * offset[:, None])
+    usable = np.flatnonzero(length > 0)
+    rng = np.random.default_rng(SEED)
+    size = min(DRAWN_ARCS, len(usable))
+    keys = rng.exponential(size=(DRAWS, len(usable))) / length[usable]
+    # The smallest of exponentials with these rates: a draw without replacement in proportion to length.
+    drawn = usable[np.argsort(keys, axis=1)[:, :size]]
+    information = np.linalg.inv(prior.covariance)
+    away = perturbation(prior.world_from_rig, world_from_rig)
+    steps = np.linalg.solve(
+        hessians[drawn].sum(axis=1) + information, (gradients[drawn].sum(axis=1) - information @ away)[..., None]
+    )[..., 0]
+    steps = np.concatenate([np.zeros((1, 6)), steps])
+    left = (offset[:, None] - jacobian @ steps.T) / CONSENSUS_PX
+    return np.asarray(steps[int(np.argmax(w @ np.maximum(1 - left**2, 0)))])
+
+
+def _units(prediction: Prediction) -> Ints:
+    """A number for the image of each arc in each camera (n,)."""
+    unit = prediction.view * (int(prediction.arc.max(initial=0)) + 1) + prediction.arc
+    return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
 
 
 def measure(
@@ -150,24 +195,29 @@ def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, res
 
 
 def _covariance(m: Measurements, prediction: Prediction, hessian: Floats) -> Floats:
-    """Covariance (6, 6) of a pose from its measurements: the sandwich with an arc's image as the unit.
+    """Covariance (6, 6) of a pose from its measurements: the jackknife with an arc's image as the unit.
 
-    Neighbours along an arc err together (texture, shading, a clipped edge), so the scores of an arc are summed before
-    they are squared: Liang and Zeger's estimate, with the usual factor for few units.
+    Neighbours along an arc err together (texture, shading, a clipped edge, an arc that is not where the model says), so
+    whole arcs are left out in turn and the pose solved, to first order, without each: MacKinnon and White's HC3 for
+    clusters, which does not trust arcs that pull the fit onto themselves.
     """
-    unit = prediction.view * (int(prediction.arc.max(initial=0)) + 1) + prediction.arc
-    _, group = np.unique(unit, return_inverse=True)
-    scores = m.jacobian * (m.weight * m.offset / m.sigma**2)[:, None]
-    sums = np.zeros((int(group.max(initial=-1)) + 1, scores.shape[1]))
-    np.add.at(sums, group, scores)
-    count = int((np.bincount(group, m.weight, minlength=len(sums)) > 0.5).sum())
-    meat = sums.T @ sums * (count / max(count - scores.shape[1], 1))
-    data = (m.jacobian * (m.weight / m.sigma**2)[:, None]).T @ m.jacobian
-    # What a shift of each picture would do to the gradient: common to all of a camera's arcs.
-    normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
-    pull = np.einsum("nj,ni,n->nij", m.jacobian, normal, m.weight / m.sigma**2)
-    for number in range(len(prediction.rotation)):
-        shift = pull[prediction.view == number].sum(axis=0)
-        meat = meat + CALIBRATION_PX**2 * shift.T @ shift
+    group = _units(prediction)
+    count, size = int(group.max(initial=-1)) + 1, m.jacobian.shape[1]
+    weight = m.weight / m.sigma**2
+    order = np.argsort(group, kind="stable")
+    first = np.searchsorted(group[order], np.arange(count))
+    gradients, hessians = np.zeros((count, size)), np.zeros((count, size, size))
+    if count:
+        gradients = np.add.reduceat((m.jacobian * (weight * m.offset)[:, None])[order], first)
+        products = m.jacobian[:, :, None] * m.jacobian[:, None, :] * weight[:, None, None]
+        hessians = np.add.reduceat(products[order], first)
+    moves = np.linalg.solve(hessian - hessians, gradients[..., None])[..., 0]
     bread = np.linalg.inv(hessian)
-    return np.asarray((bread @ (meat + hessian - data) @ bread)[:6, :6])
+    # The priors' own share, and what a shift of each picture would do: common to all of a camera's arcs.
+    meat = hessian - hessians.sum(axis=0)
+    normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
+    for number in range(len(prediction.rotation)):
+        rows = prediction.view == number
+        shift = (m.jacobian[rows] * weight[rows, None]).T @ normal[rows]
+        meat = meat + CALIBRATION_PX**2 * shift @ shift.T
+    return np.asarray((moves.T @ moves + bread @ meat @ bread)[:6, :6])

@@ -109,9 +109,9 @@ def pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
 class EdgeMeasurements:
     """The edge elements that a camera measured the pose with, as columns.
 
-    view_arc: the run; world (n, 3) mm: the model point; normal (n, 2); position (n, 2): the element found, pixels of the
-    camera without distortion; sigma px; weight 0..1; residual px along the normal, the camera's response shift taken
-    off.
+    view_arc: the run; world (n, 3) mm: the model point; normal (n, 2); position (n, 2): the element found, pixels of
+    the camera without distortion; sigma px; weight 0..1; residual px along the normal, the camera's response shift
+    taken off.
     """
 
     view_arc: Ints
