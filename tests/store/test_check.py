@@ -66,13 +66,19 @@ def plate() -> Model:
     }
     low, high = np.minimum(CORNERS, ends), np.maximum(CORNERS, ends)
     elements |= box(np.vstack([[[0, 0, 0]], low]), np.vstack([[[2, 1, 0]], high]))
+    # What swept surfaces are made from belongs to no shape.
+    basis_arc = {name: values[-1:] if isinstance(values, list) else values for name, values in arcs.items()}
+    basis_surface = surface | {"id": [2], "content_key": "basis"}
     pages = {"shape_id": 1, "level": ["surface", "arc"], "page": 0, "box_count": [1, 4]}
     placed = {"id": [1], "world_id": 1, "object_no": 0, "kind": "object", "path": "a", "object_id": 1}
     nested = {"id": [2], "world_id": 1, "parent_id": 1, "object_no": 0, "kind": "object", "path": "a/b", "object_id": 2}
     leaf = {"id": [3], "world_id": 1, "parent_id": 2, "object_no": 0, "kind": "part", "path": "a/b/c"}
     return {
         "arc": arcs,
+        "arc/basis": basis_arc | {"id": [9], "content_key": "basis"},
         "surface": surface,
+        "surface/basis": basis_surface,
+        "surface_swept": {"surface_id": [1, 2], "basis_arc_id": [None, 9], "basis_surface_id": [2, None]},
         "loop": {"surface_id": [1], "loop_no": 0, "outer_loop": True},
         "coedge": {"surface_id": 1, "loop_no": 0, "coedge_no": [0, 1, 2, 3], "arc_id": [1, 2, 3, 4], "reversed": False},
         "shape": {"id": [1], "content_key": "s", "kind": "sheet", "surface_count": 1, "arc_count": 4, "area": 2.0}
