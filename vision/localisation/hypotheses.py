@@ -21,6 +21,8 @@ SEED = 1989
 CORRELATION_PX = 40.0
 # Selection: samples this far apart in the picture are plenty.
 SELECT_SPACING_PX = 4.0
+# How far beyond the pictures arcs are kept, and how far they are predicted for the scan, in sigmas of shift.
+SELECT_SIGMA, SCAN_SIGMA = 6.0, 2.5
 # Scan: samples that face a camera, cell and reach of the evidence (px), shifts either way and their step (cells), how
 # far apart poses are distinct (px, rms over the samples) and how many go on to the climb.
 SCAN_SAMPLES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW, SCAN_STEP = 800, 4.0, 6.0, 10, 2
@@ -108,9 +110,10 @@ class Candidates:
 
 
 def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
-    """The scene with only those samples of arcs and silhouettes that may come into a picture under the prior, thinned
-    to about SELECT_SPACING_PX."""
-    margin_px = search_margin(rig, prior)
+    """The scene with only those samples of arcs and silhouettes that may come into a picture under the prior, those of
+    far rivals included, thinned to about SELECT_SPACING_PX."""
+    width = max(max(c.width, c.height) for c in rig.cameras.values())
+    margin_px = min(SELECT_SIGMA * shift_sigma(scene, rig, prior), 2.0 * width)
     length = np.zeros(len(scene.sample_length))
     scale = np.zeros(len(scene.sample_length))
     keep = np.zeros(len(scene.curved_triangles), bool)
@@ -134,7 +137,8 @@ def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
 def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior) -> Candidates:
     """The best distinct poses within the prior's volume; scene as `select`, fine as `fine_evidence` gives them."""
     information = np.asarray(np.linalg.inv(prior.covariance), float)
-    margin_px = search_margin(rig, prior)
+    width = max(max(c.width, c.height) for c in rig.cameras.values())
+    margin_px = min(SCAN_SIGMA * shift_sigma(scene, rig, prior), 0.5 * width)
     prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
     if not len(prediction.point):
         return Candidates(np.zeros((0, 6)), np.zeros(0))
@@ -151,12 +155,14 @@ def fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:
     return [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
 
 
-def search_margin(rig: Rig, prior: Prior) -> float:
-    """How far beyond a picture (px) arcs lie that may come into it: 2.5 sigma of turning and of moving sideways seen
-    against the turn, at most half a picture."""
+def shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
+    """How far (px) one sigma of the prior may shift a picture, by turning and by moving sideways together."""
     focal = max(float(c.matrix[0, 0]) for c in rig.cameras.values())
-    width = max(max(c.width, c.height) for c in rig.cameras.values())
-    return min(3.5 * focal * prior.sigma_rotation, 0.5 * width)
+    pose = prior.world_from_rig @ next(iter(rig.rig_from_camera.values()))
+    depth = (scene.sample_point - pose[:3, 3]) @ pose[:3, 2]
+    ahead = depth[in_picture(scene.sample_point, next(iter(rig.cameras.values())), pose, 0.5 * focal)]
+    distance = float(np.median(ahead)) if len(ahead) else float(np.median(np.abs(depth))) if len(depth) else 1.0
+    return focal * float(np.hypot(prior.sigma_rotation, prior.sigma_translation_mm / max(distance, 1.0)))
 
 
 def flat(fields: list[Evidence]) -> tuple[Floats, ...]:

@@ -34,6 +34,8 @@ SAME_PX = 1.5
 # and of shifted poses, the ones that climb to REFINE_SHARE of its evidence are refined.
 FOLLOW_SHARE, FOLLOWED, REFINE_SHARE = 0.3, 6, 0.7
 POLISH_SAMPLES = 1200
+# So many hypotheses say enough of an ambiguity; the likeliest by the prior are followed first.
+MOST_REFINED = 8
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,8 @@ class _Solver:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
         information = np.asarray(np.linalg.inv(self.prior.covariance), float)
         for pose in poses:
+            if len(done) >= MOST_REFINED:
+                return
             if any(self._same(h, pose) for h in done):
                 continue
             prediction = predict(self.near, self.rig, pose, POLISH_SAMPLES)

@@ -27,8 +27,11 @@ TEXTURE_PX = 0.5
 # 0.35 px at 190 grey levels on metal.  Each camera gets one unknown for it, px at a contrast of the whole range of
 # grey: nought for a linear camera, a half at gamma 1/2.
 RESPONSE_PX, RESPONSE_SIGMA_PX = 0.25, 0.25
-# No calibration holds better: each camera's principal point is taken as uncertain by this in the covariance.
+# No calibration holds better than this: each camera's principal point gets two unknowns.
 CALIBRATION_PX = 0.05
+# Each camera's own unknowns, after the pose's six: response shift, principal point x and y.
+CAMERA_MEAN = (RESPONSE_PX, 0.0, 0.0)
+CAMERA_SIGMA = (RESPONSE_SIGMA_PX, CALIBRATION_PX, CALIBRATION_PX)
 
 
 class EdgeIndex:
@@ -77,11 +80,11 @@ class Measurements:
 
 @dataclass(frozen=True)
 class Refined:
-    """A refined pose, its covariance (6, 6), and what it rests on."""
+    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 3), and what it rests on."""
 
     world_from_rig: Floats
     covariance: Floats
-    response: Floats
+    cameras: Floats
     prediction: Prediction
     measurements: Measurements
 
@@ -90,27 +93,27 @@ def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, 
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance."""
     pose = world_from_rig
     cameras = [indexes[n] for n in rig.cameras]
-    response = np.full(len(cameras), RESPONSE_PX)
+    own = np.tile(CAMERA_MEAN, (len(cameras), 1))
     for reach, scale in ROUNDS:
         prediction = predict(scene, rig, pose, SAMPLES)
         delta = np.zeros(6)
         if (reach, scale) != ROUNDS[0]:
-            m = measure(prediction, cameras, delta, response, reach, scale)
+            m = measure(prediction, cameras, delta, own, reach, scale)
             delta = _consensus(m, prediction, prior, pose)
         for _ in range(STEPS):
-            m = measure(prediction, cameras, delta, response, reach, scale)
+            m = measure(prediction, cameras, delta, own, reach, scale)
             here = perturb(pose, delta)
-            hessian, gradient = _normal_equations(m, prior, here, response)
+            hessian, gradient = _normal_equations(m, prior, here, own)
             step = np.asarray(np.linalg.solve(hessian, gradient), float)
             delta = perturbation(pose, perturb(here, step[:6]))
-            response = response + step[6:]
+            own = own + step[6:].reshape(own.shape)
             if step @ hessian @ step < 0.05**2:
                 break
         pose = perturb(pose, delta)
     prediction = predict(scene, rig, pose, SAMPLES)
-    m = measure(prediction, cameras, np.zeros(6), response, *ROUNDS[-1])
-    hessian, _ = _normal_equations(m, prior, pose, response)
-    return Refined(pose, _covariance(m, prediction, hessian), response, prediction, m)
+    m = measure(prediction, cameras, np.zeros(6), own, *ROUNDS[-1])
+    hessian, _ = _normal_equations(m, prior, pose, own)
+    return Refined(pose, _covariance(m, prediction, hessian), own, prediction, m)
 
 
 def _consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats) -> Floats:
@@ -151,15 +154,15 @@ def _units(prediction: Prediction) -> Ints:
 
 
 def measure(
-    prediction: Prediction, indexes: list[EdgeIndex], delta: Floats, response: Floats, reach: float, scale: float
+    prediction: Prediction, indexes: list[EdgeIndex], delta: Floats, own: Floats, reach: float, scale: float
 ) -> Measurements:
-    """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given each camera's `response`."""
+    """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own`."""
     pixel, jacobian = image_jacobians(prediction, delta)
     direction = image_directions(prediction, delta)
     normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
     offset, found = np.zeros(len(pixel)), np.full(len(pixel), -1)
     sigma = np.ones(len(pixel))
-    by_response = np.zeros((len(pixel), len(indexes)))
+    by_camera = np.zeros((len(pixel), len(indexes), 3))
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(prediction.view == number)
         offset[rows], found[rows] = index.measure(
@@ -170,16 +173,17 @@ def measure(
         contrast = np.abs(edges.contrast[edge])
         sigma[hit] = np.sqrt(edges.sigma[edge] ** 2 + SYSTEMATIC_PX**2 + (TEXTURE_PX * index.texture / contrast) ** 2)
         polarity = np.sign(np.einsum("ni,ni->n", edges.normal[edge], normal[hit]))
-        by_response[hit, number] = -polarity * contrast / edges.grey_range
-        offset[hit] -= by_response[hit, number] * response[number]
+        by_camera[hit, number, 0] = -polarity * contrast / edges.grey_range
+        by_camera[hit, number, 1:] = normal[hit]
+        offset[hit] -= by_camera[hit, number] @ own[number]
     # Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth.
     weight = np.where(found >= 0, 1 / (1 + (offset / scale) ** 2) ** 2, 0.0)
-    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), by_response], axis=1)
+    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), by_camera.reshape(len(pixel), -1)], axis=1)
     return Measurements(pixel, direction, offset, found, sigma, weight, derivative)
 
 
-def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, response: Floats) -> tuple[Floats, Floats]:
-    """Hessian and gradient by (t, r, response of each camera), the priors of both included."""
+def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
+    """Hessian and gradient by (t, r, each camera's own unknowns), the priors of all included."""
     scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
     hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
     away = perturbation(prior.world_from_rig, world_from_rig)
@@ -188,9 +192,9 @@ def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, res
     information = turn.T @ np.linalg.inv(prior.covariance)
     hessian[:6, :6] += information @ turn
     gradient[:6] -= information @ away
-    own = np.arange(6, len(hessian))
-    hessian[own, own] += RESPONSE_SIGMA_PX**-2
-    gradient[6:] -= (response - RESPONSE_PX) / RESPONSE_SIGMA_PX**2
+    precision = np.tile(np.power(CAMERA_SIGMA, -2), len(own))
+    hessian[6:, 6:] += np.diag(precision)
+    gradient[6:] -= precision * (own - CAMERA_MEAN).ravel()
     return hessian, gradient
 
 
@@ -213,11 +217,6 @@ def _covariance(m: Measurements, prediction: Prediction, hessian: Floats) -> Flo
         hessians = np.add.reduceat(products[order], first)
     moves = np.linalg.solve(hessian - hessians, gradients[..., None])[..., 0]
     bread = np.linalg.inv(hessian)
-    # The priors' own share, and what a shift of each picture would do: common to all of a camera's arcs.
+    # The priors err as they say.
     meat = hessian - hessians.sum(axis=0)
-    normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
-    for number in range(len(prediction.rotation)):
-        rows = prediction.view == number
-        shift = (m.jacobian[rows] * weight[rows, None]).T @ normal[rows]
-        meat = meat + CALIBRATION_PX**2 * shift @ shift.T
     return np.asarray((moves.T @ moves + bread @ meat @ bread)[:6, :6])

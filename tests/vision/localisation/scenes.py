@@ -1,0 +1,167 @@
+"""Scenes of boxes with closed-form edges, pictures of them by ray casting, and the rendered bulkheads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.cameras import Camera, Prior, Rig, perturb
+from vision.localisation.scene import Scene
+
+Floats = NDArray[np.float64]
+
+_CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+
+
+def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
+    """Boxes, each (lowest corner, size) in mm; every box is an occurrence of its own, edges sampled every 2 mm."""
+    vertices, normals, triangles, surface_of = [], [], [], []
+    points, tangents, normals_a, normals_b, arcs, lengths = [], [], [], [], [], []
+    for number, (low, size) in enumerate(boxes):
+        for axis in range(3):
+            for side in (0, 1):
+                corner = _CORNERS[_CORNERS[:, axis] == side]
+                normal = np.zeros(3)
+                normal[axis] = 2 * side - 1
+                base = 4 * len(vertices)
+                vertices.append(low + corner * size)
+                normals.append(np.tile(normal, (4, 1)))
+                triangles += [[base, base + 1, base + 3], [base, base + 3, base + 2]]
+                surface_of += [6 * number + 2 * axis + side] * 2
+        for axis in range(3):
+            others = [a for a in range(3) if a != axis]
+            for u in (0, 1):
+                for v in (0, 1):
+                    n = int(size[axis] / 2)
+                    at = np.tile(low.astype(float), (n, 1))
+                    at[:, others] += np.array([u, v]) * size[others]
+                    at[:, axis] += (np.arange(n) + 0.5) * size[axis] / n
+                    points.append(at)
+                    tangents.append(np.tile(np.eye(3)[axis], (n, 1)))
+                    normals_a.append(np.tile((2 * u - 1) * np.eye(3)[others[0]], (n, 1)))
+                    normals_b.append(np.tile((2 * v - 1) * np.eye(3)[others[1]], (n, 1)))
+                    arcs.append(np.full(n, len(arcs)))
+                    lengths.append(np.full(n, size[axis] / n))
+    return Scene(
+        np.concatenate(vertices),
+        np.concatenate(normals),
+        np.array(triangles),
+        np.array(surface_of),
+        np.repeat(np.arange(len(boxes)), 6),
+        *(np.concatenate(c) for c in (points, tangents, normals_a, normals_b, arcs, lengths)),
+        arc_occurrence=np.repeat(np.arange(len(boxes)), 12),
+        inspected=np.ones(len(boxes), bool),
+    )
+
+
+def blocks() -> Scene:
+    """A plate with unlike blocks on it: no repetition."""
+    boxes = [(np.array([-220.0, -160, -20]), np.array([440.0, 320, 20]))]
+    rng = np.random.default_rng(4)
+    for x in (-180, -60, 70):
+        for y in (-130, -20, 80):
+            low = np.array([x, y, 0.0]) + np.append(rng.uniform(0, 25, 2), 0)
+            boxes.append((low, rng.uniform([40, 30, 15], [80, 60, 50])))
+    return box_scene(boxes)
+
+
+def endless_blocks(pitch: float) -> Scene:
+    """A plate with equal blocks at a pitch both ways, wider than any camera here sees."""
+    boxes = [(np.array([-1500.0, -1500, -20]), np.array([3000.0, 3000, 20]))]
+    for x in np.arange(-9, 10) * pitch:
+        boxes += [(np.array([x, y, 0.0]), np.array([60.0, 45, 30])) for y in np.arange(-9, 10) * pitch]
+    return box_scene(boxes)
+
+
+def stereo_rig() -> Rig:
+    """Two unlike cameras 120 mm apart, turned in a little."""
+    right = perturb(np.eye(4), np.array([120.0, 2, -3, 0.004, -0.15, 0.01]))
+    cameras = {
+        "left": Camera(640, 480, np.array([[700.0, 0, 322], [0, 700, 238], [0, 0, 1]])),
+        "right": Camera(640, 480, np.array([[705.0, 0, 315], [0, 704, 243], [0, 0, 1]])),
+    }
+    return Rig(cameras, {"left": np.eye(4), "right": right})
+
+
+def above(x: float, y: float, distance: float) -> Floats:
+    """A rig's pose that looks at (x, y, 0) from above, obliquely."""
+    turn = perturb(np.diag([1.0, -1, -1, 1]), np.array([0, 0, 0, 0.25, 0.2, 0.1]))
+    turn[:3, 3] = np.array([x, y, 0]) - distance * turn[:3, 2]
+    return turn
+
+
+def picture(scene: Scene, camera: Camera, world_from_camera: Floats, seed: int) -> NDArray[np.uint8]:
+    """The scene by ray casting: each surface one grey, the mean of nine rays a pixel, PSF 0.7 px, noise of 2 grey."""
+    from scipy.ndimage import gaussian_filter
+
+    fine = (np.arange(3) - 1) / 3
+    x = (np.arange(camera.width)[:, None] + fine).ravel()
+    y = (np.arange(camera.height)[:, None] + fine).ravel()
+    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    k = camera.matrix
+    rays = np.column_stack([(grid - k[:2, 2]) / [k[0, 0], k[1, 1]], np.ones(len(grid))]) @ world_from_camera[:3, :3].T
+    hit = scene.rays.nearest(world_from_camera[:3, 3], rays)
+    grey = np.random.default_rng(7).uniform(50, 200, len(scene.surface_occurrence))
+    values = np.where(hit >= 0, grey[scene.triangle_surface[hit]], 20.0)
+    mean = values.reshape(camera.height, 3, camera.width, 3).mean(axis=(1, 3))
+    noise = np.random.default_rng(seed).normal(0, 2, mean.shape)
+    return np.clip(np.rint(gaussian_filter(mean, 0.7) + noise), 0, 255).astype(np.uint8)
+
+
+def off(pose: Floats, sigma_mm: float, sigma_rad: float, seed: int) -> Prior:
+    """A prior off by an error drawn from its sigmas."""
+    error = np.random.default_rng(seed).normal(0, 1, 6) * np.repeat([sigma_mm, sigma_rad], 3)
+    return Prior(perturb(pose, error), sigma_mm, sigma_rad)
+
+
+def bulkhead(folder: Path) -> Scene:
+    """The rendered bulkhead of a folder of the test data, in its world."""
+    mesh = np.load(folder / "bulkhead_mesh.npz")
+    model = json.loads((folder / "model.json").read_text())
+    truth = json.loads(sorted((folder / "pairs").glob("*truth.json"))[0].read_text())
+    pose = np.array(truth["T_world_part"])
+    number = {name: i for i, name in enumerate(model["components"])}
+    surface_occurrence = np.array([number[f["component"]] for f in model["faces"]])
+    arc = mesh["EI"].astype(np.int64)
+    point = mesh["EP"].astype(float)
+    inner = arc[1:] == arc[:-1]
+    before, after = np.append(False, inner), np.append(inner, False)
+    index = np.arange(len(arc))
+    way = point[index + after] - point[index - before]
+    length = np.linalg.norm(way, axis=1) / np.maximum(before.astype(int) + after, 1)
+    keep = length > 1e-6
+
+    def turned(v: NDArray[np.float32]) -> Floats:
+        v = v.astype(float)
+        return np.asarray(v / np.linalg.norm(v, axis=1)[:, None] @ pose[:3, :3].T)
+
+    way[~keep] = 1.0
+    return Scene(
+        mesh["V"].astype(float) @ pose[:3, :3].T + pose[:3, 3],
+        turned(mesh["N"]),
+        mesh["F"].astype(np.int64),
+        mesh["FI"].astype(np.int64),
+        surface_occurrence,
+        (point @ pose[:3, :3].T + pose[:3, 3])[keep],
+        turned(way)[keep],
+        turned(mesh["EN1"])[keep],
+        turned(mesh["EN2"])[keep],
+        arc[keep],
+        length[keep],
+        surface_occurrence[[e["faces"][0] for e in model["edges"]]],
+        np.ones(len(number), bool),
+    )
+
+
+def bulkhead_rig(truth: dict[str, object]) -> tuple[Rig, Floats]:
+    """Rig and true pose of a rendered pair."""
+    cameras: dict[str, dict[str, list[list[float]]]] = truth["cameras"]  # type: ignore[assignment]
+    width, height = truth["image_size"]  # type: ignore[misc]
+    rig = Rig(
+        {s: Camera(width, height, np.array(cameras[s]["K"])) for s in ("left", "right")},
+        {"left": np.eye(4), "right": np.array(truth["T_left_right"])},
+    )
+    return rig, np.array(cameras["left"]["T_world_cam"])
