@@ -1,4 +1,4 @@
-"""The main job: from the pictures of a rig to the parts in view and the pose of the cameras, every step in the store."""
+"""The main job: from a rig's pictures to the parts in view and the pose of the cameras, every step in the store."""
 
 from __future__ import annotations
 

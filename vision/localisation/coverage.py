@@ -49,7 +49,7 @@ def coverage(
         np.asarray(surface[order], np.int64),
         np.searchsorted(group[order], np.arange(group_count + 1)),
     )
-    return Coverage(np.bincount(group, visible[surface], group_count), covered)
+    return Coverage(np.bincount(group, visible[surface], group_count).astype(float), covered)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def _rays(camera: Camera) -> _Rays:
     directions = np.ascontiguousarray(pixels @ np.linalg.inv(matrix).T)
     real, front = camera.project(directions.reshape(-1, 3))
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
-    to_cells = np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix
+    to_cells = np.asarray(np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix, float)
     to_cells[:2, 2] -= 0.5 * (STEP_PX - 1) / STEP_PX
     return _Rays(directions, inside.reshape(len(y), len(x)) * float(STEP_PX**2), to_cells)
 
@@ -86,4 +86,5 @@ def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:
     used = rays.weight > 0
     hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
     surface = scene.triangle_surface[hit[hit >= 0]]
-    return np.bincount(surface, rays.weight[used][hit >= 0], minlength=len(scene.surface_occurrence))
+    weight = rays.weight[used][hit >= 0]
+    return np.bincount(surface, weight, minlength=len(scene.surface_occurrence)).astype(float)

@@ -52,7 +52,7 @@ class EdgePoints:
     grey_range: float
 
 
-def edge_points(elements: EdgeElements, image: NDArray[np.uint8], camera: Camera) -> EdgePoints:
+def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camera: Camera) -> EdgePoints:
     """The edge elements of a picture (rows, columns) without the camera's distortion."""
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,7 +67,11 @@ class Localisation:
 
 
 def localise(
-    scene: Scene, rig: Rig, images: dict[str, NDArray[np.uint8]], extractions: dict[str, Extraction], prior: Prior
+    scene: Scene,
+    rig: Rig,
+    images: Mapping[str, NDArray[np.uint8] | Floats],
+    extractions: dict[str, Extraction],
+    prior: Prior,
 ) -> Localisation:
     """The pose of the rig, from its pictures (rows, columns) and what was extracted from them, by camera."""
     clock = _Clock()
