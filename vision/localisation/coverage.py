@@ -73,7 +73,7 @@ def _rays(camera: Camera) -> _Rays:
     width, height, matrix = camera.undistorted_view()
     x, y = np.arange(0.5 * (STEP_PX - 1), width, STEP_PX), np.arange(0.5 * (STEP_PX - 1), height, STEP_PX)
     pixels = np.stack([*np.meshgrid(x, y), np.ones((len(y), len(x)))], axis=-1)
-    directions = np.ascontiguousarray(pixels @ np.linalg.inv(matrix).T)
+    directions = np.ascontiguousarray(pixels @ np.linalg.inv(matrix).T, dtype=np.float64)
     real, front = camera.project(directions.reshape(-1, 3))
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
     to_cells = np.asarray(np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix, float)
