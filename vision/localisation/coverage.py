@@ -78,7 +78,7 @@ def _rays(camera: Camera) -> _Rays:
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
     to_cells = np.asarray(np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix, float)
     to_cells[:2, 2] -= 0.5 * (STEP_PX - 1) / STEP_PX
-    return _Rays(directions, inside.reshape(len(y), len(x)) * float(STEP_PX**2), to_cells)
+    return _Rays(directions, np.where(inside, float(STEP_PX**2), 0.0).reshape(len(y), len(x)), to_cells)
 
 
 def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:
