@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from relmodel.store.store import Store
+    from relmodel.store.database import Database
 
 _LINE = re.compile(r"^(run_event|ledger) (\d+) (\d+)$", re.MULTILINE)
 
@@ -27,7 +27,7 @@ class Commit(NamedTuple):
     ordinal: int
 
 
-def journal_file(store: Store) -> Path | None:
+def journal_file(store: Database) -> Path | None:
     """The side file of a store; None where it has none (PostgreSQL, in memory)."""
     database = store.engine.url.database
     if store.dialect != "duckdb" or not database or database.startswith(":"):
@@ -35,7 +35,7 @@ def journal_file(store: Store) -> Path | None:
     return Path(f"{database}.journal")
 
 
-def record(store: Store, relation: str, run_id: int, ordinal: int) -> None:
+def record(store: Database, relation: str, run_id: int, ordinal: int) -> None:
     """Append a commit to the side file and bring it to disk."""
     file = journal_file(store)
     if file is None:
@@ -48,14 +48,14 @@ def record(store: Store, relation: str, run_id: int, ordinal: int) -> None:
         os.close(descriptor)
 
 
-def forget(store: Store) -> None:
+def forget(store: Database) -> None:
     """Remove the side file that a store of the same name left behind."""
     file = journal_file(store)
     if file is not None:
         file.unlink(missing_ok=True)
 
 
-def recorded(store: Store) -> list[Commit]:
+def recorded(store: Database) -> list[Commit]:
     """The commits that the side file knows of; lines cut short by a crash are passed over."""
     file = journal_file(store)
     if file is None or not file.is_file():

@@ -14,13 +14,13 @@ from sqlalchemy import Connection, inspect
 from relmodel.errors import StoreError
 from relmodel.resources import resource_dir
 from relmodel.store import journal, sql
-from relmodel.store.store import newer_store
+from relmodel.store.database import newer_store
 
 if TYPE_CHECKING:
-    from relmodel.store.store import Store
+    from relmodel.store.database import Database
 
 
-def bring_up_to_date(store: Store) -> None:
+def bring_up_to_date(store: Database) -> None:
     """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.
 
     Raises StoreError where the database holds other tables, or the store is of a newer version.
@@ -40,7 +40,7 @@ def bring_up_to_date(store: Store) -> None:
         upgrade(store, known[-1])
 
 
-def upgrade(store: Store, revision: str) -> None:
+def upgrade(store: Database, revision: str) -> None:
     """Run the migrations that lead to `revision`, from nothing or from an older revision, in one transaction."""
     with store.write() as connection:
         command.upgrade(_config(connection), revision)

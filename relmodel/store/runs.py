@@ -20,7 +20,7 @@ from relmodel.store.columns import Columns
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-    from relmodel.store.store import Store
+    from relmodel.store.database import Database
 
 _STARTED = datetime.now(UTC)  # every run of this process begins after this
 
@@ -47,7 +47,7 @@ class Run:
     An error that leaves the block ends the run as failed.
     """
 
-    def __init__(self, store: Store, run_id: int) -> None:
+    def __init__(self, store: Database, run_id: int) -> None:
         self.store = store
         self.id = run_id
         self._events = 0
@@ -59,7 +59,7 @@ class Run:
     @contextmanager
     def begin(
         cls,
-        store: Store,
+        store: Database,
         kind: str,
         parameters: Mapping[str, Any],
         *,
@@ -143,7 +143,7 @@ class Run:
             self._writes += 1
 
     def append(self, connection: Connection, table: str, columns: Columns) -> int:
-        """Append rows by columns, as `Store.append`."""
+        """Append rows by columns, as `Database.append`."""
         return self.store.append(connection, table, columns)
 
     def steps(self, connection: Connection, seconds: Mapping[str, float]) -> None:
@@ -183,7 +183,7 @@ class Run:
 
 
 @contextmanager
-def _alive(store: Store, run_id: int) -> Iterator[None]:
+def _alive(store: Database, run_id: int) -> Iterator[None]:
     """Show, for as long as the block lasts, that a run's process lives.
 
     On PostgreSQL a session of its own holds an advisory lock, which the server drops when the process is gone, on
@@ -201,7 +201,7 @@ def _alive(store: Store, run_id: int) -> Iterator[None]:
             store.rows(session, "run/release.postgresql", run=run_id)
 
 
-def mark_dead_runs(store: Store) -> None:
+def mark_dead_runs(store: Database) -> None:
     """Append found_dead to the runs that neither ended nor have a living process.
 
     On DuckDB this process holds the file, so a run lives only where this process began it.
