@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +19,16 @@ _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
 
 def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
     """Boxes, each (lowest corner, size) in mm; every box is an occurrence of its own, edges sampled every 2 mm."""
-    vertices, normals, triangles, surface_of = [], [], [], []
-    points, tangents, normals_a, normals_b, arcs, lengths = [], [], [], [], [], []
+    vertices: list[Floats] = []
+    triangles: list[list[int]] = []
+    surface_of: list[int] = []
+    normals: list[Floats] = []
+    points: list[Floats] = []
+    tangents: list[Floats] = []
+    normals_a: list[Floats] = []
+    normals_b: list[Floats] = []
+    arcs: list[NDArray[np.int64]] = []
+    lengths: list[Floats] = []
     for number, (low, size) in enumerate(boxes):
         for axis in range(3):
             for side in (0, 1):
@@ -51,7 +60,12 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
         np.array(triangles),
         np.array(surface_of),
         np.repeat(np.arange(len(boxes)), 6),
-        *(np.concatenate(c) for c in (points, tangents, normals_a, normals_b, arcs, lengths)),
+        np.concatenate(points),
+        np.concatenate(tangents),
+        np.concatenate(normals_a),
+        np.concatenate(normals_b),
+        np.concatenate(arcs),
+        np.concatenate(lengths),
         arc_occurrence=np.repeat(np.arange(len(boxes)), 12),
         inspected=np.ones(len(boxes), bool),
     )
@@ -108,7 +122,7 @@ def picture(scene: Scene, camera: Camera, world_from_camera: Floats, seed: int) 
     values = np.where(hit >= 0, grey[scene.triangle_surface[hit]], 20.0)
     mean = values.reshape(camera.height, 3, camera.width, 3).mean(axis=(1, 3))
     noise = np.random.default_rng(seed).normal(0, 2, mean.shape)
-    return np.clip(np.rint(gaussian_filter(mean, 0.7) + noise), 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(np.rint(gaussian_filter(mean, 0.7) + noise), 0, 255), np.uint8)
 
 
 def off(pose: Floats, sigma_mm: float, sigma_rad: float, seed: int) -> Prior:
@@ -156,10 +170,10 @@ def bulkhead(folder: Path) -> Scene:
     )
 
 
-def bulkhead_rig(truth: dict[str, object]) -> tuple[Rig, Floats]:
+def bulkhead_rig(truth: dict[str, Any]) -> tuple[Rig, Floats]:
     """Rig and true pose of a rendered pair."""
-    cameras: dict[str, dict[str, list[list[float]]]] = truth["cameras"]  # type: ignore[assignment]
-    width, height = truth["image_size"]  # type: ignore[misc]
+    cameras = truth["cameras"]
+    width, height = truth["image_size"]
     rig = Rig(
         {s: Camera(width, height, np.array(cameras[s]["K"])) for s in ("left", "right")},
         {"left": np.eye(4), "right": np.array(truth["T_left_right"])},

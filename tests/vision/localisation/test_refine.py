@@ -1,0 +1,112 @@
+"""Refinement and evidence on edge elements made from exact projections, with noise and clutter that is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
+from vision.cameras import perturb, perturbation
+from vision.localisation.evidence import EdgePoints, evidence
+from vision.localisation.hypotheses import evidence_at, image_directions, image_jacobians, predict
+from vision.localisation.refine import EdgeIndex, refine
+from vision.localisation.scene import Floats
+from vision.localisation.visibility import visible_arcs
+
+SIGMA = 0.1
+
+
+def exact_edges(truth: Floats, rng: np.random.Generator, shift: Floats | None = None) -> dict[str, EdgePoints]:
+    """Elements where the truth projects the arcs, off by normal noise; `shift` (px) moves three of the blocks."""
+    scene, rig = blocks(), stereo_rig()
+    out = {}
+    for name, camera in rig.cameras.items():
+        seen = visible_arcs(scene, camera, truth @ rig.rig_from_camera[name])
+        normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
+        position = seen.pixel + normal * rng.normal(0, SIGMA, len(normal))[:, None]
+        if shift is not None:
+            position[(seen.arc >= 12) & (seen.arc < 48)] += shift
+        clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
+        angle = rng.uniform(0, 2 * np.pi, 3000)
+        contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
+        out[name] = EdgePoints(
+            np.concatenate([position, clutter]),
+            np.concatenate([normal, np.stack([np.cos(angle), np.sin(angle)], axis=1)]),
+            contrast,
+            np.full(len(contrast), SIGMA),
+            np.array([6.0, 6]),
+            np.array([camera.width - 7.0, camera.height - 7]),
+            200.0,
+        )
+    return out
+
+
+def test_covariance_holds_the_truth() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    prior = off(truth, 20.0, np.radians(2), 3)
+    distances = []
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        indexes = {n: EdgeIndex(e) for n, e in exact_edges(truth, rng).items()}
+        start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))
+        found = refine(scene, rig, indexes, prior, start)
+        d = perturbation(found.world_from_rig, truth)
+        assert np.abs(d[:3]).max() < 0.3
+        distances.append(d @ np.linalg.solve(found.covariance, d))
+    # Chi-square of six degrees has mean 6; the covariance is twice what independent arcs would make it.
+    assert 0.5 < np.mean(distances) < 9
+
+
+def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    edges = exact_edges(truth, np.random.default_rng(1), shift=np.array([3.0, 2.0]))
+    indexes = {n: EdgeIndex(e) for n, e in edges.items()}
+    found = refine(scene, rig, indexes, off(truth, 20.0, np.radians(2), 3), truth)
+    assert np.abs(perturbation(found.world_from_rig, truth)[:3]).max() < 0.5
+
+
+def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    edges = exact_edges(truth, np.random.default_rng(2))
+    fields = [evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
+
+    def mean(pose: Floats) -> float:
+        p = predict(scene, rig, pose, 2000)
+        return float(np.average(evidence_at(p, fields, image_jacobians(p)[0], image_directions(p)), weights=p.weight))
+
+    assert mean(truth) > 0.7
+    assert mean(perturb(truth, np.array([12.0, 9, 0, 0, 0, 0.02]))) < 0.3 * mean(truth)
+
+
+def test_parallel_texture_is_worth_little() -> None:
+    """A contour among hundreds of parallel strokes against the same contour alone."""
+    rng = np.random.default_rng(5)
+    line = np.stack([np.arange(100.0, 500), np.full(400, 240.0)], axis=1)
+    strokes = rng.uniform([20, 20], [620, 460], (20000, 2))
+    up = np.array([0.0, 1.0])
+
+    def field_on_line(position: Floats) -> float:
+        n = len(position)
+        points = EdgePoints(
+            position, np.tile(up, (n, 1)), np.full(n, 50.0), np.full(n, 0.1), np.zeros(2), np.array([639.0, 479]), 200.0
+        )
+        e = evidence(points, 2.0, 3.0, 1)
+        at = np.rint((line - e.origin) / e.cell).astype(int)
+        return float(e.field[0, at[:, 1], at[:, 0]].mean())
+
+    assert field_on_line(line) > 1.5
+    assert field_on_line(np.concatenate([line, strokes])) < 0.4 * field_on_line(line)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.1])
+def test_jacobians_are_derivatives(turned: float) -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    p = predict(scene, rig, truth, 100)
+    at = np.full(6, turned) * np.repeat([10.0, 0.1], 3)
+    _, jacobian = image_jacobians(p, at)
+    h = 1e-6
+    for k in range(6):
+        # A right perturbation on top of `at`: compose as poses, read the sum off as one perturbation.
+        moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
+        numeric = (image_jacobians(p, moved)[0] - image_jacobians(p, at)[0]) / h
+        assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
