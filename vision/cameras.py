@@ -165,7 +165,7 @@ class Rig:
         for name in names:
             if name not in self.cameras:
                 raise InputError(
-                    f"The rig has no camera '{name}' (it has {', '.join(self.cameras)}); add it to the rig."
+                    f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): add it to the rig"
                 )
         return Rig({n: self.cameras[n] for n in names}, {n: self.rig_from_camera[n] for n in names})
 
@@ -192,23 +192,21 @@ def read_rig(path: Path | str) -> Rig:
     poses: dict[str, Floats] = {}
     entries = _member(data, "cameras", path, "")
     if not isinstance(entries, dict) or not entries:
-        raise InputError(f"{path}: 'cameras' holds no camera; give each under its name, as left and right.")
+        raise InputError(f"{path}: 'cameras' holds no camera: give each under its name, as left and right")
     for name, entry in entries.items():
         where = f"cameras.{name}."
         if not isinstance(entry, dict):
-            raise InputError(
-                f"{path}: cameras.{name} is no mapping; give it width, height, matrix and rig_from_camera."
-            )
+            raise InputError(f"{path}: cameras.{name} is no mapping: give it width, height, matrix and rig_from_camera")
         size = []
         for key in ("width", "height"):
             value = _member(entry, key, path, where)
             if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"{path}: {where}{key} is {value!r}; give the picture's size in whole pixels.")
+                raise InputError(f"{path}: {where}{key} is {value!r}: give the picture's size in whole pixels")
             size.append(value)
         matrix = _numbers(entry, "matrix", path, where, (3, 3))
         lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
-            raise InputError(f"{path}: {where}matrix is no camera matrix; give [[fx, s, cx], [0, fy, cy], [0, 0, 1]].")
+            raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
         cameras[str(name)] = Camera(size[0], size[1], matrix, _distortion(entry, path, where))
         poses[str(name)] = _rigid(
             _numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
@@ -229,12 +227,12 @@ def read_prior(path: Path | str) -> Prior:
     pose = _world_from_rig(data, path)
     sigma = _member(data, "sigma", path, "")
     if not isinstance(sigma, dict):
-        raise InputError(f"{path}: 'sigma' is no mapping; give it translation_mm and rotation_deg.")
+        raise InputError(f"{path}: 'sigma' is no mapping: give it translation_mm and rotation_deg")
     values = {}
     for key in ("translation_mm", "rotation_deg"):
         value = float(_numbers(sigma, key, path, "sigma.", ()))
         if value <= 0:
-            raise InputError(f"{path}: sigma.{key} is {value:g}; give one standard deviation per axis, above zero.")
+            raise InputError(f"{path}: sigma.{key} is {value:g}: give one standard deviation per axis, above zero")
         values[key] = value
     return Prior(pose, values["translation_mm"], float(np.radians(values["rotation_deg"])))
 
@@ -249,18 +247,18 @@ def _read_yaml(path: Path, what: str) -> dict[str, Any]:
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as e:
-        raise InputError(f"The {what} file {path} cannot be read ({e.strerror}); check the path.") from e
+        raise InputError(f"the {what} file {path} cannot be read ({e.strerror}): check the path") from e
     except (yaml.YAMLError, UnicodeDecodeError) as e:
         reason = " ".join(str(e).split())
-        raise InputError(f"The {what} file {path} is no YAML ({reason}); correct the file.") from e
+        raise InputError(f"the {what} file {path} is no YAML ({reason}): correct the file") from e
     if not isinstance(data, dict):
-        raise InputError(f"The {what} file {path} holds no mapping; see the documentation for its form.")
+        raise InputError(f"the {what} file {path} holds no mapping: see the documentation for its form")
     return data
 
 
 def _member(data: dict[str, Any], key: str, path: Path, where: str) -> Any:
     if data.get(key) is None:
-        raise InputError(f"{path}: '{where}{key}' is missing; add it.")
+        raise InputError(f"{path}: '{where}{key}' is missing: add it")
     return data[key]
 
 
@@ -270,11 +268,11 @@ def _numbers(data: dict[str, Any], key: str, path: Path, where: str, shape: tupl
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError) as e:
-        raise InputError(f"{path}: {where}{key} is not made of numbers; give {wanted}.") from e
+        raise InputError(f"{path}: {where}{key} is not made of numbers: give {wanted}") from e
     if array.shape != shape:
-        raise InputError(f"{path}: {where}{key} has the size {'x'.join(map(str, array.shape))}; give {wanted}.")
+        raise InputError(f"{path}: {where}{key} has the size {'x'.join(map(str, array.shape))}: give {wanted}")
     if not np.isfinite(array).all():
-        raise InputError(f"{path}: {where}{key} holds a number that is not finite; give {wanted}.")
+        raise InputError(f"{path}: {where}{key} holds a number that is not finite: give {wanted}")
     return array
 
 
@@ -283,11 +281,11 @@ def _distortion(entry: dict[str, Any], path: Path, where: str) -> Floats:
     if distortion is None:
         return np.zeros(0)
     if not isinstance(distortion, dict) or distortion.get("model", "opencv") != "opencv":
-        raise InputError(f"{path}: {where}distortion is not of the model 'opencv'; convert it, or leave it out.")
+        raise InputError(f"{path}: {where}distortion is not of the model 'opencv': convert it, or leave it out")
     values = distortion.get("coefficients")
     count = len(values) if isinstance(values, list) else -1
     if count not in DISTORTION_SIZES:
-        raise InputError(f"{path}: {where}distortion.coefficients must be a list of 4, 5, 8, 12 or 14 numbers.")
+        raise InputError(f"{path}: {where}distortion.coefficients must be a list of 4, 5, 8, 12 or 14 numbers")
     return _numbers(distortion, "coefficients", path, f"{where}distortion.", (count,))
 
 
@@ -296,7 +294,7 @@ def _rigid(matrix: Floats, path: Path, name: str) -> Floats:
     r = matrix[:3, :3]
     off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
     if off > ROTATION_TOLERANCE or np.linalg.det(r) <= 0:
-        raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}); give a rotation, mm, and 0 0 0 1.")
+        raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
     u, _, vt = np.linalg.svd(r)
     out = np.eye(4)
     out[:3, :3] = u @ vt

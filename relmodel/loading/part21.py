@@ -47,11 +47,11 @@ def summarise(path: Path, name: str | None = None) -> Summary:
     try:
         text = path.read_bytes()
     except OSError as error:
-        raise InputError(f"Cannot read {name}: {error.strerror}; give the path of a STEP file.") from error
+        raise InputError(f"cannot read {name} ({error.strerror}): give the path of a STEP file") from error
     if b"ISO-10303-21;" not in text[:4096]:
-        raise InputError(f"{name} is not a STEP file: it does not begin with ISO-10303-21; give a STEP Part 21 file.")
+        raise InputError(f"{name} is not a STEP file, as it does not begin with ISO-10303-21: give a Part 21 file")
     if b"END-ISO-10303-21" not in text[-4096:]:
-        raise InputError(f"{name} is cut off: END-ISO-10303-21 is missing at its end; export or copy it again.")
+        raise InputError(f"{name} is cut off, for END-ISO-10303-21 is missing at its end: export or copy it again")
     schema = _SCHEMA.search(text)
     counts = dict.fromkeys(_COUNTED, 0)
     blanked = _BLANKED.sub(b"''", text)

@@ -31,7 +31,7 @@ def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: fl
     """
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"There is no file {path}; give the path of a STEP file.")
+        raise InputError(f"there is no file {path}: give the path of a STEP file")
     with tempfile.TemporaryDirectory(prefix="relmodel-") as folder:
         plain = path
         if path.suffix.lower() == ".gz":
@@ -39,11 +39,11 @@ def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: fl
             _unpack(path, plain)
         summary = part21.summarise(plain, str(path))
         if summary.faces == 0:
-            raise InputError(f"{path} holds no exact face (ADVANCED_FACE); export it as a B-rep, or load a mesh of it.")
+            raise InputError(f"{path} holds no exact face (ADVANCED_FACE): export it as a B-rep, or load a mesh of it")
         if summary.missing is not None and not allow_partial:
             raise InputError(
-                f"{path} is damaged: it refers to #{summary.missing}, which it does not hold; "
-                "export it again, or take what is left with --allow-partial."
+                f"{path} is damaged, for it refers to #{summary.missing}, which it does not hold: "
+                "export it again, or take what is left with --allow-partial"
             )
         model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s)
         faces = summary.faces
@@ -55,8 +55,8 @@ def read_step(path: str | Path, *, allow_partial: bool = False, time_limit_s: fl
         part.number = summary.numbers.get(part.name, part.number)
     if model.faces_loaded < faces and not allow_partial:
         raise InputError(
-            f"{path}: {faces - model.faces_loaded} of {faces} faces were lost on reading; "
-            "repair the file, or take what is left with --allow-partial."
+            f"{faces - model.faces_loaded} of {faces} faces of {path} were lost on reading: "
+            "repair the file, or take what is left with --allow-partial"
         )
     return model
 
@@ -68,10 +68,10 @@ def _unpack(path: Path, to: Path) -> None:
             while chunk := packed.read(1 << 20):
                 size += len(chunk)
                 if size > UNPACKED_LIMIT:
-                    raise InputError(f"{path} unpacks to more than {UNPACKED_LIMIT >> 30} GB; split the assembly.")
+                    raise InputError(f"{path} unpacks to more than {UNPACKED_LIMIT >> 30} GB: split the assembly")
                 out.write(chunk)
     except (OSError, EOFError) as error:
-        raise InputError(f"{path} cannot be unpacked ({error}); copy it again.") from error
+        raise InputError(f"{path} cannot be unpacked ({error}): copy it again") from error
 
 
 def _run(plain: Path, path: Path, out: Path, time_limit_s: float) -> LoadedModel:
@@ -89,7 +89,7 @@ def _run(plain: Path, path: Path, out: Path, time_limit_s: float) -> LoadedModel
         )
     except subprocess.TimeoutExpired as error:
         raise InputError(
-            f"Reading {path} took more than {time_limit_s:g} s and was stopped; split the assembly, or repair the file."
+            f"reading {path} took more than {time_limit_s:g} s and was stopped: split the assembly, or repair the file"
         ) from error
     if done.returncode == 0 and out.is_file():
         with out.open("rb") as result:
@@ -99,6 +99,6 @@ def _run(plain: Path, path: Path, out: Path, time_limit_s: float) -> LoadedModel
         raise InputError(str(model).replace("{path}", str(path)))
     if done.returncode < 0:
         name = signal.Signals(-done.returncode).name
-        raise InputError(f"The CAD kernel crashed on {path} ({name}); the file is damaged: export it again.")
+        raise InputError(f"the CAD kernel crashed on {path} ({name}), for the file is damaged: export it again")
     last = done.stderr.decode(errors="replace").strip().splitlines()
-    raise InputError(f"{path} could not be read ({last[-1] if last else 'no reason given'}); export it again.")
+    raise InputError(f"{path} could not be read ({last[-1] if last else 'no reason given'}): export it again")

@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> int:
     try:
         import OCP  # noqa: F401
     except ImportError:
-        result = "Reading STEP needs the CAD kernel: pip install 'relmodel[step]'."
+        result = "reading STEP needs the CAD kernel: pip install 'relmodel[step]'"
     else:
         result = _read(source)
     with Path(out).open("wb") as file:
@@ -38,9 +38,9 @@ def _read(source: str) -> Any:
     try:
         return step_document.read(source)
     except MemoryError:
-        return f"Reading {{path}} takes more than {MEMORY_LIMIT >> 30} GB of memory; split the assembly."
+        return f"reading {{path}} takes more than {MEMORY_LIMIT >> 30} GB of memory: split the assembly"
     except step_document.UnreadableError as error:
-        return f"{{path}} could not be read: {error}; export it again."
+        return f"{{path}} could not be read ({error}): export it again"
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
     base = rig_from_right[:3, 3] - rig_from_left[:3, 3]
     baseline = float(np.linalg.norm(base))
     if baseline < 1e-6:
-        raise InputError(f"The cameras '{left}' and '{right}' stand in one place; correct rig_from_camera in the rig.")
+        raise InputError(f"the cameras '{left}' and '{right}' stand in one place: correct rig_from_camera in the rig")
     forward = rig_from_left[:3, 2] + rig_from_right[:3, 2]
     x = base / baseline
     z = forward - (forward @ x) * x
@@ -87,8 +87,8 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
     views = [View(rig.cameras[n], rectified_from_rig @ rig.rig_from_camera[n][:3, :3]) for n in (left, right)]
     if min(_least_forward(view) for view in views) < _LEAST_FORWARD:
         raise InputError(
-            f"The cameras '{left}' and '{right}' look along their baseline or away from each other; "
-            "correct rig_from_camera in the rig, or inspect with one camera."
+            f"the cameras '{left}' and '{right}' look along their baseline or away from each other: "
+            "correct rig_from_camera in the rig, or inspect with one camera"
         )
     return Rectification(
         left=views[0],
