@@ -58,8 +58,8 @@ def stereo_pairs(folder: Path, overlays: Path | None) -> list[tuple[Any, ...]]:
         for variant, file in (("A", "world.yaml"), ("B", "world_B.yaml")):
             load(store, demo / f"bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
             worlds[variant] = place_world(store, demo / file).world
-        for file in sorted(demo.glob("pair_*_truth.json")):
-            stem, truth = file.name.removesuffix("_truth.json"), read_truth(file)
+        for truth_file in sorted(demo.glob("pair_*_truth.json")):
+            stem, truth = truth_file.name.removesuffix("_truth.json"), read_truth(truth_file)
             answer = inspect(
                 store,
                 rig=demo / f"{stem}_rig.yaml",
