@@ -3,6 +3,7 @@
 -- Gives object_no, depth (0: placed in the world), path (names joined by /), object_id or -1, part_id or -1,
 -- shape_id or -1, world_from_occurrence as m00 .. m23, and of a part the box of its shape, in the shape's frame, as
 -- x0 .. z1; parents before children, children in the order of the file.
+-- Of an object with rows of world_link those place its links, not object_object.
 -- Paths are unique: a slash in a name becomes _; a name that siblings share, that is empty or that holds a # gets # and
 -- its ordinal.
 WITH RECURSIVE instance AS (
@@ -28,9 +29,28 @@ child AS (
         m20, m21, m22, m23
     FROM instance
 ),
+moved AS (  -- links_of: the world_object whose children these are; -1: of every other object
+    SELECT c.parent_id, -1 AS links_of, c.child_no, c.object_id, c.part_id, c.segment,
+        c.m00, c.m01, c.m02, c.m03,
+        c.m10, c.m11, c.m12, c.m13,
+        c.m20, c.m21, c.m22, c.m23
+    FROM child AS c
+    UNION ALL
+    SELECT c.parent_id, l.object_no, c.child_no, c.object_id, c.part_id, c.segment,
+        l.m00, l.m01, l.m02, l.m03,
+        l.m10, l.m11, l.m12, l.m13,
+        l.m20, l.m21, l.m22, l.m23
+    FROM world_link AS l
+    JOIN world_object AS w ON w.world_id = l.world_id AND w.object_no = l.object_no
+    JOIN object_variant AS v ON v.id = w.object_variant_id
+    JOIN child AS c ON c.parent_id = v.object_id AND c.child_no = l.child_no
+    WHERE l.world_id = :world_id
+),
 placed AS (
     SELECT w.object_no, 0 AS depth, ARRAY[w.object_no] AS ordinals, w.name AS path, v.object_id,
         CAST(NULL AS BIGINT) AS part_id,
+        CASE WHEN EXISTS (SELECT 1 FROM world_link AS l WHERE l.world_id = w.world_id AND l.object_no = w.object_no)
+            THEN w.object_no ELSE -1 END AS links_of,
         w.m00, w.m01, w.m02, w.m03,
         w.m10, w.m11, w.m12, w.m13,
         w.m20, w.m21, w.m22, w.m23
@@ -39,7 +59,7 @@ placed AS (
     WHERE w.world_id = :world_id
     UNION ALL
     SELECT p.object_no, p.depth + 1, p.ordinals || ARRAY[c.child_no], p.path || '/' || c.segment, c.object_id,
-        c.part_id,
+        c.part_id, -1,
         p.m00 * c.m00 + p.m01 * c.m10 + p.m02 * c.m20,
         p.m00 * c.m01 + p.m01 * c.m11 + p.m02 * c.m21,
         p.m00 * c.m02 + p.m01 * c.m12 + p.m02 * c.m22,
@@ -53,7 +73,7 @@ placed AS (
         p.m20 * c.m02 + p.m21 * c.m12 + p.m22 * c.m22,
         p.m20 * c.m03 + p.m21 * c.m13 + p.m22 * c.m23 + p.m23
     FROM placed AS p
-    JOIN child AS c ON c.parent_id = p.object_id
+    JOIN moved AS c ON c.parent_id = p.object_id AND c.links_of = p.links_of
 )
 SELECT p.object_no, p.depth, p.path, coalesce(p.object_id, -1) AS object_id, coalesce(p.part_id, -1) AS part_id,
     coalesce(s.id, -1) AS shape_id,

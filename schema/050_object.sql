@@ -161,6 +161,9 @@ CREATE TABLE joint (
     axis_z DOUBLE PRECISION NOT NULL,
     lower_limit DOUBLE PRECISION,
     upper_limit DOUBLE PRECISION,
+    mimic_joint TEXT,
+    mimic_factor DOUBLE PRECISION,
+    mimic_offset DOUBLE PRECISION,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -193,6 +196,9 @@ COMMENT ON COLUMN joint.axis_y IS 'y of the joint''s axis in the joint''s frame,
 COMMENT ON COLUMN joint.axis_z IS 'z of the joint''s axis in the joint''s frame, unit';
 COMMENT ON COLUMN joint.lower_limit IS 'least value, rad or mm; null where unlimited';
 COMMENT ON COLUMN joint.upper_limit IS 'greatest value, rad or mm; null where unlimited';
+COMMENT ON COLUMN joint.mimic_joint IS 'name of the joint that this one follows; null where it has a value of its own';
+COMMENT ON COLUMN joint.mimic_factor IS 'its value is this times that of the joint it follows ...';
+COMMENT ON COLUMN joint.mimic_offset IS '... plus this, rad or mm';
 COMMENT ON COLUMN joint.m00 IS 'parent_from_joint: row 0, column 0 of the rotation';
 COMMENT ON COLUMN joint.m01 IS 'parent_from_joint: row 0, column 1 of the rotation';
 COMMENT ON COLUMN joint.m02 IS 'parent_from_joint: row 0, column 2 of the rotation';

@@ -1,4 +1,4 @@
--- Placed parts and objects whose transform is not that of what contains them times that of an instance of theirs.
+-- Placed parts and objects whose transform is not that of what contains them times that of an instance of theirs (of a link: as its joint state places it).
 -- Takes nothing; gives occurrence_id and path.
 WITH instance AS (
     SELECT object_id AS container, NULL AS object_id, part_id, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
@@ -20,6 +20,23 @@ placed AS (
     FROM occurrence AS o
     JOIN occurrence AS p ON p.id = o.parent_id
     JOIN instance AS i ON i.container = p.object_id AND (i.part_id = o.part_id OR i.object_id = o.object_id)
+    WHERE p.parent_id IS NOT NULL OR NOT EXISTS (
+        SELECT 1 FROM world_link AS l WHERE l.world_id = o.world_id AND l.object_no = o.object_no
+    )
+    UNION ALL
+    SELECT
+        o.id,
+        abs(o.m00 - (p.m00 * l.m00 + p.m01 * l.m10 + p.m02 * l.m20)) + abs(o.m01 - (p.m00 * l.m01 + p.m01 * l.m11 + p.m02 * l.m21))
+            + abs(o.m02 - (p.m00 * l.m02 + p.m01 * l.m12 + p.m02 * l.m22)) + abs(o.m10 - (p.m10 * l.m00 + p.m11 * l.m10 + p.m12 * l.m20))
+            + abs(o.m11 - (p.m10 * l.m01 + p.m11 * l.m11 + p.m12 * l.m21)) + abs(o.m12 - (p.m10 * l.m02 + p.m11 * l.m12 + p.m12 * l.m22))
+            + abs(o.m20 - (p.m20 * l.m00 + p.m21 * l.m10 + p.m22 * l.m20)) + abs(o.m21 - (p.m20 * l.m01 + p.m21 * l.m11 + p.m22 * l.m21))
+            + abs(o.m22 - (p.m20 * l.m02 + p.m21 * l.m12 + p.m22 * l.m22)),
+        abs(o.m03 - (p.m00 * l.m03 + p.m01 * l.m13 + p.m02 * l.m23 + p.m03)) + abs(o.m13 - (p.m10 * l.m03 + p.m11 * l.m13 + p.m12 * l.m23 + p.m13))
+            + abs(o.m23 - (p.m20 * l.m03 + p.m21 * l.m13 + p.m22 * l.m23 + p.m23))
+    FROM occurrence AS o
+    JOIN occurrence AS p ON p.id = o.parent_id AND p.parent_id IS NULL
+    JOIN world_link AS l ON l.world_id = o.world_id AND l.object_no = o.object_no
+    JOIN object_object AS i ON i.parent_id = p.object_id AND i.child_no = l.child_no AND i.child_id = o.object_id
     UNION ALL
     SELECT
         o.id,

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import InputError
+from relmodel.geometry.joints import Joint
 from relmodel.loading.neutral import Assembly, Attribute, LoadedModel, Part, Shape, Table
 from relmodel.store.columns import Ragged, row_count
 
@@ -324,8 +325,23 @@ def _assembly_keys(assemblies: list[Assembly], parts: list[str]) -> list[str]:
         )
         rows = [(e.name, parts[e.child] if e.kind == "part" else keys[e.child], e.colour or "") for e in a.instances]
         instances = _row_keys(list(zip(*rows, strict=True)), cells) if rows else []
-        keys[i] = content_key([a.name, "assembly", *_attribute_texts(a.attributes), *instances])
+        keys[i] = content_key(
+            [a.name, a.kind, *_attribute_texts(a.attributes), *instances, *(_joint_text(j) for j in a.joints)]
+        )
     return [keys[i] for i in range(len(assemblies))]
+
+
+def _joint_text(joint: Joint) -> str:
+    limits = [np.nan if v is None else v for v in (joint.lower, joint.upper)]
+    mimic = joint.mimic
+    cells = [
+        *quantised(joint.parent_from_joint[:3, 3], LENGTH_QUANTUM).tolist(),
+        *quantised(joint.parent_from_joint[:3, :3], ANGLE_QUANTUM).ravel().tolist(),
+        *quantised(joint.axis, ANGLE_QUANTUM).tolist(),
+        *quantised(limits, LENGTH_QUANTUM if joint.kind == "prismatic" else ANGLE_QUANTUM).tolist(),
+    ]
+    follows = () if mimic is None else (mimic.joint, *quantised([mimic.factor, mimic.offset], ANGLE_QUANTUM).tolist())
+    return repr((joint.name, joint.kind, joint.parent, joint.child, cells, follows))
 
 
 def assembly_order(assemblies: list[Assembly]) -> list[int]:

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from relmodel.errors import InputError
-from relmodel.loading import mesh
+from relmodel.loading import mesh, urdf
 from relmodel.loading.neutral import LoadedModel
 from relmodel.loading.write import LoadReport, SourceFile, store_model
 from relmodel.store import Run, Store
@@ -24,7 +24,7 @@ def load(
     unit: str | None = None,
     allow_partial: bool = False,
 ) -> LoadReport:
-    """Load a STEP or mesh file under a name and a variant.
+    """Load a STEP, mesh or URDF file under a name and a variant.
 
     `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
     unless `allow_partial`.  Geometry that the store holds already is shared; the same content under the same name and
@@ -37,7 +37,7 @@ def load(
         raise InputError(f"there is no file {path}: check its name")
     if path.stat().st_size == 0:
         raise InputError(f"{path} is empty: export it again")
-    if suffix not in STEP_SUFFIXES:
+    if suffix[1:] in mesh.FORMATS:
         mesh.check_unit(path, unit)
     elif unit is not None:
         raise InputError(f"{path.name} states its own unit of length: leave --unit out")
@@ -72,13 +72,15 @@ def _suffix(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix == ".gz" and Path(path.stem).suffix.lower() in STEP_SUFFIXES:
         return Path(path.stem).suffix.lower()
-    if suffix in STEP_SUFFIXES or suffix[1:] in mesh.FORMATS:
+    if suffix in STEP_SUFFIXES or suffix == urdf.SUFFIX or suffix[1:] in mesh.FORMATS:
         return suffix
-    known = ", ".join([*STEP_SUFFIXES, *(f".{f}" for f in mesh.FORMATS)])
+    known = ", ".join([*STEP_SUFFIXES, *(f".{f}" for f in mesh.FORMATS), urdf.SUFFIX])
     raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
 
 
 def _read(path: Path, suffix: str, unit: str | None, allow_partial: bool) -> LoadedModel:
+    if suffix == urdf.SUFFIX:
+        return urdf.read_urdf(path)
     if suffix not in STEP_SUFFIXES:
         return mesh.read_mesh(path, unit)
     from relmodel.loading.step import read_step

@@ -29,8 +29,11 @@ _MOST_TRIANGLES = 5_000_000
 _MOST_MM = 1e8
 
 
-def read_mesh(path: Path, unit: str | None = None) -> LoadedModel:
-    """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none.
+def read_mesh(
+    path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+) -> LoadedModel:
+    """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none; `scale`
+    multiplies the file's x, y and z.
 
     What the file refers to is read from its own folder and nowhere else.  Raises InputError where the file is no
     such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself.
@@ -56,7 +59,7 @@ def read_mesh(path: Path, unit: str | None = None) -> LoadedModel:
     name = _short(named)
     if name not in UNITS_MM:
         raise InputError(f"{path.name} is in an unknown unit {named!r}: use one of {', '.join(UNITS_MM)}")
-    model = _Reader(scene, UNITS_MM[name]).model(path.stem)
+    model = _Reader(scene, UNITS_MM[name]).model(path.stem, np.diag(scale))
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
     model.format, model.unit = form, name
@@ -97,11 +100,11 @@ class _Reader:
             self._nodes[child] = (matrix, attributes.get("geometry"))
             self._children.setdefault(parent, []).append(child)
 
-    def model(self, name: str) -> LoadedModel:
+    def model(self, name: str, stretch: Floats) -> LoadedModel:
         base = self.scene.graph.base_frame
         instances: list[Instance] = []
         for node in self._children.get(base, []):
-            instances += self._place(node, np.eye(3))
+            instances += self._place(node, stretch)
         self.assemblies.append(Assembly(name, instances))
         return LoadedModel(
             format="",

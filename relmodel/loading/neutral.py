@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.joints import Joint
 from relmodel.store.columns import Ragged
 
 Table = dict[str, Any]  # column name -> array, Ragged or list; all of one length
@@ -101,11 +102,19 @@ class Instance:
 
 @dataclass
 class Assembly:
-    """A product made of others; instances in the order of the file."""
+    """A product made of others; instances in the order of the file.
+
+    joints move its instances, which are named after the links and placed as they are with all joints at rest.
+    """
 
     name: str
     instances: list[Instance]
     attributes: list[Attribute] = field(default_factory=list)
+    joints: tuple[Joint, ...] = ()
+
+    @property
+    def kind(self) -> Literal["assembly", "robot"]:
+        return "robot" if self.joints else "assembly"
 
 
 @dataclass

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.identity import ModelKeys, ShapeKeys, assembly_order, model_keys, row_count_or_none
 from relmodel.loading.keyed import ids_by_key
@@ -284,10 +285,11 @@ def _append_objects(
             "id": [i for i, _ in new],
             "content_key": [keys.assemblies[i] for i in fresh.tolist()],
             "name": [a.name for _, a in new],
-            "kind": "assembly",
+            "kind": [a.kind for _, a in new],
         },
     )
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
+    _append_joints(run, connection, [(i, no, j) for i, a in new for no, j in enumerate(a.joints)])
     placed: dict[str, list[tuple[int, int, Instance]]] = {"part": [], "assembly": []}
     for i, assembly in new:
         for no, instance in enumerate(assembly.instances):
@@ -312,6 +314,33 @@ def _append_objects(
             columns |= {"parent_id": owners, "child_id": [ids[keys.assemblies[e.child]] for _, _, e in instances]}
             run.append(connection, "object_object", columns)  # type: ignore[arg-type]
     return ids
+
+
+def _append_joints(run: Run, connection: Connection, joints: Sequence[tuple[int, int, Joint]]) -> None:
+    """Append joints (object, ordinal, joint)."""
+    if not joints:
+        return
+    axes = np.array([j.axis for *_, j in joints])
+    mimics = [j.mimic for *_, j in joints]
+    run.append(
+        connection,
+        "joint",
+        {
+            "object_id": [i for i, _, _ in joints],
+            "joint_no": [no for _, no, _ in joints],
+            "name": [j.name for *_, j in joints],
+            "kind": [j.kind for *_, j in joints],
+            "parent_link": [j.parent for *_, j in joints],
+            "child_link": [j.child for *_, j in joints],
+            **{f"axis_{c}": axes[:, i] for i, c in enumerate("xyz")},
+            "lower_limit": [j.lower for *_, j in joints],
+            "upper_limit": [j.upper for *_, j in joints],
+            "mimic_joint": [None if m is None else m.joint for m in mimics],
+            "mimic_factor": [None if m is None else m.factor for m in mimics],
+            "mimic_offset": [None if m is None else m.offset for m in mimics],
+            **matrix_columns(np.array([j.parent_from_joint for *_, j in joints])),
+        },
+    )
 
 
 def _append_attributes(

@@ -14,9 +14,11 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
+from relmodel.geometry.joints import JointTree
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices, matrix_columns
 from relmodel.index.packing import pack, page_boxes
 from relmodel.store import Run, Store
+from relmodel.world.kinematics import joint_tree
 from relmodel.world.world_file import WorldFile, read_world_file
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
@@ -50,6 +52,8 @@ def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None =
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
         pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
+        robots = [_robot(store, connection, file, i, row["object_variant_id"]) for i, row in enumerate(pinned)]
+        _check_mounts(store, connection, file, pinned)
         rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
     content_key = _content_key(file, pinned, rig_digests)
     inputs = {"world": (file.path.name, file.sha256)}
@@ -64,6 +68,7 @@ def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None =
         else:
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
             world_id = _write_world(run, connection, file, pinned, revision, content_key)
+            _write_joints(run, connection, world_id, pinned, robots)
             _write_mounts(run, connection, file, world_id, write_rig)
             _write_occurrences(run, connection, world_id, file.path)
         counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
@@ -90,6 +95,65 @@ def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return pinned
 
 
+@dataclass(frozen=True)
+class _Robot:
+    """The joints of a placed object and where they stand."""
+
+    tree: JointTree
+    values: dict[str, float]
+
+
+def _robot(store: Store, connection: Connection, file: WorldFile, number: int, object_variant_id: int) -> _Robot | None:
+    placed = file.objects[number]
+    tree = joint_tree(store, connection, object_variant_id)
+    if tree is None:
+        if placed.joints:
+            raise InputError(
+                f"{file.path}: objects[{number}] gives joints of {placed.object}, which has none: leave them out"
+            )
+        return None
+    return _Robot(tree, tree.values(placed.joints, f"{file.path}: joints of objects[{number}]"))
+
+
+def _check_mounts(store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]]) -> None:
+    """Raise InputError where a mount names a link that its object has not, or has twice."""
+    variants = {o.name: row["object_variant_id"] for o, row in zip(file.objects, pinned, strict=True)}
+    for i, mount in enumerate(file.mounts):
+        if mount.link is None:
+            continue
+        links = [row.name for row in store.rows(connection, "object_links", object_variant_id=variants[mount.on])]
+        if links.count(mount.link) != 1:
+            raise InputError(
+                f"{file.path}: mounts[{i}] names the link {mount.link!r}, which {mount.on!r} has "
+                f"{links.count(mount.link)} times: name one of {', '.join(dict.fromkeys(links)) or 'none'}"
+            )
+
+
+def _write_joints(
+    run: Run, connection: Connection, world_id: int, pinned: list[dict[str, Any]], robots: list[_Robot | None]
+) -> None:
+    """Write where joints stand, and the links that they place."""
+    for number, (row, robot) in enumerate(zip(pinned, robots, strict=True)):
+        if robot is None:
+            continue
+        names = sorted(robot.values)
+        owner = {"world_id": world_id, "object_no": number}
+        if names:
+            values = np.array([robot.values[name] for name in names])
+            run.append(connection, "joint_state", {**owner, "joint": names, "value": values})
+        poses = robot.tree.poses(robot.values)
+        links = run.store.rows(connection, "object_links", object_variant_id=row["object_variant_id"])
+        run.append(
+            connection,
+            "world_link",
+            {
+                **owner,
+                "child_no": np.array([link.child_no for link in links]),
+                **matrix_columns(np.array([poses[link.name] for link in links])),
+            },
+        )
+
+
 def _content_key(file: WorldFile, pinned: list[dict[str, Any]], rig_digests: Mapping[str, str]) -> str:
     """Hash of what the file says, of the content of the objects it names and of the rig files."""
     content = {
@@ -98,6 +162,7 @@ def _content_key(file: WorldFile, pinned: list[dict[str, Any]], rig_digests: Map
                 o.name,
                 o.role,
                 o.world_from_object.tolist(),
+                dict(o.joints),
                 row["name"],
                 row["variant"],
                 row["revision"],

@@ -7,6 +7,9 @@ objects:
     name: workpiece             # default: the object's name
     role: inspected             # inspected (default), fixture, robot or tool
     world_from_object: [[1, 0, 0, 250], [0, 1, 0, 0], [0, 0, 1, 80], [0, 0, 0, 1]]    # mm; default identity
+  - object: arm
+    role: robot
+    joints: {travel: 400, shoulder_deg: 35, elbow: 1.2}    # mm, degrees where the name ends in _deg, rad; default rest
 rigs:
   - {name: head, file: head.yaml}
 mounts:
@@ -43,6 +46,7 @@ class PlacedObject:
     name: str
     role: str
     world_from_object: npt.NDArray[np.float64]  # (4, 4), mm
+    joints: Mapping[str, float]  # as typed: mm, rad, or degrees where the name ends in _deg
 
 
 @dataclass(frozen=True)
@@ -120,7 +124,7 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def _placed_object(entry: Any, path: Path, where: str) -> PlacedObject:
-    _known_keys(entry, ("object", "variant", "name", "role", "world_from_object"), path, where)
+    _known_keys(entry, ("object", "variant", "name", "role", "world_from_object", "joints"), path, where)
     name = _text(entry, "object", path, where)
     instance = _text(entry, "name", path, where, name)
     if "/" in instance:
@@ -136,7 +140,22 @@ def _placed_object(entry: Any, path: Path, where: str) -> PlacedObject:
         name=instance,
         role=role,
         world_from_object=_rigid(entry, "world_from_object", path, where),
+        joints=_joint_values(entry, path, where),
     )
+
+
+def _joint_values(entry: dict[str, Any], path: Path, where: str) -> dict[str, float]:
+    given = entry.get("joints")
+    if given is None:
+        return {}
+    if not isinstance(given, dict):
+        raise InputError(f"{path}: joints of {where} is no mapping: give name: value for each joint")
+    out = {}
+    for name, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise InputError(f"{path}: joint {name} of {where} is {value!r}: give a number")
+        out[str(name)] = float(value)
+    return out
 
 
 def _mount(entry: Any, path: Path, where: str, rigs: Mapping[str, Path], objects: list[str]) -> Mount:

@@ -1,4 +1,4 @@
-"""Load a CAD file or a mesh as an object.
+"""Load a CAD file, a mesh or a robot (URDF) as an object.
 
 A second load of the same content adds nothing; another variant adds only what differs.
 """
@@ -15,7 +15,7 @@ EXAMPLE = "relmodel load bulkhead.step --object bulkhead --variant A --store cel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="STEP, OBJ, STL, PLY or GLB")
+    parser.add_argument("file", type=Path, metavar="FILE", help="STEP, OBJ, STL, PLY, GLB or URDF")
     parser.add_argument("--object", required=True, metavar="NAME", help="name that the object is given")
     parser.add_argument("--variant", default="", help="name of the variant")
     parser.add_argument("--unit", help="length unit of a file that does not say it: mm, cm, m, inch, ...")
