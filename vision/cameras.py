@@ -223,7 +223,20 @@ def read_pose(path: Path | str) -> Floats:
 def read_prior(path: Path | str) -> Prior:
     """The prior in a YAML file; InputError says in one sentence what is missing or wrong."""
     path = Path(path)
-    data = _read_yaml(path, "prior")
+    return _prior(_read_yaml(path, "prior"), path)
+
+
+def read_found(path: Path | str) -> tuple[Floats, Floats]:
+    """`world_from_rig` (4, 4) and its covariance (6, 6) from the JSON answer of an inspection, or a prior file."""
+    path = Path(path)
+    data = _read_yaml(path, "pose")  # JSON is YAML
+    if data.get("covariance") is None and "sigma" in data:
+        prior = _prior(data, path)
+        return prior.world_from_rig, prior.covariance
+    return _world_from_rig(data, path), _numbers(data, "covariance", path, "", (6, 6))
+
+
+def _prior(data: dict[str, Any], path: Path) -> Prior:
     pose = _world_from_rig(data, path)
     sigma = _member(data, "sigma", path, "")
     if not isinstance(sigma, dict):

@@ -76,6 +76,60 @@ COMMENT ON COLUMN world_object.m21 IS 'world_from_object: row 2, column 1 of the
 COMMENT ON COLUMN world_object.m22 IS 'world_from_object: row 2, column 2 of the rotation';
 COMMENT ON COLUMN world_object.m23 IS 'world_from_object: row 2 of the translation, mm';
 
+CREATE TABLE joint_state (
+    world_id BIGINT NOT NULL,
+    object_no INTEGER NOT NULL,
+    joint TEXT NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (world_id, object_no, joint),
+    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+);
+COMMENT ON TABLE joint_state IS 'Where the joints of the robots in a world stand.';
+COMMENT ON COLUMN joint_state.world_id IS 'the world';
+COMMENT ON COLUMN joint_state.object_no IS 'the robot';
+COMMENT ON COLUMN joint_state.joint IS 'name of the joint; fixed joints are left out';
+COMMENT ON COLUMN joint_state.value IS 'its value, rad or mm';
+
+CREATE TABLE world_link (
+    world_id BIGINT NOT NULL,
+    object_no INTEGER NOT NULL,
+    child_no INTEGER NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    PRIMARY KEY (world_id, object_no, child_no),
+    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+);
+COMMENT ON TABLE world_link IS 'Where the joint states place the links of the robots in a world: stands for the transforms of object_object.';
+COMMENT ON COLUMN world_link.world_id IS 'the world';
+COMMENT ON COLUMN world_link.object_no IS 'the robot';
+COMMENT ON COLUMN world_link.child_no IS 'ordinal of the link in the robot, as in object_object';
+COMMENT ON COLUMN world_link.m00 IS 'object_from_link: row 0, column 0 of the rotation';
+COMMENT ON COLUMN world_link.m01 IS 'object_from_link: row 0, column 1 of the rotation';
+COMMENT ON COLUMN world_link.m02 IS 'object_from_link: row 0, column 2 of the rotation';
+COMMENT ON COLUMN world_link.m03 IS 'object_from_link: row 0 of the translation, mm';
+COMMENT ON COLUMN world_link.m10 IS 'object_from_link: row 1, column 0 of the rotation';
+COMMENT ON COLUMN world_link.m11 IS 'object_from_link: row 1, column 1 of the rotation';
+COMMENT ON COLUMN world_link.m12 IS 'object_from_link: row 1, column 2 of the rotation';
+COMMENT ON COLUMN world_link.m13 IS 'object_from_link: row 1 of the translation, mm';
+COMMENT ON COLUMN world_link.m20 IS 'object_from_link: row 2, column 0 of the rotation';
+COMMENT ON COLUMN world_link.m21 IS 'object_from_link: row 2, column 1 of the rotation';
+COMMENT ON COLUMN world_link.m22 IS 'object_from_link: row 2, column 2 of the rotation';
+COMMENT ON COLUMN world_link.m23 IS 'object_from_link: row 2 of the translation, mm';
+
 CREATE SEQUENCE camera_id_seq;
 CREATE TABLE camera (
     id BIGINT PRIMARY KEY,
@@ -304,6 +358,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world', 'world', 'primary'),
     ('world_attribute', 'world', 'primary'),
     ('world_object', 'world', 'primary'),
+    ('joint_state', 'world', 'primary'),
+    ('world_link', 'world', 'redundant'),
     ('camera', 'world', 'primary'),
     ('rig', 'world', 'primary'),
     ('rig_camera', 'world', 'primary'),

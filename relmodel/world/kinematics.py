@@ -1,0 +1,259 @@
+"""From base travel, joints and mount to where a rig is, and from where it was found back to the arm.
+
+world_from_rig = world_from_object @ object_from_link(joints) @ link_from_rig.
+
+Perturbations are ordered (t mm, r rad), on the right: T' = T @ [Exp(r), t], in the frame that T takes from; so are
+their covariances.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.errors import InputError, UsageError
+from relmodel.geometry.joints import Joint, JointTree, Mimic
+from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
+from relmodel.index.find import world_named
+from relmodel.store import Store
+
+Array = npt.NDArray[np.float64]
+
+_MOST_STEPS = 50
+_CONVERGED = 1e-11
+
+
+def joint_tree(store: Store, connection: Connection, object_variant_id: int) -> JointTree | None:
+    """The links and joints of a loaded object; None where it has no joint."""
+    rows = store.rows(connection, "object_joints", object_variant_id=object_variant_id)
+    if not rows:
+        return None
+    links = [row.name for row in store.rows(connection, "object_links", object_variant_id=object_variant_id)]
+    joints = [
+        Joint(
+            name=row.name,
+            kind=row.kind,
+            parent=row.parent_link,
+            child=row.child_link,
+            axis=np.array([row.axis_x, row.axis_y, row.axis_z]),
+            lower=row.lower_limit,
+            upper=row.upper_limit,
+            parent_from_joint=_matrix(row),
+            mimic=None
+            if row.mimic_joint is None
+            else Mimic(row.mimic_joint, float(row.mimic_factor), float(row.mimic_offset)),
+        )
+        for row in rows
+    ]
+    return JointTree(links, joints)
+
+
+@dataclass(frozen=True)
+class MountedRig:
+    """A rig on an object of a world, with the joints of that object where it is a robot.
+
+    object_from_link: of the carrier with its joints at `joints` (rad, mm); the identity where no link is named.
+    """
+
+    rig: str
+    carrier: str
+    link: str | None
+    world_from_object: Array  # (4, 4)
+    object_from_link: Array  # (4, 4)
+    link_from_rig: Array  # (4, 4)
+    tree: JointTree | None
+    joints: Mapping[str, float]
+
+    @property
+    def world_from_rig(self) -> Array:
+        """(4, 4), mm."""
+        return np.asarray(self.world_from_object @ self.object_from_link @ self.link_from_rig)
+
+    def moved(self, joints: Mapping[str, float]) -> MountedRig:
+        """The rig with joints at other values (rad, mm, or degrees where a name ends in `_deg`); others stay.
+
+        Raises InputError for an unknown joint or a value outside its limits.
+        """
+        if self.tree is None:
+            if joints:
+                raise InputError(f"{self.carrier} has no joints: leave {next(iter(joints))} out")
+            return self
+        own = {j.name: self.joints[j.name] for j in self.tree.movable}
+        given = dict(joints)
+        for name in given:
+            plain = name.removesuffix("_deg")
+            own.pop(name if name in own else plain, None)
+        values = self.tree.values({**own, **given}, f"joints of {self.carrier}")
+        return replace(self, joints=values, object_from_link=self.tree.poses(values)[self.link or self.tree.root])
+
+
+def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | None = None) -> MountedRig:
+    """A rig of the newest revision of a world, at the joint state that the world has.
+
+    `on`: name of the object that carries it, where several carry a rig of that name.  Raises UsageError where there
+    is no such rig, or several.
+    """
+    with store.read() as connection:
+        world_id, name = world_named(store, connection, world)
+        mounts = store.rows(connection, "world_mounts", world_id=world_id)
+        found = [m for m in mounts if m.rig == rig and on in (None, m.carrier)]
+        if len(found) != 1:
+            known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts) or "there are none"
+            what = "several rigs" if found else "no rig"
+            raise UsageError(f"world {name} mounts {what} {rig}{f' on {on}' if on else ''}: name one of: {known}")
+        row = found[0]
+        tree = joint_tree(store, connection, row.object_variant_id)
+        states = store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no)
+        joints = {s.joint: float(s.value) for s in states}
+        object_from_link = np.eye(4)
+        if tree is not None and row.link is not None:
+            object_from_link = tree.poses(joints)[row.link]
+        elif row.link is not None:
+            links = store.rows(connection, "object_links", object_variant_id=row.object_variant_id)
+            object_from_link = next(_matrix(link) for link in links if link.name == row.link)
+    return MountedRig(rig, row.carrier, row.link, _matrix(row, "w"), object_from_link, _matrix(row), tree, joints)
+
+
+def _matrix(row: Any, letter: str = "m") -> Array:
+    return matrices({name: getattr(row, letter + name[1:]) for name in MATRIX_COLUMNS})
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What a found pose of a rig says of the arm that carries it.
+
+    world_from_object: the corrected pose of the arm's base (4, 4); shift and turn: that of its origin in the world's
+    axes, mm, and the rotation vector in the base's frame, rad.  covariance: (6, 6) of the base's pose.  joints: value
+    of each joint, corrected where its sigma was given; joint_sigmas: what is left of those.
+    """
+
+    world_from_object: Array
+    shift: Array
+    turn: Array
+    covariance: Array
+    joints: dict[str, float]
+    joint_sigmas: dict[str, float]
+
+    def to_json(self) -> dict[str, Any]:
+        """The same as plain numbers."""
+        return {
+            "world_from_object": self.world_from_object.tolist(),
+            "shift_mm": self.shift.tolist(),
+            "turn_rad": self.turn.tolist(),
+            "covariance": self.covariance.tolist(),
+            "joints": self.joints,
+            "joint_sigmas": self.joint_sigmas,
+        }
+
+
+def correct_base(
+    mounted: MountedRig,
+    world_from_rig_found: Array,
+    covariance: Array,
+    *,
+    joint_sigmas: Mapping[str, float] | None = None,
+    base_covariance: Array | None = None,
+) -> Correction:
+    """The correction of an arm's base, and of joints, from the pose of its rig that was found.
+
+    Least squares with priors: the found pose with its covariance (6, 6), joints at their values with `joint_sigmas`
+    (rad, mm), the base at its place with `base_covariance` (6, 6).  Joints without a sigma are held.  Without a
+    base_covariance the base may be anywhere: then it alone explains the pose, and sigmas of joints only widen its
+    covariance.  (Gauss-Newton; Jacobians of the chain after Lynch and Park, Modern Robotics, 2017, 5.1.)
+    Raises InputError for a sigma or a covariance that is not positive, and joints that do not move.
+    """
+    sigmas = dict(joint_sigmas or {})
+    movable = [j.name for j in mounted.tree.movable] if mounted.tree is not None else []
+    for name, sigma in sigmas.items():
+        if name not in movable:
+            raise InputError(f"{mounted.carrier} has no moving joint {name!r}: use {', '.join(movable) or 'none'}")
+        if not sigma > 0:
+            raise InputError(f"the sigma of joint {name!r} is {sigma:g}: give one above zero, or leave it out")
+    names = list(sigmas)
+    weight = _information(covariance, "the found pose")
+    prior = np.zeros((6 + len(names), 6 + len(names)))
+    if base_covariance is not None:
+        prior[:6, :6] = _information(base_covariance, "the base")
+    prior[6:, 6:] = np.diag([1 / sigmas[n] ** 2 for n in names])
+
+    base, change = mounted.world_from_object.copy(), np.zeros(len(names))
+    for _ in range(_MOST_STEPS):
+        values = dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change, strict=True)}
+        object_from_rig, jacobian = _chain(mounted, values, names)
+        error = _perturbation(base @ object_from_rig, world_from_rig_found)
+        away = np.concatenate([_perturbation(mounted.world_from_object, base), change])
+        information = jacobian.T @ weight @ jacobian + prior
+        step = np.linalg.solve(information, jacobian.T @ weight @ error - prior @ away)
+        base, change = _perturbed(base, step[:6]), change + step[6:]
+        if np.abs(step).max() < _CONVERGED:
+            break
+    posterior: Array = np.asarray(np.linalg.inv(information), float)
+    values = _followed(
+        mounted, dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change.tolist(), strict=True)}
+    )
+    return Correction(
+        world_from_object=base,
+        shift=base[:3, 3] - mounted.world_from_object[:3, 3],
+        turn=_perturbation(mounted.world_from_object, base)[3:],
+        covariance=posterior[:6, :6],
+        joints=values,
+        joint_sigmas=dict(zip(names, np.sqrt(np.diag(posterior)[6:]).tolist(), strict=True)),
+    )
+
+
+def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> tuple[Array, Array]:
+    """object_from_rig (4, 4) at joint values, and the Jacobian (6, 6 + n) of the rig's perturbation by the base's and
+    the joints'."""
+    if mounted.tree is None or mounted.link is None:
+        object_from_link, screws = mounted.object_from_link, np.zeros((6, len(names)))
+    else:
+        values = _followed(mounted, values)
+        object_from_link = mounted.tree.poses(values)[mounted.link]
+        screws = mounted.tree.screws(mounted.link, values, names)
+    object_from_rig = np.asarray(object_from_link @ mounted.link_from_rig)
+    return object_from_rig, _adjoint(inverse(object_from_rig)) @ np.hstack([np.eye(6), screws])
+
+
+def _followed(mounted: MountedRig, values: dict[str, float]) -> dict[str, float]:
+    """Values with those of joints that follow others set anew."""
+    for joint in mounted.tree.joints if mounted.tree is not None else ():
+        if joint.mimic is not None:
+            values[joint.name] = joint.mimic.factor * values[joint.mimic.joint] + joint.mimic.offset
+    return values
+
+
+def _information(covariance: Array, what: str) -> Array:
+    covariance = np.asarray(covariance, float)
+    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
+        raise InputError(f"the covariance of {what} is not made of 6x6 numbers: give it in mm and rad")
+    scale = np.sqrt(np.abs(np.diag(covariance)))
+    if not (scale > 0).all() or np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() <= 1e-14:
+        raise InputError(f"the covariance of {what} is not positive: give one that has an inverse")
+    inner = np.linalg.inv(covariance / np.outer(scale, scale))
+    return np.asarray(inner / np.outer(scale, scale))
+
+
+def _adjoint(a_from_b: Array) -> Array:
+    """(6, 6) that takes twists (v, w) in frame b to frame a."""
+    rotation, (x, y, z) = a_from_b[:3, :3], a_from_b[:3, 3]
+    out = np.zeros((6, 6))
+    out[:3, :3] = out[3:, 3:] = rotation
+    out[:3, 3:] = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ rotation
+    return out
+
+
+def _perturbed(transform: Array, delta: Array) -> Array:
+    step = np.eye(4)
+    step[:3, :3], step[:3, 3] = rotation_matrix(delta[3:]), delta[:3]
+    return np.asarray(transform @ step)
+
+
+def _perturbation(a: Array, b: Array) -> Array:
+    """The perturbation (6,) that takes pose a to pose b."""
+    d = inverse(a) @ b
+    return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])
