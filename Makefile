@@ -4,10 +4,13 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test lint bench baseline clean
+.PHONY: demo cell test lint bench baseline clean
 
 demo: $(READY)  ## one inspection of the demonstration bulkhead
 	$(BIN)/relmodel demo
+
+cell: $(READY)  ## the cell of two arms, table and bulkhead, in the store cell.duckdb, and its picture
+	$(BIN)/python -m examples.cell cell.duckdb --picture cell.png
 
 test: $(READY)  ## all tests; those over the test data too where RELMODEL_TEST_DATA names its folder
 	$(BIN)/python -m pytest

@@ -132,7 +132,7 @@ def test_mounts_point_at_rigs(tmp_path: Path) -> None:
     file = tmp_path / "w.yaml"
     file.write_text(
         "world: cell\nobjects: [{object: thing, name: a}, {object: thing, name: b}]\n"
-        "rigs: [{name: head, file: head.yaml}]\nmounts: [{rig: head, on: b, link: flange}]\n"
+        "rigs: [{name: head, file: head.yaml}]\nmounts: [{rig: head, on: b, link: group 1}]\n"
     )
 
     def write_rig(run: Run, connection: sa.Connection, name: str, path: Path) -> int:
@@ -148,7 +148,7 @@ def test_mounts_point_at_rigs(tmp_path: Path) -> None:
         mount = store.table("world_mount")
         with store.read() as connection:
             row = connection.execute(sa.select(mount)).mappings().one()
-        assert (row["name"], row["object_no"], row["link"], row["m00"]) == ("head", 1, "flange", 1.0)
+        assert (row["name"], row["object_no"], row["link"], row["m00"]) == ("head", 1, "group 1", 1.0)
         (tmp_path / "head.yaml").write_text("two")  # the rig changed, so the world did
         assert place_world(store, file, write_rig=write_rig).revision == 2
 

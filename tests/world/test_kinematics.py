@@ -1,0 +1,230 @@
+"""From joints to rigs and back: chains by hand from scipy's rotations, corrections against a general least squares."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import sqlalchemy as sa
+import yaml
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from relmodel.cli.main import main
+from relmodel.errors import InputError, UsageError
+from relmodel.geometry.transforms import MATRIX_COLUMNS
+from relmodel.loading.load import load
+from relmodel.store import Store
+from relmodel.store.check import check
+from relmodel.world import place_world
+from relmodel.world.kinematics import MountedRig, correct_base, mounted_rig
+
+Array = npt.NDArray[np.float64]
+
+URDF = """<robot name="crane">
+<link name="rail"><visual><geometry><box size="2 0.2 0.1"/></geometry></visual></link>
+<link name="mast"><visual><origin xyz="0 0 0.5"/>
+  <geometry><cylinder radius="0.1" length="1"/></geometry></visual></link>
+<link name="boom"><visual><origin xyz="0.4 0 0"/><geometry><box size="0.8 0.1 0.1"/></geometry></visual></link>
+<link name="flange"/>
+<joint name="tilt" type="revolute"><parent link="mast"/><child link="boom"/><origin xyz="0 0 1" rpy="0.1 0 0.2"/>
+  <axis xyz="0 1 0"/><limit lower="-1" upper="1"/></joint>
+<joint name="travel" type="prismatic"><parent link="rail"/><child link="mast"/><axis xyz="1 0 0"/>
+  <limit lower="-0.9" upper="0.9"/></joint>
+<joint name="face" type="continuous"><parent link="boom"/><child link="flange"/><origin xyz="0.8 0 0" rpy="0 1.2 0"/>
+  <axis xyz="0 0 1"/></joint>
+</robot>"""
+WORLD_FROM = {"one": [[0, -1, 0, 500], [1, 0, 0, -300], [0, 0, 1, 20], [0, 0, 0, 1]], "two": np.eye(4).tolist()}
+MOUNT = [[0, 1, 0, 5], [-1, 0, 0, 110], [0, 0, 1, 60], [0, 0, 0, 1]]
+STATES = {"one": {"travel": 350, "tilt_deg": 30, "face": 0.4}, "two": {"tilt": -0.3}}
+RIG = {
+    "cameras": {
+        "left": {
+            "width": 640,
+            "height": 480,
+            "matrix": [[900.0, 0, 319.5], [0, 900.0, 239.5], [0, 0, 1]],
+            "rig_from_camera": np.eye(4).tolist(),
+        }
+    }
+}
+
+
+def transform(rpy: npt.ArrayLike = (0, 0, 0), xyz: npt.ArrayLike = (0, 0, 0)) -> Array:
+    out = np.eye(4)
+    out[:3, :3] = Rotation.from_euler("xyz", np.asarray(rpy, float)).as_matrix()
+    out[:3, 3] = xyz
+    return out
+
+
+def links_by_hand(travel: float, tilt: float, face: float) -> dict[str, Array]:
+    mast = transform(xyz=(travel, 0, 0))
+    boom = mast @ transform((0.1, 0, 0.2), (0, 0, 1000)) @ transform((0, tilt, 0))
+    return {
+        "rail": np.eye(4),
+        "mast": mast,
+        "boom": boom,
+        "flange": boom @ transform((0, 1.2, 0), (800, 0, 0)) @ transform((0, 0, face)),
+    }
+
+
+TRUE = {"one": links_by_hand(350, np.radians(30), 0.4), "two": links_by_hand(0, -0.3, 0)}
+
+
+def cell(folder: Path, **change: Any) -> Path:
+    (folder / "crane.urdf").write_text(URDF)
+    (folder / "head.yaml").write_text(yaml.safe_dump(RIG))
+    objects = [
+        {"object": "crane", "name": n, "role": "robot", "world_from_object": WORLD_FROM[n], "joints": dict(STATES[n])}
+        for n in ("one", "two")
+    ]
+    objects[0]["joints"] |= change.get("joints", {})  # type: ignore[operator]
+    mounts = [{"rig": "head", "on": n, "link": change.get("link", "flange"), "carrier_from_rig": MOUNT} for n in STATES]
+    file = {"world": "w", "objects": objects, "rigs": [{"name": "head", "file": "head.yaml"}], "mounts": mounts}
+    (folder / "cell.yaml").write_text(yaml.safe_dump(file))
+    return folder / "cell.yaml"
+
+
+def placed(store_target: str, file: Path) -> None:
+    assert main(["load", str(file.parent / "crane.urdf"), "--object", "crane", "--store", store_target]) == 0
+    assert main(["world", str(file), "--store", store_target]) == 0
+
+
+def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) -> None:
+    file = cell(tmp_path)
+    placed(fresh_store, file)
+    assert main(["world", str(file), "--store", fresh_store]) == 0  # unchanged: adds no row
+    with Store.open(fresh_store) as store:
+        with store.read() as connection:
+            rows = connection.execute(sa.select(store.table("occurrence"))).mappings().all()
+            assert connection.execute(sa.text("SELECT count(*) FROM world")).scalar() == 1
+        assert not [row for result in check(store) for row in result.rows]
+        rigs = {n: mounted_rig(store, "head", on=n) for n in STATES}
+    at = {r["path"]: np.array([r[c] for c in MATRIX_COLUMNS]).reshape(3, 4) for r in rows}
+    for name, links in TRUE.items():
+        for link, pose in links.items():
+            assert np.abs(at[f"{name}/{link}"] - (WORLD_FROM[name] @ pose)[:3]).max() < 1e-9
+        tube = WORLD_FROM[name] @ links["mast"] @ transform(xyz=(0, 0, 500))
+        assert np.abs(at[f"{name}/mast/mast"] - tube[:3]).max() < 1e-9
+        assert np.abs(rigs[name].world_from_rig - WORLD_FROM[name] @ links["flange"] @ MOUNT).max() < 1e-9
+    moved = rigs["one"].moved({"travel": -200, "tilt": 0.1})
+    expected = WORLD_FROM["one"] @ links_by_hand(-200, 0.1, 0.4)["flange"] @ MOUNT
+    assert np.abs(moved.world_from_rig - expected).max() < 1e-9
+
+
+def test_wrong_states_and_links_are_refused(tmp_path: Path) -> None:
+    target = str(tmp_path / "store.duckdb")
+    Store.create(target).close()
+    with Store.open(target) as store:
+        load(store, cell(tmp_path).with_name("crane.urdf"), name="crane")
+        for change, said in (
+            ({"joints": {"tilt_deg": 70}}, r"cell.yaml: joints of objects\[0\]: joint 'tilt' at .*70 deg.*outside"),
+            ({"joints": {"spin": 1}}, "joint 'spin' is unknown: name one of .*travel"),
+            ({"joints": {"travel": "far"}}, "joint travel of .* is 'far': give a number"),
+            ({"link": "hand"}, r"mounts\[0\] names the link 'hand'.*rail, mast, boom, flange"),
+        ):
+            with pytest.raises(InputError, match=said):
+                place_world(store, cell(tmp_path, **change), write_rig=lambda *_: 0)
+        with pytest.raises(UsageError, match="no rig head"):
+            mounted_rig(store, "head")
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> MountedRig:
+    folder = tmp_path_factory.mktemp("cell")
+    target = str(folder / "store.duckdb")
+    Store.create(target).close()
+    placed(target, cell(folder))
+    with Store.open(target, read_only=True) as store:
+        with pytest.raises(UsageError, match="several rigs head: name one of: head on one, head on two"):
+            mounted_rig(store, "head")
+        return mounted_rig(store, "head", on="one")
+
+
+SIGMA = np.diag(np.repeat([0.5**2, 0.001**2], 3))
+
+
+def test_joints_held_the_base_takes_all(rig: MountedRig) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(10):
+        true_base = WORLD_FROM["one"] @ transform(rng.normal(0, 0.05, 3), rng.normal(0, 40, 3))
+        found = true_base @ TRUE["one"]["flange"] @ MOUNT
+        correction = correct_base(rig, found, SIGMA)
+        assert np.abs(correction.world_from_object - true_base).max() < 1e-8
+        assert correction.joints == dict(rig.joints)
+        assert correction.shift == pytest.approx(true_base[:3, 3] - np.array(WORLD_FROM["one"])[:3, 3])
+    # Its covariance, against that of bases computed from perturbed poses.
+    draws = rng.multivariate_normal(np.zeros(6), SIGMA, 4000)
+    seen = np.empty((len(draws), 6))
+    rig_from_base = np.linalg.inv(TRUE["one"]["flange"] @ MOUNT)
+    for i, d in enumerate(draws):
+        step = np.eye(4)
+        step[:3, :3], step[:3, 3] = Rotation.from_rotvec(d[3:]).as_matrix(), d[:3]
+        away = np.linalg.inv(rig_from_base) @ step @ rig_from_base
+        seen[i] = [*away[:3, 3], *Rotation.from_matrix(away[:3, :3]).as_rotvec()]
+    scale = np.sqrt(np.diag(correction.covariance))
+    assert np.abs((np.cov(seen.T) - correction.covariance) / np.outer(scale, scale)).max() < 0.08
+
+
+def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
+    rng = np.random.default_rng(6)
+    base_sigma = np.repeat([2.0, 0.003], 3)
+    sigmas = {"tilt": 0.01, "travel": 8.0}
+    world = np.array(WORLD_FROM["one"], float)
+    for _ in range(3):
+        true_base = world @ transform(rng.normal(0, 0.003, 3), rng.normal(0, 2, 3))
+        found = true_base @ links_by_hand(357, np.radians(30) - 0.012, 0.4)["flange"] @ MOUNT
+        answer = correct_base(rig, found, SIGMA, joint_sigmas=sigmas, base_covariance=np.diag(base_sigma**2))
+
+        def residuals(x: Array, found: Array = found) -> Array:
+            base = np.eye(4)
+            base[:3, :3], base[:3, 3] = Rotation.from_rotvec(x[3:6]).as_matrix(), x[:3]
+            pose = world @ base @ links_by_hand(350 + x[7], np.radians(30) + x[6], 0.4)["flange"] @ MOUNT
+            d = np.linalg.inv(pose) @ found
+            error = np.array([*d[:3, 3], *Rotation.from_matrix(d[:3, :3]).as_rotvec()])
+            sigma = np.sqrt(np.diag(SIGMA))
+            return np.concatenate([error / sigma, x[:6] / base_sigma, x[6:] / [sigmas["tilt"], sigmas["travel"]]])
+
+        best = least_squares(residuals, np.zeros(8), x_scale=[1, 1, 1, 1e-3, 1e-3, 1e-3, 1e-2, 5], xtol=1e-12)
+        assert answer.joints["tilt"] - np.radians(30) == pytest.approx(best.x[6], abs=2e-5)
+        assert answer.joints["travel"] - 350 == pytest.approx(best.x[7], abs=0.02)
+        assert (np.linalg.inv(world) @ answer.world_from_object)[:3, 3] == pytest.approx(best.x[:3], abs=0.02)
+        spread = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
+        assert list(answer.joint_sigmas.values()) == pytest.approx(spread[6:], rel=0.01)
+        assert np.sqrt(np.diag(answer.covariance)) == pytest.approx(spread[:6], rel=0.01)
+        assert answer.joints["face"] == 0.4  # no sigma: held
+    for wrong, said in (({"elbow": 1.0}, "no moving joint 'elbow'"), ({"tilt": 0.0}, "give one above zero")):
+        with pytest.raises(InputError, match=said):
+            correct_base(rig, found, SIGMA, joint_sigmas=wrong)
+    with pytest.raises(InputError, match="not positive"):
+        correct_base(rig, found, np.zeros((6, 6)))
+
+
+def test_where_and_back_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = str(tmp_path / "s.duckdb")
+    Store.create(target).close()
+    placed(target, cell(tmp_path))
+    asked = ["where", "head", "--on", "two", "--world", "w", "--store", target]
+    capsys.readouterr()
+    assert main([*asked, "--set", "travel=120", "--set", "tilt_deg=10", "--sigma-mm", "3"]) == 0
+    said = yaml.safe_load(capsys.readouterr().out)
+    pose = links_by_hand(120, np.radians(10), 0)["flange"] @ MOUNT
+    assert np.abs(np.array(said["world_from_rig"]) - pose).max() < 1e-9
+    assert said["sigma"] == {"translation_mm": 3.0, "rotation_deg": 0.5}
+
+    base = transform((0, 0, 0.01), (4, -2, 1))
+    answer = {"world_from_rig": (base @ TRUE["two"]["flange"] @ MOUNT).tolist(), "covariance": SIGMA.tolist()}
+    (tmp_path / "found.json").write_text(json.dumps(answer))
+    assert main([*asked, "--found", str(tmp_path / "found.json")]) == 0
+    said = yaml.safe_load(capsys.readouterr().out)
+    assert np.abs(np.array(said["world_from_object"]) - base).max() < 1e-8
+    assert said["shift_mm"] == pytest.approx([4, -2, 1])
+    assert main([*asked, "--found", str(tmp_path / "found.json"), "--joint-sigma", "tilt_deg=0.5"]) == 0
+    said = yaml.safe_load(capsys.readouterr().out)
+    assert said["joints"]["tilt"] != -0.3
+    assert 0 < said["joint_sigmas"]["tilt"] <= np.radians(0.5)
+    assert main([*asked, "--set", "tilt"]) == 2
+    assert main([*asked, "--set", "tilt=9"]) == 3
