@@ -71,7 +71,14 @@ def test_wrong_use(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 def test_other_volumes(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A ball, a turned box and a polyhedron about the plate's corner (9, 100, 5), and beside it."""
-    cube = [[1, 0, 0, 9.1], [-1, 0, 0, -8], [0, 1, 0, 100.1], [0, -1, 0, -99], [0, 0, 1, 6], [0, 0, -1, -4]]
+    cube: list[list[float]] = [
+        [1, 0, 0, 9.1],
+        [-1, 0, 0, -8],
+        [0, 1, 0, 100.1],
+        [0, -1, 0, -99],
+        [0, 0, 1, 6],
+        [0, 0, -1, -4],
+    ]
     faces = tmp_path / "faces.yaml"
     for shift, expected in ((0.0, ["a/b/c"]), (-1.2, [])):
         cube[0][3], cube[1][3] = 9.1 + shift, -8 - shift

@@ -57,7 +57,7 @@ class Oracle:
         return self._keys(level, np.asarray(~wholly.any(axis=0)))
 
     def in_solid(self, volume: OrientedBox | Sphere | Polyhedron, level: str) -> Answer:
-        """Not beyond the ball (by more than rounding), nor all corners beyond a face of the volume or of its bounding box."""
+        """Not beyond the ball (by more than rounding), nor all corners beyond a face of it or of its bounds."""
         corners = self.corners[level]
         met = (self.low[level] <= volume.bounds[3:]) & (self.high[level] >= volume.bounds[:3])
         met = np.asarray(met).all(axis=1)
