@@ -1,17 +1,19 @@
 """Which placed parts, features, surfaces and arcs lie in a volume, asked of the store.
 
-At precision `box`, the only one so far, the answer is exact in this sense:
+At precision `box` an element is in a volume if
 
-- an element is in a `Box` if its world box meets it, where the world box is the box of its box in the shape's frame
-  carried into the world (`boxes_carried`); touching counts;
-- an element is in a `Frustum` if its box in the shape's frame, as it lies in the world, is not wholly outside any one
-  of the frustum's half-spaces.
+- its world box meets the volume's bounds, where the world box is the box of its box in the shape's frame carried into
+  the world (`boxes_carried`); touching counts;
+- and its box in the shape's frame, as it lies in the world, meets the volume's ball, if any, and is not wholly outside
+  any one of its half-spaces.
 
-Both hold every element whose geometry reaches into the volume, and some that only come near.
+That holds every element whose geometry reaches into the volume, and some that only come near.  At precision `exact`
+the geometry is held against the volume: see `relmodel.index.exact`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -21,11 +23,15 @@ from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices
-from relmodel.index.volumes import Box, Volume, boxes_met
+from relmodel.index.exact import exactly_met
+from relmodel.index.volumes import Volume, volumes_met
 from relmodel.store import Store
 
 Level = Literal["part", "feature", "surface", "arc"]
 LEVELS: tuple[Level, ...] = ("part", "feature", "surface", "arc")
+
+Precision = Literal["box", "exact"]
+PRECISIONS: tuple[Precision, ...] = ("box", "exact")
 
 BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
 
@@ -41,33 +47,54 @@ class FoundRow:
 
 
 def in_volume(
-    store: Store, volume: Volume, *, level: str = "part", world: str | None = None
+    store: Store, volume: Volume, *, level: str = "part", world: str | None = None, precision: str = "box"
 ) -> dict[str, npt.NDArray[Any]]:
-    """What lies in a volume, by columns, sorted by occurrence_id, element_no.
+    """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
+    return in_volumes(store, [volume], level=level, world=world, precision=precision)
 
-    Columns: occurrence_id, shape_id, element_no (feature_no, surface_no or arc_no; -1 of parts), path of the placed
-    part, name, world box x0 .. z1, box in the shape's frame shape_x0 .. shape_z1, world_from_occurrence m00 .. m23.
+
+def in_volumes(
+    store: Store, volumes: Sequence[Volume], *, level: str = "part", world: str | None = None, precision: str = "box"
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in each of some volumes, by columns, sorted by volume_no, occurrence_id, element_no.
+
+    Columns: volume_no (ordinal of the volume), occurrence_id, shape_id, element_no (feature_no, surface_no or arc_no;
+    -1 of parts), path of the placed part, name, world box x0 .. z1, box in the shape's frame shape_x0 ..
+    shape_z1, world_from_occurrence m00 .. m23.
     The newest revision of the world is asked; the only world of a store needs no name, and a store without worlds holds
-    nothing.  Raises UsageError where the level or the world is unknown, or several worlds need a name.
+    nothing.  Raises UsageError where the level, the precision or the world is unknown, or several worlds need a name.
     """
     if level not in LEVELS:
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
+    if precision not in PRECISIONS:
+        raise UsageError(f"there is no precision {precision!r}: use one of {', '.join(PRECISIONS)}")
+    bounds = np.array([volume.bounds for volume in volumes], float).reshape(-1, 6)
+    asked: dict[str, Any] = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)}
+    asked["volume_no"] = list(range(len(volumes)))
+    if level != "part":
+        asked["level"] = level
+    query = "find_parts_in_boxes" if level == "part" else "find_elements_in_boxes"
     with store.read() as connection:
-        name = world_named(store, connection, world)[1]
-        bounds = dict(zip(BOX_COLUMNS, volume.bounds.tolist(), strict=True))
-        found = store.columns(connection, f"find_{level}s_in_box", world=name, **bounds)
-    if isinstance(volume, Box):
-        return found
-    boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
-    met = boxes_met(volume, matrices(found), boxes)
-    return {name: values[met] for name, values in found.items()}
+        world_id = world_named(store, connection, world)[0]
+        found = store.columns(connection, query, world_id=world_id, **asked)
+        boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+        found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
+        if precision == "exact":
+            found = _chosen(found, exactly_met(store, connection, volumes, level, found))
+    return found
 
 
-def find_rows(store: Store, volume: Volume, *, level: str | None = None, world: str | None = None) -> list[FoundRow]:
+def _chosen(found: dict[str, npt.NDArray[Any]], met: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
+    return found if met.all() else {name: values[met] for name, values in found.items()}
+
+
+def find_rows(
+    store: Store, volume: Volume, *, level: str | None = None, world: str | None = None, precision: str = "box"
+) -> list[FoundRow]:
     """What lies in a volume, ready to print, sorted by path and name; without a level, parts and their features."""
     rows = []
     for asked in (level,) if level else ("part", "feature"):
-        found = in_volume(store, volume, level=asked, world=world)
+        found = in_volume(store, volume, level=asked, world=world, precision=precision)
         boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float).tolist()
         order = np.lexsort((found["element_no"], found["path"].astype(str)))
         rows += [FoundRow(str(found["path"][i]), asked, str(found["name"][i]), tuple(boxes[i])) for i in order]

@@ -63,9 +63,9 @@ def entries_in_boxes(
 
 
 @njit(cache=True, nogil=True)
-def _outside(box: Any, planes: Any) -> bool:
-    """Whether a box (6,) is wholly outside one of the half-spaces (k, 5: normal, shift, offset)."""
-    for k in range(len(planes)):
+def _outside(box: Any, planes: Any, first: int, end: int) -> bool:
+    """Whether a box (6,) is wholly outside one of the half-spaces (k, 5: normal, shift, offset) `first` to `end`."""
+    for k in range(first, end):
         x = min(planes[k, 0] * box[0], planes[k, 0] * box[3])
         y = min(planes[k, 1] * box[1], planes[k, 1] * box[4])
         z = min(planes[k, 2] * box[2], planes[k, 2] * box[5])
@@ -75,41 +75,65 @@ def _outside(box: Any, planes: Any) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def entries_in_half_spaces(boxes: Any, first_child: Any, stack_room: int, half_spaces: Any) -> Any:
-    """Entries that are not wholly outside any of the half-spaces (k, 4: normal, offset)."""
+def _beyond(box: Any, x: float, y: float, z: float, radius: float) -> bool:
+    """Whether a box (6,) does not meet a ball."""
+    dx = max(max(box[0] - x, x - box[3]), 0.0)
+    dy = max(max(box[1] - y, y - box[4]), 0.0)
+    dz = max(max(box[2] - z, z - box[5]), 0.0)
+    return bool(dx * dx + dy * dy + dz * dz > radius * radius)
+
+
+@njit(cache=True, nogil=True)
+def entries_in_volumes(
+    boxes: Any, first_child: Any, stack_room: int, bounds: Any, half_spaces: Any, start: Any, balls: Any
+) -> Any:
+    """Pairs (number of the volume, entry) of a table of volumes: entries not wholly outside any half-space, nor the
+    ball: two arrays, by volume."""
     nodes = len(first_child) - 1
     entries = len(boxes) + 1 - nodes
     planes = np.zeros((len(half_spaces), 5))
     planes[:, :3] = half_spaces[:, :3]
     planes[:, 4] = half_spaces[:, 3]
     room = _FIRST_ROOM
-    out = np.empty(room, np.int64)
+    out_volume = np.empty(room, np.int64)
+    out_entry = np.empty(room, np.int64)
     count = 0
     stack = np.empty(stack_room, np.int64)
-    stack[0] = nodes - 1
-    depth = 1
-    while depth:
-        depth -= 1
-        node = stack[depth]
-        for row in range(first_child[node], first_child[node + 1]):
-            if _outside(boxes[row], planes):
-                continue
-            if row >= entries:
-                stack[depth] = row - entries
-                depth += 1
-                continue
-            if count == room:
-                out = _grown(out)
-                room *= 2
-            out[count] = row
-            count += 1
-    return out[:count]
+    for volume in range(len(bounds)):
+        b = bounds[volume]
+        first, end = start[volume], start[volume + 1] - 6  # the last six are the bounds
+        cx, cy, cz, radius = balls[volume, 0], balls[volume, 1], balls[volume, 2], balls[volume, 3]
+        stack[0] = nodes - 1
+        depth = 1
+        while depth:
+            depth -= 1
+            node = stack[depth]
+            for row in range(first_child[node], first_child[node + 1]):
+                box = boxes[row]
+                if box[0] > b[3] or box[3] < b[0] or box[1] > b[4] or box[4] < b[1] or box[2] > b[5] or box[5] < b[2]:
+                    continue
+                if _outside(box, planes, first, end) or _beyond(box, cx, cy, cz, radius):
+                    continue
+                if row >= entries:
+                    stack[depth] = row - entries
+                    depth += 1
+                    continue
+                if count == room:
+                    out_volume, out_entry = _grown(out_volume), _grown(out_entry)
+                    room *= 2
+                out_volume[count] = volume
+                out_entry[count] = row
+                count += 1
+    return out_volume[:count], out_entry[:count]
 
 
 @njit(cache=True, nogil=True)
-def elements_in_half_spaces(
+def elements_in_volumes(
     half_spaces: Any,
-    parts: Any,
+    start: Any,
+    balls: Any,
+    pair_volume: Any,
+    pair_part: Any,
     transforms: Any,
     part_shape: Any,
     shape_pages: Any,
@@ -117,34 +141,43 @@ def elements_in_half_spaces(
     page_start: Any,
     boxes: Any,
 ) -> Any:
-    """Elements of the given parts that are not wholly outside any half-space (k, 4), as pairs (part, row of `boxes`).
+    """Elements of parts that are not wholly outside a volume, for pairs of a volume and a part: (pair, row of `boxes`).
 
-    The half-spaces are carried into the frame of the part's shape by `transforms` (n, 4, 4) and held against the
-    pages `shape_pages[s]` to `shape_pages[s + 1]` of shape `part_shape[part]`, then against the boxes of the page.
+    The volume is carried into the frame of the part's shape by `transforms` (n, 4, 4) and held against the pages
+    `shape_pages[s]` to `shape_pages[s + 1]` of shape `part_shape[part]`, then against the boxes of the page.
     """
     room = _FIRST_ROOM
-    out_part = np.empty(room, np.int64)
+    out_pair = np.empty(room, np.int64)
     out_row = np.empty(room, np.int64)
     count = 0
     planes = np.empty((len(half_spaces), 5))
     planes[:, 4] = half_spaces[:, 3]
-    for part in parts:
+    centre = np.empty(3)
+    for pair in range(len(pair_part)):
+        volume, part = pair_volume[pair], pair_part[pair]
         t = transforms[part]
-        for k in range(len(half_spaces)):
+        first, end = start[volume], start[volume + 1]
+        for k in range(first, end):
             nx, ny, nz = half_spaces[k, 0], half_spaces[k, 1], half_spaces[k, 2]
             for j in range(4):
                 planes[k, j] = nx * t[0, j] + ny * t[1, j] + nz * t[2, j]
+        radius = balls[volume, 3]
+        dx, dy, dz = balls[volume, 0] - t[0, 3], balls[volume, 1] - t[1, 3], balls[volume, 2] - t[2, 3]
+        for j in range(3):
+            centre[j] = dx * t[0, j] + dy * t[1, j] + dz * t[2, j]
         shape = part_shape[part]
         for page in range(shape_pages[shape], shape_pages[shape + 1]):
-            if _outside(page_boxes[page], planes):
+            if _outside(page_boxes[page], planes, first, end):
                 continue
             for row in range(page_start[page], page_start[page + 1]):
-                if _outside(boxes[row], planes):
+                if _outside(boxes[row], planes, first, end):
+                    continue
+                if _beyond(boxes[row], centre[0], centre[1], centre[2], radius):
                     continue
                 if count == room:
-                    out_part, out_row = _grown(out_part), _grown(out_row)
+                    out_pair, out_row = _grown(out_pair), _grown(out_row)
                     room *= 2
-                out_part[count] = part
+                out_pair[count] = pair
                 out_row[count] = row
                 count += 1
-    return out_part[:count], out_row[:count]
+    return out_pair[:count], out_row[:count]

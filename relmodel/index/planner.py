@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices
 from relmodel.index.find import BOX_COLUMNS, LEVELS, Level, world_named
 from relmodel.index.rtree import PackedRTree
-from relmodel.index.volumes import Box, Volume, boxes_met
+from relmodel.index.volumes import Box, Volume, VolumeTable, volumes_met
 from relmodel.store import Store
 
 Integers = npt.NDArray[np.int64]
@@ -50,25 +50,35 @@ class WorldIndex:
 
     def in_volume(self, volume: Volume, level: str = "part") -> tuple[Integers, Integers]:
         """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
+        return self.in_volumes([volume], level)[1:]
+
+    def in_volumes(self, volumes: Sequence[Volume], level: str = "part") -> tuple[Integers, Integers, Integers]:
+        """Ordinal of the volume, occurrence_id and element_no (-1 of parts) of what lies in volumes, sorted."""
         if level not in LEVELS:
             raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
-        if isinstance(volume, Box):
-            parts = self._tree.in_box(volume.bounds)
+        table = VolumeTable.of(volumes)
+        if all(isinstance(volume, Box) for volume in volumes):
+            asked, part = self._tree.in_boxes(table.bounds)
         else:
-            parts = self._tree.in_half_spaces(volume.half_spaces)
-        parts = np.sort(parts)
+            asked, part = self._tree.in_volumes(table)
+        order = np.lexsort((part, asked))
+        asked, part = asked[order], part[order]
         if level != "part":
-            return self._elements_in(volume, self._elements[level], parts)
-        if not isinstance(volume, Box):
-            parts = parts[boxes_met(volume, self._world_from_part[parts], self._shape_box[parts])]
-        return self._occurrence_id[parts], np.full(len(parts), -1, np.int64)
+            return self._elements_in(table, self._elements[level], asked, part)
+        met = volumes_met(volumes, asked, self._world_from_part[part], self._shape_box[part])
+        return asked[met], self._occurrence_id[part[met]], np.full(int(met.sum()), -1, np.int64)
 
-    def _elements_in(self, volume: Volume, pages: _ShapePages, parts: Integers) -> tuple[Integers, Integers]:
+    def _elements_in(
+        self, table: VolumeTable, pages: _ShapePages, asked: Integers, part: Integers
+    ) -> tuple[Integers, Integers, Integers]:
         from relmodel.index import kernels
 
-        part, row = kernels.elements_in_half_spaces(
-            volume.half_spaces,
-            parts,
+        pair, row = kernels.elements_in_volumes(
+            table.half_spaces,
+            table.start,
+            table.balls,
+            asked,
+            part,
             self._world_from_part,
             self._part_shape,
             pages.shape_pages,
@@ -77,8 +87,9 @@ class WorldIndex:
             pages.boxes,
         )
         element = pages.element_no[row]
-        order = np.lexsort((element, part))
-        return self._occurrence_id[part[order]], element[order]
+        order = np.lexsort((element, pair))
+        pair = pair[order]
+        return asked[pair], self._occurrence_id[part[pair]], element[order]
 
 
 class _ShapePages:

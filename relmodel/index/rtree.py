@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.index.packing import pack, page_boxes
+from relmodel.index.volumes import VolumeTable
 
 FANOUT = 16
 
@@ -59,9 +60,18 @@ class PackedRTree:
         )
         return asked, self._number[found]
 
-    def in_half_spaces(self, half_spaces: npt.NDArray[np.float64]) -> npt.NDArray[np.int64]:
-        """Numbers of the boxes not wholly outside any half-space (k, 4: outward normal n, d; n . p <= d), unsorted."""
+    def in_volumes(self, volumes: VolumeTable) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
+        half-space of the volume, by volume."""
         from relmodel.index import kernels
 
-        found = kernels.entries_in_half_spaces(self._boxes, self._first_child, self._stack_room, half_spaces)
-        return np.asarray(self._number[found])
+        asked, found = kernels.entries_in_volumes(
+            self._boxes,
+            self._first_child,
+            self._stack_room,
+            volumes.bounds,
+            volumes.half_spaces,
+            volumes.start,
+            volumes.balls,
+        )
+        return asked, self._number[found]

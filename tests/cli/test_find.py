@@ -67,3 +67,31 @@ def test_wrong_use(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str
     with pytest.raises(SystemExit):
         main(["find", "--store", world])
     assert main(["find", "--store", world, "--camera", str(tmp_path / "none.yaml"), "--at", "pose.yaml"]) == 3
+
+
+def test_other_volumes(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A ball, a turned box and a polyhedron about the plate's corner (9, 100, 5), and beside it."""
+    cube: list[list[float]] = [
+        [1, 0, 0, 9.1],
+        [-1, 0, 0, -8],
+        [0, 1, 0, 100.1],
+        [0, -1, 0, -99],
+        [0, 0, 1, 6],
+        [0, 0, -1, -4],
+    ]
+    faces = tmp_path / "faces.yaml"
+    for shift, expected in ((0.0, ["a/b/c"]), (-1.2, [])):
+        cube[0][3], cube[1][3] = 9.1 + shift, -8 - shift
+        faces.write_text(yaml.safe_dump({"half_spaces": cube}))
+        asked = [
+            ["--sphere", str(8.9 + shift), "100", "5", "0.2"],
+            ["--obb", str(8.8 + shift), "100", "5", "0.2", "0.2", "0.2", "0", "0", "45"],
+            ["--polyhedron", str(faces)],
+        ]
+        for volume in asked:
+            assert [r["path"] for r in found(capsys, "--store", world, *volume, "--level", "part")] == expected
+    assert main(["find", "--store", world, "--sphere", "0", "0", "0", "-1"]) == 3
+    assert main(["find", "--store", world, "--polyhedron", str(tmp_path / "none.yaml")]) == 3
+    faces.write_text("half_spaces: 3\n")
+    assert main(["find", "--store", world, "--polyhedron", str(faces)]) == 3
+    assert "half-spaces" in capsys.readouterr().err

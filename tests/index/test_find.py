@@ -13,9 +13,9 @@ import sqlalchemy as sa
 
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.index.find import LEVELS, find_rows, in_volume
+from relmodel.index.find import LEVELS, find_rows, in_volume, in_volumes
 from relmodel.index.planner import WorldIndex
-from relmodel.index.volumes import Box, Frustum
+from relmodel.index.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
 from relmodel.store import Store
 from relmodel.world import place_world
 from tests.synthetic_model import BOX, SyntheticModel, write_world
@@ -55,6 +55,28 @@ class Oracle:
         beyond += [corners[..., i] > view.bounds[3 + i] for i in range(3)]
         wholly = np.asarray([b.all(axis=1) for b in beyond])
         return self._keys(level, np.asarray(~wholly.any(axis=0)))
+
+    def in_solid(self, volume: OrientedBox | Sphere | Polyhedron, level: str) -> Answer:
+        """Not beyond the ball (by more than rounding), nor all corners beyond a face of it or of its bounds."""
+        corners = self.corners[level]
+        met = (self.low[level] <= volume.bounds[3:]) & (self.high[level] >= volume.bounds[:3])
+        met = np.asarray(met).all(axis=1)
+        if isinstance(volume, Sphere):
+            centre = np.array([volume.x, volume.y, volume.z]) - corners[:, 0]
+            nearest = corners[:, 0].copy()
+            for edge in (corners[:, 4] - corners[:, 0], corners[:, 2] - corners[:, 0], corners[:, 1] - corners[:, 0]):
+                length2 = np.maximum((edge**2).sum(axis=1), 1e-300)
+                nearest += edge * np.clip((edge * centre).sum(axis=1) / length2, 0, 1)[:, None]
+            met &= np.linalg.norm(nearest - corners[:, 0] - centre, axis=1) <= volume.radius + 1e-9
+        elif isinstance(volume, OrientedBox):
+            local = (corners - volume.world_from_box[:3, 3]) @ volume.world_from_box[:3, :3]
+            beyond: Any = np.concatenate([local > volume.half, local < -volume.half], axis=2)
+            met &= ~beyond.all(axis=1).any(axis=1)
+        else:
+            given = np.asarray(volume.given)
+            beyond = np.asarray(corners @ given[:, :3].T > given[:, 3])
+            met &= ~beyond.all(axis=1).any(axis=1)
+        return self._keys(level, met)
 
     def _keys(self, level: str, chosen: npt.NDArray[np.bool_]) -> Answer:
         return {self.key[level][i] for i in np.flatnonzero(chosen)}
@@ -104,6 +126,34 @@ def random_views(count: int, seed: int) -> list[Frustum]:
     return views
 
 
+def random_solids(oracle: Oracle, count: int, seed: int) -> list[OrientedBox | Sphere | Polyhedron]:
+    """Turned boxes, one in ten without thickness, balls, one in ten a point, and tetrahedra, around placed arcs."""
+    rng = np.random.default_rng(seed)
+    volumes: list[OrientedBox | Sphere | Polyhedron] = []
+    for number, point in enumerate(rng.choice(oracle.low["arc"], count) + rng.normal(0, 1, (count, 3))):
+        size = 10 ** rng.uniform(-1, 2.3)
+        kind = number % 3
+        if kind == 0:
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), point
+            half = size * rng.uniform(0.2, 1, 3)
+            half[2] *= number % 10 > 0
+            volumes.append(OrientedBox(pose, half))
+        elif kind == 1:
+            x, y, z = point.tolist()
+            volumes.append(Sphere(x, y, z, size if number % 10 else 0.0))
+        else:
+            tip = point + size * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * rng.uniform(0.5, 1, 3)
+            planes = []
+            for i in range(4):
+                a, b, c = np.delete(tip, i, axis=0)
+                normal = np.cross(b - a, c - a)
+                normal *= -np.sign(normal @ (tip[i] - a))
+                planes.append([*normal, normal @ a])
+            volumes.append(Polyhedron(planes))
+    return volumes
+
+
 def paths(store: Store) -> dict[int, str]:
     occurrence = store.table("occurrence")
     with store.read() as connection:
@@ -134,6 +184,30 @@ def test_in_process_equals_brute_force(filled: tuple[Store, Oracle]) -> None:
 
 
 @pytest.mark.parametrize("level", LEVELS)
+def test_turned_boxes_balls_and_polyhedra(filled: tuple[Store, Oracle], level: str) -> None:
+    """In process and in SQL, one by one and as a table of volumes of all kinds."""
+    store, oracle = filled
+    index, path = WorldIndex.load(store), paths(store)
+    solids = random_solids(oracle, 150, 8)
+    expected = [oracle.in_solid(volume, level) for volume in solids]
+    assert sum(bool(e) for e in expected) > 100
+    volumes: list[Volume] = [*solids, *random_boxes(oracle, 20, 9), *random_views(10, 10)]
+    expected += [oracle.in_box(v, level) if isinstance(v, Box) else oracle.in_view(v, level) for v in volumes[150:]]  # type: ignore[arg-type]
+    number, ids, elements = index.in_volumes(volumes, level)
+    found = in_volumes(store, volumes, level=level)
+    assert np.array_equal(found["volume_no"], number)
+    assert np.array_equal(found["occurrence_id"], ids)
+    assert np.array_equal(found["element_no"], elements)
+    for i, volume in enumerate(volumes):
+        here = number == i
+        keys = {(path[o], e) for o, e in zip(ids[here].tolist(), elements[here].tolist(), strict=True)}
+        assert keys == expected[i]
+        if i % 30 == 0:
+            assert answer(in_volume(store, volume, level=level)) == expected[i]
+    assert len(index.in_volumes([], level)[0]) == len(in_volumes(store, [], level=level)["path"]) == 0
+
+
+@pytest.mark.parametrize("level", LEVELS)
 def test_sql_equals_brute_force(filled: tuple[Store, Oracle], level: str) -> None:
     store, oracle = filled
     for box in random_boxes(oracle, 40, 3):
@@ -154,6 +228,11 @@ def test_on_both_engines(store_target: str, tmp_path: Path) -> None:
                 assert answer(in_volume(store, box, level=level)) == oracle.in_box(box, level)
             for view in random_views(3, 6):
                 assert answer(in_volume(store, view, level=level)) == oracle.in_view(view, level)
+            solids = random_solids(oracle, 6, 7)
+            found = in_volumes(store, solids, level=level)
+            for i, volume in enumerate(solids):
+                rows = {name: values[found["volume_no"] == i] for name, values in found.items()}
+                assert answer(rows) == oracle.in_solid(volume, level)
         index = WorldIndex.load(store)
         big = Box(-2000, -2000, -2000, 2000, 2000, 2000)
         assert len(index.in_volume(big, "feature")[0]) == len(oracle.key["feature"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from relmodel.index.rtree import PackedRTree
-from relmodel.index.volumes import Box
+from relmodel.index.volumes import Box, VolumeTable
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 4, 5, 16, 17, 63, 64, 65, 300, 1000, 5003])
@@ -22,8 +22,7 @@ def test_equal_to_brute_force(count: int) -> None:
     ]
     assert len(tree) == count
     assert [sorted(tree.in_box(box).tolist()) for box in asked] == expected
-    assert [sorted(tree.in_half_spaces(Box(*box).half_spaces).tolist()) for box in asked] == expected
-    numbers, found = tree.in_boxes(asked)
-    assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
+    for numbers, found in (tree.in_boxes(asked), tree.in_volumes(VolumeTable.of([Box(*box) for box in asked]))):
+        assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
     everything = np.array([-1e3, -1e3, -1e3, 1e3, 1e3, 1e3])
     assert sorted(tree.in_box(everything).tolist()) == list(range(count))

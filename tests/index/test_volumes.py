@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.index.volumes import Box, Frustum
+from relmodel.index.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere
 
 
 def camera(**changes: Any) -> Frustum:
@@ -58,6 +59,36 @@ def test_bad_boxes(bounds: tuple[float, ...], said: str) -> None:
 def test_bad_frustums(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         camera(**changes)
+
+
+CUBE: list[Any] = [[1, 0, 0, 1], [-1, 0, 0, 1], [0, 2, 0, 2], [0, -1, 0, 1], [0, 0, 1, 1], [0, 0, -1, 1]]
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Sphere(0, 0, 0, -1), "radius -1"),
+        (lambda: Sphere(0, 0, np.inf, 1), "not finite"),
+        (lambda: OrientedBox(np.eye(4), np.array([1, -1, 1])), "none below 0"),
+        (lambda: OrientedBox(np.eye(4), np.array([1, np.nan, 1])), "none below 0"),
+        (lambda: OrientedBox(np.diag([1.0, 2, 1, 1]), np.ones(3)), "not rigid"),
+        (lambda: Polyhedron(CUBE[:5]), "not bounded"),
+        (lambda: Polyhedron([]), "not finite"),
+        (lambda: Polyhedron(cast("Any", [[1, 0, 0], [1, 2, 3, 4]])), "not finite"),
+        (lambda: Polyhedron([*CUBE, [0.0, 0, 0, 1]]), "no normal"),
+        (lambda: Polyhedron([*CUBE, [1.0, 0, 0, -2]]), "empty"),
+        (lambda: Polyhedron([*CUBE, [1, 0, 0, np.inf]]), "not finite"),
+    ],
+)
+def test_bad_volumes(make: Callable[[], Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        make()
+
+
+def test_polyhedron_without_thickness() -> None:
+    flat = Polyhedron([*CUBE, [1.0, 1, 0, 0], [-1.0, -1, 0, 0]])
+    assert np.allclose(flat.bounds, [-1, -1, -1, 1, 1, 1], atol=1e-5)
+    assert np.all(flat.planes[:, :3] @ flat.inner_point <= flat.planes[:, 3] + 1e-6)
 
 
 def test_half_spaces_hold_exactly_the_points_that_project_into_the_picture() -> None:

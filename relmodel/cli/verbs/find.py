@@ -1,4 +1,4 @@
-"""Find the parts, features, surfaces or arcs that lie in a box or in a camera's view.
+"""Find the parts, features, surfaces or arcs that lie in a box, a sphere, a polyhedron or a camera's view.
 
 Without --level: parts and their features.
 """
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from relmodel.cli.options import add_format, store_target
 from relmodel.cli.output import print_rows
-from relmodel.errors import UsageError
+from relmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from relmodel.index.volumes import Volume
@@ -23,13 +23,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     volume = parser.add_mutually_exclusive_group(required=True)
     bounds = ("x0", "y0", "z0", "x1", "y1", "z1")
     volume.add_argument("--box", nargs=6, type=float, metavar=bounds, help="a box in the world, mm")
-    volume.add_argument("--camera", type=Path, metavar="RIG.yaml", help="what the cameras of a rig see (needs --at)")
+    oriented = ("x", "y", "z", "hx", "hy", "hz", "rx_deg", "ry_deg", "rz_deg")
+    words = "a turned box: its centre, half its sizes (mm) and its turn, a rotation vector"
+    volume.add_argument("--obb", nargs=9, type=float, metavar=oriented, help=words)
+    volume.add_argument("--sphere", nargs=4, type=float, metavar=("x", "y", "z", "radius"), help="a ball, mm")
+    words = "a convex polyhedron: a list half_spaces of [nx, ny, nz, d], inside where n . p <= d"
+    volume.add_argument("--polyhedron", type=Path, metavar="FILE.yaml", help=words)
+    volume.add_argument(
+        "--camera", type=Path, metavar="RIG.yaml", help="what the cameras of a rig see (needs --at or --prior)"
+    )
     parser.add_argument(
         "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
+    )
+    parser.add_argument(
+        "--prior", type=Path, metavar="PRIOR.yaml", help="where the rig may be: the view is widened to hold all of it"
     )
     parser.add_argument("--near", type=float, default=10.0, help="least depth of the view, mm (default: 10)")
     parser.add_argument("--far", type=float, default=10_000.0, help="greatest depth of the view, mm (default: 10000)")
     parser.add_argument("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for")
+    words = "box: whose box is not wholly outside (default); exact: whose triangles or sampled arcs reach into it"
+    parser.add_argument("--precision", choices=("box", "exact"), default="box", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     add_format(parser)
 
@@ -39,29 +52,66 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
 
     volumes = _volumes(args)
+    asked = {"level": args.level, "world": args.world, "precision": args.precision}
     with Store.open(store_target(args), read_only=True) as store:
-        found = {row for volume in volumes for row in find_rows(store, volume, level=args.level, world=args.world)}
+        found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
     return 0
 
 
 def _volumes(args: argparse.Namespace) -> list[Volume]:
-    """The box, or the view of each camera of the rig."""
-    from relmodel.index.volumes import Box, Frustum
+    """The volume, or the view of each camera of the rig."""
+    if not args.camera:
+        if args.at or args.prior:
+            raise UsageError("--at and --prior say where a camera is: give them with --camera only")
+        return [_volume(args)]
+    if (args.at is None) == (args.prior is None):
+        raise UsageError("--camera needs --at POSE.yaml, which says where the rig is, or --prior PRIOR.yaml")
+    from relmodel.index.volumes import Frustum
+    from relmodel.index.widening import widened
+    from vision.cameras import read_pose, read_prior, read_rig
+    from vision.view_volume import WIDENED_CONFIDENCE
 
-    if args.box:
-        if args.at:
-            raise UsageError("--at says where a camera is: give it with --camera, not with --box")
-        return [Box(*args.box)]
-    if not args.at:
-        raise UsageError("--camera needs --at POSE.yaml, which says where the rig is")
-    from vision.cameras import read_pose, read_rig
-
-    rig, world_from_rig = read_rig(args.camera), read_pose(args.at)
+    rig = read_rig(args.camera)
+    prior = read_prior(args.prior) if args.prior else None
+    world_from_rig = prior.world_from_rig if prior else read_pose(args.at)
     volumes: list[Volume] = []
     for name, camera in rig.cameras.items():
         width, height, matrix = camera.undistorted_view()
-        pose = world_from_rig @ rig.rig_from_camera[name]
-        volumes.append(Frustum(width, height, matrix, pose, args.near, args.far))
+        rig_from_camera = rig.rig_from_camera[name]
+        view = Frustum(width, height, matrix, world_from_rig @ rig_from_camera, args.near, args.far)
+        volumes.append(widened(view, prior.covariance, WIDENED_CONFIDENCE, rig_from_camera) if prior else view)
     return volumes
+
+
+def _volume(args: argparse.Namespace) -> Volume:
+    import numpy as np
+
+    from relmodel.geometry.transforms import rotation_matrix
+    from relmodel.index.volumes import Box, OrientedBox, Polyhedron, Sphere
+
+    if args.box:
+        return Box(*args.box)
+    if args.sphere:
+        return Sphere(*args.sphere)
+    if args.obb:
+        if not np.isfinite(args.obb).all():
+            raise InputError(f"the box {args.obb} is not finite: give centre, half sizes (mm) and turn (degrees)")
+        world_from_box = np.eye(4)
+        world_from_box[:3, :3] = rotation_matrix(np.radians(args.obb[6:]))
+        world_from_box[:3, 3] = args.obb[:3]
+        return OrientedBox(world_from_box, np.array(args.obb[3:6]))
+    return Polyhedron(_half_spaces(args.polyhedron))
+
+
+def _half_spaces(path: Path) -> list[list[float]]:
+    import yaml
+
+    try:
+        said = yaml.safe_load(path.read_text())
+        return [[float(number) for number in row] for row in said["half_spaces"]]
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): name a YAML file with half_spaces") from error
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} lists no half-spaces: give half_spaces: [[nx, ny, nz, d], ...]") from error

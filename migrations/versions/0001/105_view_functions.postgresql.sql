@@ -1,0 +1,291 @@
+-- Which placed parts, features, surfaces and arcs lie in a ball or in a camera's view, for any client:
+--     SELECT * FROM parts_in_sphere(x, y, z, radius)
+--     SELECT * FROM parts_in_view(camera_id, c00, c01, c02, c03, c10, ..., c23, near, far)
+-- and the same of features, surfaces and arcs; the name of a world after them where the store holds several.  Lengths in
+-- mm; c00 .. c23 are world_from_camera (x right, y down, z forward).  The view is that of the camera without distortion.
+-- What is given back is that whose box in its shape's frame, as it lies in the world, meets the ball or is not wholly
+-- outside any face of the view or of the box around it.
+
+CREATE FUNCTION view_box(
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION
+) RETURNS TABLE (
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT
+    min(c00 * x + c01 * y + c02 * z + c03) AS x0,
+    min(c10 * x + c11 * y + c12 * z + c13) AS y0,
+    min(c20 * x + c21 * y + c22 * z + c23) AS z0,
+    max(c00 * x + c01 * y + c02 * z + c03) AS x1,
+    max(c10 * x + c11 * y + c12 * z + c13) AS y1,
+    max(c20 * x + c21 * y + c22 * z + c23) AS z1
+FROM (
+    SELECT depth * (u - c.cx - c.skew * (v - c.cy) / c.fy) / c.fx AS x, depth * (v - c.cy) / c.fy AS y, depth AS z
+    FROM camera AS c
+    CROSS JOIN LATERAL (SELECT -0.5 AS u UNION ALL SELECT c.width - 0.5) AS across
+    CROSS JOIN LATERAL (SELECT -0.5 AS v UNION ALL SELECT c.height - 0.5) AS down
+    CROSS JOIN (SELECT near AS depth UNION ALL SELECT far) AS depths
+    WHERE c.id = in_camera
+) AS corner
+$$;
+COMMENT ON FUNCTION view_box IS
+    'The box around the view of a camera between two depths.';
+
+CREATE FUNCTION view_planes(
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION
+) RETURNS TABLE (
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, d DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT w.nx, w.ny, w.nz, w.nx * c03 + w.ny * c13 + w.nz * c23 + q.d AS d
+FROM (
+    SELECT -c.fx AS x, -c.skew AS y, -c.cx - 0.5 AS z, 0.0 AS d FROM camera AS c WHERE c.id = in_camera
+    UNION ALL
+    SELECT c.fx, c.skew, c.cx - c.width + 0.5, 0.0 FROM camera AS c WHERE c.id = in_camera
+    UNION ALL
+    SELECT 0.0, -c.fy, -c.cy - 0.5, 0.0 FROM camera AS c WHERE c.id = in_camera
+    UNION ALL
+    SELECT 0.0, c.fy, c.cy - c.height + 0.5, 0.0 FROM camera AS c WHERE c.id = in_camera
+    UNION ALL
+    SELECT 0.0, 0.0, -1.0, -near
+    UNION ALL
+    SELECT 0.0, 0.0, 1.0, far
+) AS q
+CROSS JOIN LATERAL (
+    SELECT c00 * q.x + c01 * q.y + c02 * q.z AS nx, c10 * q.x + c11 * q.y + c12 * q.z AS ny,
+        c20 * q.x + c21 * q.y + c22 * q.z AS nz
+) AS w
+$$;
+COMMENT ON FUNCTION view_planes IS
+    'The faces of the view of a camera between two depths: outward normals n and offsets d; inside where n . p <= d.';
+
+CREATE FUNCTION parts_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM parts_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape AS e ON e.id = o.shape_id
+CROSS JOIN LATERAL (
+    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
+        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
+        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
+) AS c
+WHERE radius >= 0
+    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
+        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+$$;
+COMMENT ON FUNCTION parts_in_sphere IS
+    'Placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION features_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.feature_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM features_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'feature' AND e.element_no = h.feature_no
+CROSS JOIN LATERAL (
+    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
+        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
+        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
+) AS c
+WHERE radius >= 0
+    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
+        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+$$;
+COMMENT ON FUNCTION features_in_sphere IS
+    'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION surfaces_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.surface_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM surfaces_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'surface' AND e.element_no = h.surface_no
+CROSS JOIN LATERAL (
+    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
+        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
+        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
+) AS c
+WHERE radius >= 0
+    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
+        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+$$;
+COMMENT ON FUNCTION surfaces_in_sphere IS
+    'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION arcs_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.arc_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM arcs_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'arc' AND e.element_no = h.arc_no
+CROSS JOIN LATERAL (
+    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
+        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
+        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
+) AS c
+WHERE radius >= 0
+    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
+        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+$$;
+COMMENT ON FUNCTION arcs_in_sphere IS
+    'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION parts_in_view(
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
+CROSS JOIN LATERAL parts_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape AS e ON e.id = o.shape_id
+WHERE NOT EXISTS (
+    SELECT 1
+    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
+    CROSS JOIN LATERAL (
+        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
+            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
+            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
+    ) AS n
+    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
+)
+$$;
+COMMENT ON FUNCTION parts_in_view IS
+    'Placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
+
+CREATE FUNCTION features_in_view(
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.feature_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
+CROSS JOIN LATERAL features_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'feature' AND e.element_no = h.feature_no
+WHERE NOT EXISTS (
+    SELECT 1
+    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
+    CROSS JOIN LATERAL (
+        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
+            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
+            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
+    ) AS n
+    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
+)
+$$;
+COMMENT ON FUNCTION features_in_view IS
+    'Features of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
+
+CREATE FUNCTION surfaces_in_view(
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.surface_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
+CROSS JOIN LATERAL surfaces_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'surface' AND e.element_no = h.surface_no
+WHERE NOT EXISTS (
+    SELECT 1
+    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
+    CROSS JOIN LATERAL (
+        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
+            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
+            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
+    ) AS n
+    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
+)
+$$;
+COMMENT ON FUNCTION surfaces_in_view IS
+    'Surfaces of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
+
+CREATE FUNCTION arcs_in_view(
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT h.world, h.occurrence_id, h.path, h.arc_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
+CROSS JOIN LATERAL arcs_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
+JOIN occurrence AS o ON o.id = h.occurrence_id
+JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'arc' AND e.element_no = h.arc_no
+WHERE NOT EXISTS (
+    SELECT 1
+    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
+    CROSS JOIN LATERAL (
+        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
+            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
+            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
+    ) AS n
+    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
+)
+$$;
+COMMENT ON FUNCTION arcs_in_view IS
+    'Arcs of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';

@@ -1,0 +1,62 @@
+-- Features, surfaces or arcs of placed parts whose world box meets any of some boxes, touching counts.
+-- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world_id and level.
+-- Gives volume_no, occurrence_id, shape_id, element_no, path of the part, name, the world box x0 .. z1, the box in the
+-- shape's frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by volume_no, occurrence_id,
+-- element_no.
+WITH asked AS MATERIALIZED (
+    SELECT unnest(CAST(:volume_no AS INTEGER[])) AS volume_no,
+        unnest(CAST(:x0 AS DOUBLE PRECISION[])) AS x0, unnest(CAST(:y0 AS DOUBLE PRECISION[])) AS y0,
+        unnest(CAST(:z0 AS DOUBLE PRECISION[])) AS z0, unnest(CAST(:x1 AS DOUBLE PRECISION[])) AS x1,
+        unnest(CAST(:y1 AS DOUBLE PRECISION[])) AS y1, unnest(CAST(:z1 AS DOUBLE PRECISION[])) AS z1
+),
+met AS MATERIALIZED (
+    SELECT a.volume_no, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+    FROM asked AS a
+    JOIN box_page AS p ON p.world_id = :world_id
+        AND p.x0 <= a.x1 AND p.y0 <= a.y1 AND p.z0 <= a.z1
+        AND p.x1 >= a.x0 AND p.y1 >= a.y0 AND p.z1 >= a.z0
+    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
+        AND b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
+        AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
+),
+placed AS MATERIALIZED (
+    SELECT met.volume_no, o.id, o.path, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23
+    FROM met
+    JOIN occurrence AS o ON o.id = met.occurrence_id
+),
+carried AS (
+    SELECT o.*, e.element_no, e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,
+        e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
+        least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
+            + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
+        least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
+            + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
+        least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1)
+            + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
+        greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1)
+            + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
+        greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1)
+            + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
+        greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
+            + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
+    FROM placed AS o
+    JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = :level
+)
+SELECT o.volume_no, o.id AS occurrence_id, o.shape_id, o.element_no, o.path,
+    coalesce(f.name, s.name, CAST(:level AS TEXT) || ' ' || CAST(o.element_no AS TEXT)) AS name,
+    o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
+    o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+    o.m00, o.m01, o.m02, o.m03,
+    o.m10, o.m11, o.m12, o.m13,
+    o.m20, o.m21, o.m22, o.m23
+FROM carried AS o
+JOIN asked AS a ON a.volume_no = o.volume_no
+LEFT JOIN feature AS f ON f.shape_id = o.shape_id AND f.feature_no = o.element_no AND CAST(:level AS TEXT) = 'feature'
+LEFT JOIN shape_surface AS s
+    ON s.shape_id = o.shape_id AND s.surface_no = o.element_no AND CAST(:level AS TEXT) = 'surface'
+WHERE o.x0 <= a.x1 AND o.y0 <= a.y1 AND o.z0 <= a.z1
+    AND o.x1 >= a.x0 AND o.y1 >= a.y0 AND o.z1 >= a.z0
+ORDER BY o.volume_no, o.id, o.element_no
