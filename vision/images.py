@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,9 +50,12 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
         raise InputError(f"there is no image {path}: check the name")
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(f"the image {path} is larger than {MAX_FILE_BYTES // 1024**2} MB: give a single picture")
-    data = path.read_bytes()
     try:
-        with Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image:
+        data = path.read_bytes()
+        with (
+            warnings.catch_warnings(action="ignore"),
+            Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image,
+        ):
             if size is not None and image.size != size:
                 raise InputError(
                     f"the image {path} is {image.width}x{image.height} but its camera {size[0]}x{size[1]}: give the "
@@ -59,10 +63,14 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
                 )
             if image.width * image.height > MAX_PIXELS:
                 raise InputError(f"the image {path} has more than {MAX_PIXELS // 10**6} million pixels: scale it down")
+            if image.mode == "F" or (
+                image.mode == "I" and not 0 <= image.getextrema()[0] <= image.getextrema()[1] < 2**16
+            ):
+                raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
             pixels = np.asarray(image.convert("RGB") if image.mode in ("P", "CMYK", "YCbCr") else image)
     except UnidentifiedImageError as error:
         raise InputError(f"the file {path} is no picture that can be read: give a PNG, TIFF or JPEG file") from error
-    except (OSError, SyntaxError, ValueError) as error:
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error
     depth = 16 if pixels.dtype.itemsize > 1 else 8
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
