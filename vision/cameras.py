@@ -327,7 +327,7 @@ def _rigid(matrix: Floats, path: Path, name: str) -> Floats:
     r = matrix[:3, :3]
     off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
     if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
-        raise InputError(f"{path}: {name} is left-handed: give a rotation, without a mirror")
+        raise InputError(f"{path}: {name} is no rigid transform, for it mirrors: give a rotation, mm, and 0 0 0 1")
     if off > ROTATION_TOLERANCE:
         raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
     u, _, vt = np.linalg.svd(r)

@@ -63,15 +63,14 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
                 )
             if image.width * image.height > MAX_PIXELS:
                 raise InputError(f"the image {path} has more than {MAX_PIXELS // 10**6} million pixels: scale it down")
-            if image.mode == "F" or (
-                image.mode == "I" and not 0 <= image.getextrema()[0] <= image.getextrema()[1] < 2**16
-            ):
-                raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
             pixels = np.asarray(image.convert("RGB") if image.mode in ("P", "CMYK", "YCbCr") else image)
     except UnidentifiedImageError as error:
         raise InputError(f"the file {path} is no picture that can be read: give a PNG, TIFF or JPEG file") from error
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error
+    # 32-bit containers (TIFF, and PNG in some versions of the reader) may hold 16 bits.
+    if pixels.dtype.itemsize > 2 and not (pixels.dtype.kind == "i" and pixels.min() >= 0 and pixels.max() < 2**16):
+        raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
     depth = 16 if pixels.dtype.itemsize > 1 else 8
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     return Picture(path.name, hashlib.sha256(data).hexdigest(), data, depth, channels, _grey(pixels))
