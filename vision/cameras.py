@@ -21,6 +21,10 @@ Floats = NDArray[np.float64]
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
 ROTATION_TOLERANCE = 1e-4
+# Fields that lenses have: from 0.1 mrad across the picture to 85 degrees off the axis.
+LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
+# A prior wider than this names no place; the search for one would take hours.
+MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
 
 
@@ -207,7 +211,9 @@ def read_rig(path: Path | str) -> Rig:
         lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
             raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
-        cameras[str(name)] = Camera(size[0], size[1], matrix, _distortion(entry, path, where))
+        camera = Camera(size[0], size[1], matrix, _distortion(entry, path, where))
+        _check_view(camera, path, f"cameras.{name}")
+        cameras[str(name)] = camera
         poses[str(name)] = _rigid(
             _numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
         )
@@ -246,6 +252,10 @@ def _prior(data: dict[str, Any], path: Path) -> Prior:
         value = float(_numbers(sigma, key, path, "sigma.", ()))
         if value <= 0:
             raise InputError(f"{path}: sigma.{key} is {value:g}: give one standard deviation per axis, above zero")
+        if value > MOST_SIGMA[key]:
+            raise InputError(
+                f"{path}: sigma.{key} is {value:g}, which leaves everything open: give at most {MOST_SIGMA[key]:g}"
+            )
         values[key] = value
     return Prior(pose, values["translation_mm"], float(np.radians(values["rotation_deg"])))
 
@@ -261,9 +271,10 @@ def _read_yaml(path: Path, what: str) -> dict[str, Any]:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as e:
         raise InputError(f"the {what} file {path} cannot be read ({e.strerror}): check the path") from e
-    except (yaml.YAMLError, UnicodeDecodeError) as e:
-        reason = " ".join(str(e).split())
-        raise InputError(f"the {what} file {path} is no YAML ({reason}): correct the file") from e
+    except (yaml.YAMLError, ValueError, RecursionError) as e:
+        mark = getattr(e, "problem_mark", None)
+        at = f" at line {mark.line + 1}" if mark else ""
+        raise InputError(f"the {what} file {path} is no YAML{at}: correct it there") from e
     if not isinstance(data, dict):
         raise InputError(f"the {what} file {path} holds no mapping: see the documentation for its form")
     return data
@@ -302,11 +313,35 @@ def _distortion(entry: dict[str, Any], path: Path, where: str) -> Floats:
     return _numbers(distortion, "coefficients", path, f"{where}distortion.", (count,))
 
 
+def _check_view(camera: Camera, path: Path, name: str) -> None:
+    """Refuses a camera that no lens gives: of no or too wide a field, or whose distortion folds the picture over."""
+    x, y = (np.linspace(-0.5, size - 0.5, 17) for size in (camera.width, camera.height))
+    pixels = np.stack(np.meshgrid(x, y), axis=-1)
+    with np.errstate(all="ignore"):
+        try:
+            xy = camera._normalise(camera.undistort(pixels.reshape(-1, 2)))
+            off = np.abs(camera._distort(xy).reshape(pixels.shape) - pixels).max()
+        except np.linalg.LinAlgError:
+            xy, off = pixels.reshape(-1, 2), np.nan
+    across, down = (np.diff(xy.reshape(pixels.shape), axis=axis) for axis in (1, 0))
+    area = across[:-1, :, 0] * down[:, :-1, 1] - across[:-1, :, 1] * down[:, :-1, 0]
+    if not (off < 0.01 and area.min() > 0):
+        raise InputError(
+            f"{path}: {name}.distortion folds the picture over itself: check the order and signs of the coefficients"
+        )
+    if np.ptp(xy, axis=0).min() < LEAST_FIELD or np.abs(xy).max() > WIDEST_TANGENT:
+        raise InputError(
+            f"{path}: {name} sees a field that no lens gives: give size and matrix in pixels, distortion as OpenCV does"
+        )
+
+
 def _rigid(matrix: Floats, path: Path, name: str) -> Floats:
     """The transform with its rotation made exactly orthonormal; refused when it was not one but for round-off."""
     r = matrix[:3, :3]
     off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
-    if off > ROTATION_TOLERANCE or np.linalg.det(r) <= 0:
+    if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
+        raise InputError(f"{path}: {name} is no rigid transform, for it mirrors: give a rotation, mm, and 0 0 0 1")
+    if off > ROTATION_TOLERANCE:
         raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
     u, _, vt = np.linalg.svd(r)
     out = np.eye(4)

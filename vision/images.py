@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,9 +50,12 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
         raise InputError(f"there is no image {path}: check the name")
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(f"the image {path} is larger than {MAX_FILE_BYTES // 1024**2} MB: give a single picture")
-    data = path.read_bytes()
     try:
-        with Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image:
+        data = path.read_bytes()
+        with (
+            warnings.catch_warnings(action="ignore"),
+            Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image,
+        ):
             if size is not None and image.size != size:
                 raise InputError(
                     f"the image {path} is {image.width}x{image.height} but its camera {size[0]}x{size[1]}: give the "
@@ -62,8 +66,11 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
             pixels = np.asarray(image.convert("RGB") if image.mode in ("P", "CMYK", "YCbCr") else image)
     except UnidentifiedImageError as error:
         raise InputError(f"the file {path} is no picture that can be read: give a PNG, TIFF or JPEG file") from error
-    except (OSError, SyntaxError, ValueError) as error:
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error
+    # 32-bit containers (TIFF, and PNG in some versions of the reader) may hold 16 bits.
+    if pixels.dtype.itemsize > 2 and not (pixels.dtype.kind == "i" and pixels.min() >= 0 and pixels.max() < 2**16):
+        raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
     depth = 16 if pixels.dtype.itemsize > 1 else 8
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     return Picture(path.name, hashlib.sha256(data).hexdigest(), data, depth, channels, _grey(pixels))

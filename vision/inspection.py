@@ -22,7 +22,9 @@ from vision.localisation.overlay import draw_overlay
 from vision.localisation.parts_in_view import PartsInView, parts_in_view
 from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene, scene_from_store
+from vision.overlay import check_writable
 from vision.stereo.match import StereoMatches, match_stereo
+from vision.stereo.rectification import rectify
 from vision.view_volume import widened_view_volume
 
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
@@ -83,8 +85,12 @@ def inspect(
     is written.
     """
     clock = _Clock()
+    if overlay is not None:
+        check_writable(overlay)
     paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
     cameras = read_rig(rig).only(*paths)
+    if right is not None:
+        rectify(cameras)  # refuses a pair that cannot be matched
     believed = read_prior(prior)
     pictures = {
         name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))

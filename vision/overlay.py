@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+
+from relmodel.errors import InputError
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
 Rgb = tuple[int, int, int]
 Image = NDArray[np.uint8]
@@ -36,8 +41,24 @@ def draw(grey: NDArray[np.float64], strokes: Sequence[Stroke]) -> Image:
     return canvas
 
 
+def check_writable(path: str | Path) -> None:
+    """Raises InputError where a picture of this name cannot be written, to be told before it is drawn."""
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"the overlay {path} is named as no picture: end its name with one of {', '.join(SUFFIXES)}")
+    if not path.parent.is_dir():
+        raise InputError(
+            f"there is no folder {path.parent} for the overlay {path.name}: make it, or name another place"
+        )
+    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InputError(f"the overlay {path} cannot be written: check the permissions, or name another place")
+
+
 def save_side_by_side(path: str | Path, images: Sequence[Image]) -> None:
-    """Write images of one height, a gap between them, as one picture; the suffix names the format."""
+    """Write images of one height, a gap between them, as one picture; the suffix names the format.
+
+    Raises InputError where it cannot be written.
+    """
     from PIL import Image as Pillow
 
     height = max(i.shape[0] for i in images)
@@ -46,4 +67,7 @@ def save_side_by_side(path: str | Path, images: Sequence[Image]) -> None:
         framed = np.full((height, image.shape[1] + 8, 3), 255, np.uint8)
         framed[: image.shape[0], : image.shape[1]] = image
         pieces.append(framed)
-    Pillow.fromarray(np.concatenate(pieces, axis=1)[:, :-8]).save(path)
+    try:
+        Pillow.fromarray(np.concatenate(pieces, axis=1)[:, :-8]).save(path)
+    except OSError as error:
+        raise InputError(f"the overlay {path} cannot be written ({error.strerror}): name another place") from error

@@ -63,16 +63,37 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Connection]:
-        """A connection that sees one snapshot; it writes nothing."""
-        with self.engine.connect() as connection:
+        """A connection that sees one snapshot; it writes nothing.  Raises StoreError where the database fails."""
+        with self._failures(), self.engine.connect() as connection:
             yield connection
             connection.rollback()
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
-        """A transaction: all of it is committed at the end, or none where an error leaves the block."""
-        with self.engine.begin() as connection:
+        """A transaction: all of it is committed at the end, or none where an error leaves the block.
+
+        Raises StoreError where the database fails.
+        """
+        with self._failures(), self.engine.begin() as connection:
             yield connection
+
+    @contextmanager
+    def _failures(self) -> Iterator[None]:
+        """What befalls a database in use (connection lost, disk full, memory out) as a sentence.
+
+        Errors of statements stay as they are: they are mistakes of the program.
+        """
+        try:
+            yield
+        except Exception as error:
+            said = getattr(error, "orig", None) or error
+            ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
+            if not ours or not {"OperationalError", "InterfaceError"} & {kind.__name__ for kind in type(said).__mro__}:
+                raise
+            words = str(said).strip().partition("\n")[0]
+            raise StoreError(
+                f"the store {self.name} failed ({words}): look after its disk, memory or server, and try again"
+            ) from error
 
     def rows(self, connection: Connection, name: str, /, **parameters: Any) -> Sequence[Row[Any]]:
         """Rows of the named query `queries/NAME.sql`."""

@@ -74,6 +74,8 @@ def _sentence(url: URL, error: Exception) -> str:
     folder = Path(url.database or "").parent
     if not folder.is_dir():
         return f"there is no folder {folder} for the store {url.database}: make it, or name another place"
+    if "not a valid DuckDB database" in said:
+        return f"the file {url.database} is no relmodel store: name another, or make one with relmodel init"
     if "does not exist" in said or "No such file" in said:
         return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
     return f"cannot open the store {url.database}: {said.strip().splitlines()[0]}"

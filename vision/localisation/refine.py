@@ -181,7 +181,8 @@ def measure(
         offset[hit] -= by_camera[hit, number] @ own[number]
     # Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth.
     weight = np.where(found >= 0, 1 / (1 + (offset / scale) ** 2) ** 2, 0.0)
-    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), by_camera.reshape(len(pixel), -1)], axis=1)
+    own_derivative = by_camera.reshape(len(pixel), 3 * len(indexes))
+    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), own_derivative], axis=1)
     return Measurements(pixel, direction, offset, found, sigma, weight, derivative)
 
 

@@ -54,7 +54,7 @@ def view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> ViewAr
     order = np.argsort(run, kind="stable")
     seen, run = seen.take(order), run[order]
     head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
-    tail = np.append(head[1:], len(run)) - 1
+    tail = np.flatnonzero(np.diff(run, append=-1) != 0)
     is_silhouette = seen.arc[head] >= arcs
     element = np.where(is_silhouette, seen.arc[head] - arcs, seen.arc[head])
     occurrence = np.where(

@@ -1,0 +1,76 @@
+"""The demonstration bulkhead in a store, and its first pair at half size: a third of the time."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from PIL import Image
+
+from relmodel.cli.main import main
+from relmodel.resources import resource_dir
+
+DEMO = resource_dir("demo")
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What an inspection of the pair is given: files, and what its YAML files say."""
+
+    left: Path
+    right: Path
+    rig_file: Path
+    prior_file: Path
+    rig: dict[str, Any]
+    prior: dict[str, Any]
+
+    def options(self, **other: object) -> list[str]:
+        """Options of `relmodel inspect`, with others in their place; None leaves one out."""
+        given = {"left": self.left, "right": self.right, "rig": self.rig_file, "prior": self.prior_file} | other
+        return [word for name, value in given.items() if value is not None for word in (f"--{name}", str(value))]
+
+
+@pytest.fixture(scope="session")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    """Pair 00, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0)."""
+    folder = tmp_path_factory.mktemp("pair")
+    rig = yaml.safe_load((DEMO / "pair_00_rig.yaml").read_text())
+    for name, camera in rig["cameras"].items():
+        with Image.open(DEMO / f"pair_00_{name}.png") as picture:
+            half = picture.reduce(2)
+        half.save(folder / f"{name}.png")
+        camera["width"], camera["height"] = half.size
+        for row in (0, 1):
+            camera["matrix"][row][row] /= 2
+            camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
+    (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
+    prior = yaml.safe_load((DEMO / "pair_00_prior.yaml").read_text())
+    return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", DEMO / "pair_00_prior.yaml", rig, prior)
+
+
+@pytest.fixture(scope="session")
+def fill_store() -> Callable[[str], None]:
+    """Loads and places the bulkhead in a store that is there, by the command line."""
+
+    def fill(target: str) -> None:
+        model = ["load", str(DEMO / "bulkhead_A.step.gz"), "--object", "bulkhead", "--variant", "A"]
+        assert main([*model, "--store", target]) == 0
+        assert main(["world", str(DEMO / "world.yaml"), "--store", target]) == 0
+
+    return fill
+
+
+@pytest.fixture(scope="session")
+def bulkhead_template(
+    duckdb_template: Path, fill_store: Callable[[str], None], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
+    file = tmp_path_factory.mktemp("bulkhead") / "cell.duckdb"
+    shutil.copy(duckdb_template, file)
+    fill_store(str(file))
+    return file

@@ -1,0 +1,215 @@
+"""`relmodel inspect`, end to end on a rendered pair of the demonstration bulkhead with exact truth."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.cli.main import main
+from relmodel.store import Store
+from tests.cli.conftest import DEMO, Pair
+from vision.demonstration import pose_error, read_truth
+
+TRUTH = read_truth(DEMO / "pair_00_truth.json")
+KEYS = [
+    "run", "verdict", "reason", "world_from_rig", "world_from_camera", "covariance", "parts_in_view", "hypotheses",
+    "timings_s",
+]  # fmt: skip
+
+WRITTEN = [
+    "run",
+    "run_event",
+    "run_input",
+    "ledger",
+    "inspection",
+    "inspection_image",
+    "rig",
+    "rig_camera",
+    "camera",
+    "image",
+    "image_blob",
+    "extraction",
+    "image_arc",
+    "image_region",
+    "unit_set",
+    "unit",
+    "hypothesis",
+    "view",
+    "view_arc",
+    "correspondence",
+    "edge_measurement",
+    "pose",
+    "part_in_view",
+]
+
+# What differs between two runs of the same: which run it was, when, and how long it took.
+OF_THE_RUN = {"run_id", "extraction_id", "unit_set_id", "problem_id", "id", "began_at", "happened_at", "seconds"}
+COMPARED = (
+    "inspection",
+    "hypothesis",
+    "view",
+    "view_arc",
+    "correspondence",
+    "edge_measurement",
+    "pose",
+    "part_in_view",
+)
+
+
+def inspected(store: str, *options: str) -> dict[str, Any]:
+    said = io.StringIO()
+    with redirect_stdout(said):
+        status = main(["inspect", *options, "--store", store, "--format", "json"])
+    answer: dict[str, Any] = json.loads(said.getvalue())
+    assert status == (0 if answer["verdict"] == "accepted" else 1)
+    return answer
+
+
+@pytest.fixture(scope="module")
+def store(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    file = tmp_path_factory.mktemp("inspected") / "cell.duckdb"
+    shutil.copy(bulkhead_template, file)
+    return str(file)
+
+
+@pytest.fixture(scope="module")
+def overlay(store: str) -> Path:
+    return Path(store).with_name("overlay.png")
+
+
+@pytest.fixture(scope="module")
+def answer(store: str, pair: Pair, overlay: Path) -> dict[str, Any]:
+    return inspected(store, *pair.options(overlay=overlay))
+
+
+def test_pose_is_the_truth(answer: dict[str, Any], pair: Pair) -> None:
+    assert answer["verdict"] == "accepted"
+    off = pose_error(np.array(answer["world_from_rig"]), TRUTH)
+    assert off.target_mm < 1
+    assert off.rotation_deg < 0.1
+
+
+def test_answer_has_the_promised_form(answer: dict[str, Any], pair: Pair) -> None:
+    assert list(answer) == KEYS
+    assert answer["reason"]
+    pose = np.array(answer["world_from_rig"])
+    assert list(answer["world_from_camera"]) == ["left", "right"]
+    for name, world_from_camera in answer["world_from_camera"].items():
+        np.testing.assert_allclose(world_from_camera, pose @ pair.rig["cameras"][name]["rig_from_camera"], atol=1e-9)
+    covariance = np.array(answer["covariance"])
+    assert covariance.shape == (6, 6)
+    np.testing.assert_allclose(covariance, covariance.T, rtol=1e-9)
+    assert np.linalg.eigvalsh(covariance).min() > 0
+    for part in answer["parts_in_view"]:
+        assert set(part) >= {"path", "level", "visible_share"}
+        assert 0 <= part["visible_share"] <= 1
+    costs = [one["cost"] for one in answer["hypotheses"]]
+    assert costs
+    assert np.array(answer["hypotheses"][0]["world_from_rig"]).shape == (4, 4)
+    assert answer["hypotheses"][0]["world_from_rig"] == answer["world_from_rig"]
+    assert all(isinstance(seconds, float) for seconds in answer["timings_s"].values())
+
+
+def test_parts_in_view_are_those_of_the_truth(answer: dict[str, Any]) -> None:
+    """Against the renderer's rays: every part that shows a fifth of itself is named, with its share."""
+    truth = json.loads((DEMO / "pair_00_truth.json").read_text())["parts_in_view"]
+    found = {p["path"]: p["visible_share"] for p in answer["parts_in_view"] if p["level"] == "part"}
+    assert found
+    for part in truth:
+        cameras = [part[name] for name in ("left", "right") if name in part]
+        seen, alone = (sum(c[key] for c in cameras) for key in ("visible_px", "unoccluded_px"))
+        if seen > 0.2 * alone and seen > 1000:
+            assert found[f"bulkhead/{part['path']}"] == pytest.approx(seen / alone, abs=0.05)
+
+
+def test_every_step_has_its_rows(answer: dict[str, Any], store: str, overlay: Path) -> None:
+    with Store.open(store, read_only=True) as opened, opened.read() as connection:
+        for name in WRITTEN:
+            assert connection.execute(sa.select(sa.func.count()).select_from(opened.table(name))).scalar(), name
+        assert opened.rows(connection, "runs", kind="inspect", status="ok")
+        steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
+        said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
+    assert said == list(answer["timings_s"])
+    assert overlay.stat().st_size > 10_000
+
+
+def test_sql_answers_what_was_matched_and_what_was_not(
+    answer: dict[str, Any], store: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def asked(query: str) -> list[dict[str, Any]]:
+        capsys.readouterr()
+        assert main(["sql", "--store", store, "--format", "json", query.format(run=answer["run"])]) == 0
+        rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
+        return rows
+
+    matched = asked("SELECT camera, path, image_arc_no, residual FROM matched_arc WHERE run_id = {run}")
+    assert {row["camera"] for row in matched} == {"left", "right"}
+    assert all(0 <= row["residual"] < 10 for row in matched)
+    rejected = asked("SELECT camera, arc_no, reason FROM rejected_arc WHERE run_id = {run}")
+    assert all(row["reason"] for row in rejected)
+    arcs = asked(
+        "SELECT i.camera, count(*) AS n FROM inspection_image AS i JOIN image_arc AS a"
+        " ON a.extraction_id = i.extraction_id WHERE i.run_id = {run} GROUP BY i.camera"
+    )
+    taken = {(row["camera"], row["image_arc_no"]) for row in matched}
+    left = {(row["camera"], row["arc_no"]) for row in rejected}
+    assert not taken & left
+    assert len(taken) + len(left) == sum(row["n"] for row in arcs)
+    summary = asked("SELECT kind, status, verdict FROM run_summary WHERE run_id = {run}")
+    assert summary == [{"kind": "inspect", "status": "ok", "verdict": "accepted"}]
+
+
+def test_store_is_whole_afterwards(answer: dict[str, Any], store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--store", store]) == 0, capsys.readouterr().out
+
+
+def test_same_inspection_gives_same_rows(answer: dict[str, Any], store: str, pair: Pair) -> None:
+    again = inspected(store, *pair.options())
+    varying = {"run", "timings_s"}
+    assert {k: v for k, v in again.items() if k not in varying} == {k: v for k, v in answer.items() if k not in varying}
+    with Store.open(store, read_only=True) as opened, opened.read() as connection:
+        for name in COMPARED:
+            table = opened.table(name)
+            columns = [column for column in table.columns if column.name not in OF_THE_RUN]
+
+            def rows(run: int, table: sa.Table = table, columns: list[sa.Column[Any]] = columns) -> list[Any]:
+                asked = sa.select(*columns).where(table.c.run_id == run)
+                return sorted(map(repr, connection.execute(asked).all()))
+
+            first = rows(answer["run"])
+            assert first, name
+            assert rows(again["run"]) == first, name
+
+
+def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: Pair) -> None:
+    alone = inspected(store, *pair.options(right=None))
+    assert alone["verdict"] == "accepted"
+    assert list(alone["world_from_camera"]) == ["left"]
+    off = pose_error(np.array(alone["world_from_rig"]), TRUTH)
+    assert off.target_mm < 2
+    assert off.rotation_deg < 0.2
+    wider = np.diag(alone["covariance"]) / np.diag(answer["covariance"])
+    assert wider[:3].prod() > 1
+    assert np.linalg.slogdet(alone["covariance"])[1] > np.linalg.slogdet(answer["covariance"])[1]
+
+
+def test_postgresql_gives_the_same_answer(
+    answer: dict[str, Any], postgresql_url: str, fill_store: Callable[[str], None], pair: Pair
+) -> None:
+    Store.create(postgresql_url).close()
+    fill_store(postgresql_url)
+    there = inspected(postgresql_url, *pair.options())
+    assert there["verdict"] == answer["verdict"]
+    np.testing.assert_allclose(there["world_from_rig"], answer["world_from_rig"], atol=1e-9)
+    np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
+    assert there["parts_in_view"] == answer["parts_in_view"]
+    assert main(["check", "--store", postgresql_url]) == 0
