@@ -176,7 +176,7 @@ CREATE TABLE feature_class (
 COMMENT ON TABLE feature_class IS 'Congruent features: a kind with its dimensions, in a frame of its own.';
 COMMENT ON COLUMN feature_class.id IS 'identity of the class';
 COMMENT ON COLUMN feature_class.content_key IS 'hash of kind and dimensions';
-COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, rib, boss, lug, flange, fillet, chamfer, ...';
+COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, circular_pattern, linear_pattern, body';
 
 CREATE TABLE feature_dimension (
     feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),
@@ -189,7 +189,7 @@ COMMENT ON TABLE feature_dimension IS 'Attribute-value table of feature classes:
 COMMENT ON COLUMN feature_dimension.feature_class_id IS 'the class';
 COMMENT ON COLUMN feature_dimension.name IS 'diameter, depth, width, length, corner_radius, ...';
 COMMENT ON COLUMN feature_dimension.value IS 'the dimension';
-COMMENT ON COLUMN feature_dimension.unit IS 'mm or rad';
+COMMENT ON COLUMN feature_dimension.unit IS 'mm, rad, or 1 of a count';
 
 CREATE TABLE feature (
     shape_id BIGINT NOT NULL REFERENCES shape (id),
@@ -258,7 +258,7 @@ COMMENT ON TABLE feature_surface IS 'The surfaces that make a feature.';
 COMMENT ON COLUMN feature_surface.shape_id IS 'the shape';
 COMMENT ON COLUMN feature_surface.feature_no IS 'the feature';
 COMMENT ON COLUMN feature_surface.surface_no IS 'the surface';
-COMMENT ON COLUMN feature_surface.role IS 'wall, floor, blend, side, ...';
+COMMENT ON COLUMN feature_surface.role IS 'wall, floor, blend, side, bore, hole, body, ...';
 
 CREATE TABLE shape_box (
     shape_id BIGINT NOT NULL REFERENCES shape (id),

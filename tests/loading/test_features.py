@@ -79,7 +79,8 @@ def turned(shape: Any) -> Any:
 
 
 def features_of(shape: Any) -> list[Feature]:
-    return recognise(step_shape.extract(shape, {}, {}, {}))
+    """Features but for what is under the floors and what is left."""
+    return [f for f in recognise(step_shape.extract(shape, {}, {}, {})) if f.kind not in ("web", "body")]
 
 
 def measures(feature: Feature) -> dict[str, float]:
@@ -142,8 +143,8 @@ def test_a_pocket_with_corners_fillet_island_and_hole(pose: Any, fillet: float |
     tool = BRepAlgoAPI_Cut(tool, cylinder(30, 30, 0, 5, 14)).Shape()  # leaves a boss in the pocket
     part = cut(plate(), tool, cylinder(50, 30, -1, 4, 20))
     found = features_of(pose(part))
-    assert Counter(f.kind for f in found) == {"pocket": 1, "through_hole": 1}
-    pocket = found[-1]
+    assert Counter(f.kind for f in found) == {"pocket": 1, "through_hole": 1, "boss": 1}
+    (pocket,) = (f for f in found if f.kind == "pocket")
     expected = {"length": 60.0, "width": 40.0, "depth": 12.0, "corner_radius": 6.0}
     if fillet:
         expected["fillet_radius"] = fillet
@@ -158,18 +159,22 @@ def test_a_pocket_with_corners_fillet_island_and_hole(pose: Any, fillet: float |
         assert pocket.shape_from_feature[:3, 0] == pytest.approx([1, 0, 0])
 
 
-def test_an_obround_pocket_has_no_holes_in_its_ends() -> None:
+def test_an_obround_pocket_is_a_slot_and_has_no_holes_in_its_ends() -> None:
     tool = BRepAlgoAPI_Fuse(box(30, 30, 10, (30.0, 12.0, 20.0)), cylinder(30, 36, 10, 6, 20)).Shape()
     tool = BRepAlgoAPI_Fuse(tool, cylinder(60, 36, 10, 6, 20)).Shape()
-    (pocket,) = features_of(cut(plate(), tool))
-    assert measures(pocket) == pytest.approx({"length": 42, "width": 12, "depth": 10, "corner_radius": 6}, abs=0.1)
+    (slot,) = features_of(cut(plate(), tool))
+    assert slot.kind == "slot"
+    assert measures(slot) == pytest.approx({"length": 42, "width": 12, "depth": 10}, abs=1e-6)
 
 
 def test_what_is_open_at_a_side_or_closed_all_around_is_no_pocket() -> None:
-    assert features_of(cut(plate(), box(40, -1, 10, (20.0, 90.0, 20.0)))) == []  # a slot across
-    assert features_of(cut(plate(), box(-1, -1, 10, (40.0, 30.0, 20.0)))) == []  # a step in a corner
-    assert features_of(cut(plate(), box(20, 20, 5, (20.0, 20.0, 10.0)))) == []  # a hollow
-    assert features_of(BRepAlgoAPI_Fuse(plate(), cylinder(50, 40, 10, 9, 30)).Shape()) == []  # a boss
+    def kinds(shape: Any) -> list[str]:
+        return [f.kind for f in features_of(shape)]
+
+    assert kinds(cut(plate(), box(40, -1, 10, (20.0, 90.0, 20.0)))) == ["open_slot"]
+    assert kinds(cut(plate(), box(-1, -1, 10, (40.0, 30.0, 20.0)))) == ["step"]
+    assert kinds(cut(plate(), box(20, 20, 5, (20.0, 20.0, 10.0)))) == []
+    assert kinds(BRepAlgoAPI_Fuse(plate(), cylinder(50, 40, 10, 9, 30)).Shape()) == ["boss"]
 
 
 def test_a_pocket_within_a_pocket_is_two() -> None:
@@ -201,7 +206,7 @@ def test_a_surface_that_the_kernel_could_not_mesh_is_left_out() -> None:
     shape = step_shape.extract(part, {}, {}, {})
     mesh = shape.mesh
     triangles, owners = mesh.triangles, mesh.triangle_surfaces
-    assert len(recognise(shape)) == 2
+    assert {f.kind for f in recognise(shape)} == {"pocket", "blind_hole", "web", "body"}
     for surface in range(len(shape.surfaces["kind"])):
         mesh.triangles, mesh.triangle_surfaces = triangles[owners != surface], owners[owners != surface]
         for feature in recognise(shape):
@@ -233,6 +238,7 @@ def test_random_plates() -> None:
         found = [
             (f.kind, (round(f.shape_from_feature[0, 3]), round(f.shape_from_feature[1, 3])), measures(f))
             for f in features_of(part)
+            if not f.kind.endswith("_pattern")  # accidental rows
         ]
         assert len(found) == len(expected)
         for one, two in zip(sorted(found, key=lambda f: f[1]), sorted(expected, key=lambda f: f[1]), strict=True):

@@ -6,8 +6,8 @@ Computer-Aided Design 20 (2), 1988.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +41,7 @@ class Surfaces:
     semi_angle: Floats
     concave: Bools
     loop_count: Ints
+    area: Floats
     boxes: Floats
     corner: Floats
     normal: Floats
@@ -75,6 +76,92 @@ class Surfaces:
         ends = ends - np.bincount(high + _BINS, minlength=3 * _BINS + 2)
         covered = (np.cumsum(ends) > 0)[: 3 * _BINS].reshape(3, _BINS).any(axis=0)
         return float(covered.mean() * 2 * np.pi)
+
+
+class Side(NamedTuple):
+    """An arc of a face's boundary, and what lies beyond it (-1: nothing)."""
+
+    arc: int
+    loop: int
+    outer: bool
+    other: int
+    convexity: str
+    angle: float  # rad, from the face's normal to the other's; convex is positive
+    length: float
+
+
+@dataclass
+class Boundary:
+    """A shape as features are looked for in it.
+
+    sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
+    others (`blends.rounded`); chamfers: surfaces that cut one off.
+    """
+
+    surfaces: Surfaces
+    graph: nx.MultiGraph[int]
+    sides: dict[int, list[Side]]
+    blends: dict[int, float] = field(default_factory=dict)
+    chamfers: set[int] = field(default_factory=set)
+
+    def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
+        """Convexity of the edge at a side and the surfaces beyond it, as they would be without its blend."""
+        blend = side.other
+        if side.convexity != "smooth" or blend not in self.blends or surface in self.blends:
+            return side.convexity, [side.other] if side.other >= 0 else []
+        far = [x.other for x in self.sides.get(blend, []) if x.convexity == "smooth" and x.other != surface]
+        return "concave" if self.surfaces.concave[blend] else "convex", [i for i in far if i not in self.blends]
+
+    def neighbours(self, surface: int, convexity: str) -> list[int]:
+        """Surfaces beyond the sides of one convexity, blends left out."""
+        found: set[int] = set()
+        for side in self.sides.get(surface, []):
+            kind, others = self.across(surface, side)
+            if kind == convexity:
+                found.update(others)
+        return sorted(found - {surface})
+
+
+def boundary(shape: Shape) -> Boundary:
+    """The boundary of a shape, without blends and chamfers."""
+    sides: dict[int, list[Side]] = {}
+    if shape.coedges and shape.loops:
+        outer = _outer_loops(shape)
+        a, b = (np.asarray(shape.arcs[c], np.int64).tolist() for c in ("surface_a", "surface_b"))
+        angle = np.asarray(shape.arcs["angle"], float).tolist()
+        length = np.asarray(shape.arcs["length"], float).tolist()
+        convexity = shape.arcs["convexity"]
+        for surface, loop, arc in zip(
+            *(np.asarray(shape.coedges[c]).tolist() for c in ("surface_no", "loop_no", "arc_no")), strict=True
+        ):
+            other = b[arc] if a[arc] == surface else a[arc]
+            side = Side(arc, loop, outer[surface] == loop, other, str(convexity[arc]), angle[arc], length[arc])
+            sides.setdefault(surface, []).append(side)
+    return Boundary(describe(shape), adjacency_graph(shape), sides)
+
+
+def _outer_loops(shape: Shape) -> dict[int, int]:
+    """Number of the outer loop of each surface; of a plane it is the one of the greatest extent.
+
+    The kernel takes an inner one for it where a boolean operation has left the sense of a wire wrong.
+    """
+    surface, loop = (np.asarray(shape.loops[c], np.int64) for c in ("surface_no", "loop_no"))
+    flagged = np.asarray(shape.loops["outer_loop"], bool)
+    outer = dict(zip(surface[flagged].tolist(), loop[flagged].tolist(), strict=True))
+    kinds = shape.surfaces["recognised_kind"]
+    several = {i for i in surface[loop > 0].tolist() if kinds[i] == "plane"}
+    own, loops, arcs = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no", "arc_no"))
+    keep = np.isin(own, sorted(several))
+    if not keep.any():
+        return outer
+    own, loops, arcs = own[keep], loops[keep], arcs[keep]
+    box = np.stack([np.asarray(shape.arcs[c], float)[arcs] for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
+    start = np.flatnonzero(np.append(True, (np.diff(own) != 0) | (np.diff(loops) != 0)))
+    low, high = np.minimum.reduceat(box[:, :3], start), np.maximum.reduceat(box[:, 3:], start)
+    extent = np.round(np.linalg.norm(high - low, axis=1), 6)
+    order = np.lexsort((-loops[start], extent, own[start]))  # the greatest, and of equal ones the first, comes last
+    outer.update(zip(own[start][order].tolist(), loops[start][order].tolist(), strict=True))
+    return outer
 
 
 def describe(shape: Shape) -> Surfaces:
@@ -115,6 +202,7 @@ def describe(shape: Shape) -> Surfaces:
         semi_angle=np.asarray(s["semi_angle"], float),
         concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
         loop_count=np.bincount(loops, minlength=n),
+        area=np.asarray(s["area"], float),
         boxes=np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1),
         corner=corner,
         normal=normal,

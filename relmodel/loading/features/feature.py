@@ -1,0 +1,97 @@
+"""What a feature is, and the frames and rectangles that features are measured in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.identity import content_key
+
+Floats = npt.NDArray[np.float64]
+
+LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
+ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
+_CLASS_DIGITS = 4  # of mm and rad: dimensions that agree to them are of one class
+
+
+@dataclass
+class Feature:
+    """A feature in the frame of its shape.
+
+    dimensions: name -> (value, unit: mm, rad, or 1 for counts), as `feature_dimension` holds them; shape_from_feature
+    (4, 4): Z out of the material, X along the length; origin at the mouth of a hole, in the middle of a floor, at
+    the foot of what stands out, in the middle of the rest; box (6,); surfaces: (surface_no, role).
+    """
+
+    kind: str
+    name: str
+    dimensions: dict[str, tuple[float, str]]
+    shape_from_feature: Floats
+    box: Floats
+    surfaces: list[tuple[int, str]]
+
+
+def feature_class_key(feature: Feature) -> str:
+    """Key of a feature's class: kind and rounded dimensions."""
+    dimensions = sorted(feature.dimensions.items())
+    return content_key(
+        [feature.kind, *(f"{name}={value:.{_CLASS_DIGITS}f} {unit}" for name, (value, unit) in dimensions)]
+    )
+
+
+def lengths(**values: float) -> dict[str, tuple[float, str]]:
+    """Dimensions in mm."""
+    return {name: (float(value), "mm") for name, value in values.items()}
+
+
+def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, float]:
+    """Least rectangle across `normal` that holds points: direction of its length, its centre, length and width.
+
+    One side of it lies on a side of the convex hull (Freeman and Shapira, CACM 18, 1975).
+    """
+    from shapely import MultiPoint, get_coordinates
+
+    u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    u /= np.linalg.norm(u)
+    v = np.cross(normal, u)
+    flat = np.column_stack([points @ u, points @ v])
+    hull = get_coordinates(MultiPoint(flat).convex_hull)
+    sides = np.diff(hull, axis=0)
+    sides = sides[np.linalg.norm(sides, axis=1) > 1e-9]
+    direction = sides / np.linalg.norm(sides, axis=1, keepdims=True)
+    across = np.column_stack([-direction[:, 1], direction[:, 0]])
+    along = hull @ direction.T
+    beside = hull @ across.T
+    extent, breadth = np.ptp(along, axis=0), np.ptp(beside, axis=0)
+    # Of rectangles as small as the least one, the first: equal input gives equal frames.
+    best = int(np.argmax(extent * breadth <= (extent * breadth).min() * (1 + 1e-9)))
+    d, a = direction[best], across[best]
+    middle = d * (along[:, best].min() + extent[best] / 2) + a * (beside[:, best].min() + breadth[best] / 2)
+    length, width = float(extent[best]), float(breadth[best])
+    if width > length:
+        d, length, width = a, width, length
+    x = d[0] * u + d[1] * v
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    return x, middle[0] * u + middle[1] * v, length, width
+
+
+def commonest(values: list[float]) -> float:
+    """The value that occurs most often, to the class's digits; the least of those that do."""
+    rounded = [round(v, _CLASS_DIGITS) for v in values]
+    return min(values, key=lambda v: (-rounded.count(round(v, _CLASS_DIGITS)), v))
+
+
+def frame(x: Floats, z: Floats, origin: Floats) -> Floats:
+    """shape_from_feature (4, 4) with Z along z and X as near to x as that allows."""
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    out = np.eye(4)
+    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x, np.cross(z, x), z, origin
+    return out
+
+
+def union(boxes: Floats) -> Floats:
+    """The box (6,) around boxes (n, 6)."""
+    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])

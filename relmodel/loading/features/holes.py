@@ -1,0 +1,183 @@
+"""Holes: stacks of coaxial concave surfaces of revolution, with counterbores, countersinks, tips and bottoms."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.clusters import clusters, unsigned
+from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, union
+from relmodel.loading.features.graph import Surfaces
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+Floats = npt.NDArray[np.float64]
+
+_HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
+
+
+def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
+    """Stacks of coaxial concave surfaces of revolution around a cylinder of more than half a turn."""
+    import networkx as nx
+
+    bores = _bores(s, graph)
+    if not bores:
+        return []
+    # Surfaces of revolution on the axis of some bore, and the planes across it that have no other neighbours.
+    leader = {i: bore[0] for bore in bores for i in bore}
+    stack: nx.Graph[int] = nx.Graph()
+    for bore in bores:
+        nx.add_path(stack, bore)
+    todo = [i for bore in bores for i in bore]
+    while todo:
+        i = todo.pop()
+        for j in graph.neighbors(i):
+            if j in leader:
+                if _on_axis(s, leader[i], leader[j]):
+                    stack.add_edge(i, j)
+            elif _turned_about(s, leader[i], j) or _closes(s, graph, leader, i, j):
+                leader[j] = leader[i]
+                stack.add_edge(i, j)
+                todo.append(j)
+    bore_of = {i: bore for bore in bores for i in bore}
+    found = []
+    for members in sorted(sorted(component) for component in nx.connected_components(stack)):
+        own = {bore_of[i][0]: bore_of[i] for i in members if i in bore_of}
+        found.append(_hole(s, members, list(own.values())))
+    return found
+
+
+def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
+    """Concave cylinders merged where they are one: same axis and radius, touching extents, more than half a turn.
+
+    One that another bore crosses is one still: what it is cut into has that bore beside it.
+    """
+    rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
+    if len(rows) == 0:
+        return []
+    axis, origin = unsigned(s.axis[rows]), s.origin[rows]
+    foot = origin - np.sum(origin * axis, axis=1, keepdims=True) * axis
+    direction = clusters(axis, ANGLE_TOLERANCE)
+    label = clusters(np.column_stack([direction * 1e3, foot, s.radius[rows]]), LENGTH_TOLERANCE)
+    bores = []
+    for k in range(int(label.max()) + 1):
+        members = rows[label == k].tolist()
+        extents = sorted((*s.along(i, s.axis[members[0]]), i) for i in members)
+        bore, reach = [extents[0][2]], extents[0][1]
+        for low, high, i in extents[1:]:
+            if low > reach + LENGTH_TOLERANCE and not _crossed(s, graph, bore[-1], i):
+                bores.append(sorted(bore))
+                bore = []
+            bore.append(i)
+            reach = max(reach, high)
+        bores.append(sorted(bore))
+    return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN)
+
+
+def _crossed(s: Surfaces, graph: nx.MultiGraph[int], one: int, other: int) -> bool:
+    """Whether two bores in line end in one concave cylinder across them."""
+    return any(
+        s.kind[k] == "cylinder" and s.concave[k] and s.radius[k] >= s.radius[one] and not _on_axis(s, one, k)
+        for k in set(graph.neighbors(one)) & set(graph.neighbors(other))
+    )
+
+
+def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
+    """Whether the axis of one surface of revolution is that of a bore."""
+    axis, arm = s.axis[bore], s.origin[other] - s.origin[bore]
+    if not np.linalg.norm(np.cross(axis, arm)) < LENGTH_TOLERANCE:
+        return False
+    return bool(s.kind[other] == "sphere" or np.linalg.norm(np.cross(axis, s.axis[other])) < ANGLE_TOLERANCE)
+
+
+def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
+    """Whether a concave cone, torus or sphere belongs to the stack of a bore: countersink, tip, bottom fillet."""
+    return bool(s.concave[other] and s.kind[other] in ("cone", "torus", "sphere") and _on_axis(s, bore, other))
+
+
+def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], member: int, plane: int) -> bool:
+    """Whether a plane across the axis has no neighbours but surfaces of the stack: a bottom or a counterbore's step."""
+    axis = s.axis[leader[member]]
+    if s.kind[plane] != "plane" or not np.linalg.norm(np.cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
+        return False
+    # The next bore of a step is in `leader` from the start; a tip or fillet beyond is tried by its own rule.
+    return all(
+        (k in leader and _on_axis(s, leader[member], leader[k])) or _turned_about(s, leader[member], k)
+        for k in graph.neighbors(plane)
+    )
+
+
+def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
+    narrow = min(bores, key=lambda bore: (s.radius[bore[0]], bore))
+    axis, origin = s.axis[narrow[0]], s.origin[narrow[0]]
+    zero = float(origin @ axis)
+    roles: dict[int, str] = {}
+    bottoms: list[float] = []
+    wide: list[tuple[float, float]] = []  # radius, place along the axis, of what is wider than the bore
+    cones: list[tuple[float, int]] = []
+    tips: list[int] = []  # pointed or round bottoms, beyond the depth of full diameter
+    for i in members:
+        low, high = s.along(i, axis)
+        middle = (low + high) / 2 - zero
+        arm = s.points(i) - origin
+        arm -= np.outer(arm @ axis, axis)
+        reach = np.linalg.norm(arm, axis=1)
+        on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
+        if i in narrow:
+            roles[i] = "wall"
+        elif on_axis or (s.kind[i] == "plane" and s.loop_count[i] == 1):
+            roles[i] = "bottom"
+            bottoms.append(middle)
+            if on_axis:
+                tips.append(i)
+        elif s.kind[i] == "plane":
+            roles[i] = "step"
+        elif s.kind[i] == "cone":
+            roles[i] = "countersink"
+            cones.append((float(reach.max(initial=0.0)), i))
+            wide.append((float(reach.max(initial=0.0)), middle))
+        elif s.kind[i] == "cylinder":
+            roles[i] = "counterbore"
+            wide.append((float(s.radius[i]), middle))
+        else:
+            roles[i] = "blend"
+    extents = [s.along(i, axis) for i in members if i not in tips]
+    low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
+    core = [s.along(i, axis) for i in narrow]
+    centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
+    # Z out of the material: away from the bottom, else towards the widest end, else towards positive coordinates.
+    if bottoms:
+        towards = centre - bottoms[0]
+    elif wide:
+        towards = max(wide)[1] - centre
+    else:
+        towards = float(axis[np.argmax(np.abs(axis) > 1e-6)])
+    z = axis if towards > 0 else -axis
+    mouth = origin + axis * (high if towards > 0 else low)
+
+    dimensions = {"diameter": (2 * float(s.radius[narrow[0]]), "mm"), "depth": (high - low, "mm")}
+    counterbores = [i for i in members if roles[i] == "counterbore"]
+    if counterbores:
+        widest = max(float(s.radius[i]) for i in counterbores)
+        ends = [s.along(i, axis) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
+        dimensions["counterbore_diameter"] = (2 * widest, "mm")
+        dimensions["counterbore_depth"] = (max(e[1] for e in ends) - min(e[0] for e in ends), "mm")
+    if cones:
+        radius, cone = max(cones)
+        dimensions["countersink_diameter"] = (2 * radius, "mm")
+        dimensions["countersink_angle"] = (2 * abs(float(s.semi_angle[cone])), "rad")
+    pointed = [abs(float(s.semi_angle[i])) for i in tips if s.kind[i] == "cone"]
+    if pointed:
+        dimensions["tip_angle"] = (2 * max(pointed), "rad")
+    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    return Feature(
+        kind="blind_hole" if bottoms else "through_hole",
+        name="",
+        dimensions=dimensions,
+        shape_from_feature=frame(x, z, mouth),
+        box=union(s.boxes[members]),
+        surfaces=sorted(roles.items()),
+    )

@@ -1,0 +1,145 @@
+"""Openings without a floor that are no round holes: slots and ducts through the material."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.features.feature import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Feature,
+    commonest,
+    frame,
+    lengths,
+    rectangle,
+    union,
+)
+from relmodel.loading.features.graph import Boundary, Side
+
+Floats = npt.NDArray[np.float64]
+
+_ON_THE_ELLIPSE = 1e-2  # mm
+_STEEP = np.sin(np.radians(10))
+
+
+def openings(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Rings of walls around an inner loop of a plane, all of its edges convex, that meet no floor."""
+    s, found = b.surfaces, []
+    used = set(taken)
+    for plane in sorted(b.sides):
+        if s.kind[plane] != "plane":
+            continue
+        loops: dict[int, list[tuple[str, list[int]]]] = {}
+        for x in b.sides[plane]:
+            if not x.outer:
+                loops.setdefault(x.loop, []).append(_rim(b, plane, x))
+        for _, crossed in sorted(loops.items()):
+            walls = sorted({i for _, others in crossed for i in others})
+            if any(kind != "convex" for kind, _ in crossed) or used & set(walls):
+                continue
+            up = s.axis[plane]
+            ring = _ring(b, walls, up, used)
+            if ring is not None:
+                used |= set(ring)
+                found.append(_opening(b, ring, up))
+    return found
+
+
+def _rim(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
+    """Convexity and the walls at a side of a rim, past its round or chamfer."""
+    kind, others = b.across(plane, side)
+    beyond: list[int] = []
+    for i in others:
+        beyond += (
+            [x.other for x in b.sides[i] if x.convexity == "convex" and x.other != plane] if i in b.chamfers else [i]
+        )
+    return kind, [i for i in beyond if i not in b.chamfers]
+
+
+def _ring(b: Boundary, walls: list[int], up: Floats, used: set[int]) -> list[int] | None:
+    """The walls, and what continues them along the opening; None where one leans or leads to a floor."""
+    s = b.surfaces
+    members = set(walls)
+    todo = list(walls)
+    while todo:
+        i = todo.pop()
+        if i in used or s.start[i] == s.start[i + 1] or np.abs(s.normals(i) @ up).max(initial=0.0) > _STEEP:
+            return None
+        for x in b.sides[i]:
+            if x.other in members or x.other < 0 or x.convexity not in ("concave", "smooth"):
+                continue
+            if np.abs(s.normals(x.other) @ up).max(initial=0.0) < _STEEP:
+                members.add(x.other)
+                todo.append(x.other)
+            elif x.convexity == "concave" or s.concave[x.other]:
+                return None
+    return sorted(members)
+
+
+def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
+    s = b.surfaces
+    points = np.concatenate([s.points(i) for i in ring])
+    x, centre, length, width = rectangle(points, up)
+    top, depth = float((points @ up).max()), float(np.ptp(points @ up))
+    kind = "duct"
+    oval = None if "plane" in s.kind[ring] else _ellipse(points, up)
+    if oval is not None:
+        x, centre, length, width = oval
+        dimensions = lengths(major_diameter=length, minor_diameter=width, depth=depth)
+    else:
+        slot = obround(b, ring, up)
+        if slot is not None:
+            kind, (x, centre, length, width) = "slot", slot
+        dimensions = lengths(length=length, width=width, depth=depth)
+        corners = [float(s.radius[i]) for i in ring if s.kind[i] == "cylinder" and s.concave[i]]
+        if corners and slot is None:
+            dimensions |= lengths(corner_radius=commonest(corners))
+    pose = frame(x, up, centre + (top - float(centre @ up)) * up)
+    return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring])
+
+
+def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] | None:
+    """Direction of the major axis, centre and diameters of an ellipse through points, seen along `up`."""
+    u = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    u /= np.linalg.norm(u)
+    v = np.cross(up, u)
+    flat = np.column_stack([points @ u, points @ v])
+    shift, scale = flat.mean(axis=0), float(np.abs(flat - flat.mean(axis=0)).max())
+    p, q = ((flat - shift) / scale).T
+    a, h, c, d, e = np.linalg.lstsq(np.column_stack([p * p, p * q, q * q, p, q]), np.ones(len(p)), rcond=None)[0]
+    form = np.array([[a, h / 2], [h / 2, c]])
+    slope = np.hypot(2 * a * p + h * q + d, h * p + 2 * c * q + e)
+    away = np.abs(a * p * p + h * p * q + c * q * q + d * p + e * q - 1) / np.maximum(slope, 1e-9)
+    if np.linalg.det(form) <= 0 or away.max() * scale > _ON_THE_ELLIPSE:
+        return None
+    middle = -np.linalg.solve(form, [d, e]) / 2
+    values, axes = np.linalg.eigh(form)
+    semi = np.sqrt((1 + middle @ form @ middle) / values) * scale  # the least value is the major axis
+    x = axes[0, 0] * u + axes[1, 0] * v
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    centre = middle * scale + shift
+    return x, centre[0] * u + centre[1] * v, 2 * float(semi[0]), 2 * float(semi[1])
+
+
+def obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
+    """Direction, centre, length and width of a closed slot: two facing planes and a half cylinder at either end."""
+    s = b.surfaces
+    planes = [i for i in walls if s.kind[i] == "plane"]
+    rounds = [i for i in walls if s.kind[i] == "cylinder" and s.concave[i] and abs(s.axis[i] @ up) > 1 - _STEEP**2]
+    if not planes or len(planes) + len(rounds) < len(walls) or len(rounds) < 2:
+        return None
+    across = s.axis[planes[0]]
+    if any(np.linalg.norm(np.cross(across, s.axis[i])) > ANGLE_TOLERANCE for i in planes):
+        return None
+    offsets = [float(s.origin[i] @ across) for i in planes]
+    width = max(offsets) - min(offsets)
+    if any(abs(2 * s.radius[i] - width) > 10 * LENGTH_TOLERANCE for i in rounds):
+        return None
+    x = np.cross(across, up)
+    places = [float(s.origin[i] @ x) for i in rounds]
+    if max(places) - min(places) < LENGTH_TOLERANCE:
+        return None
+    centre = (max(places) + min(places)) / 2 * x + (max(offsets) + min(offsets)) / 2 * across
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    return x, centre, max(places) - min(places) + width, width

@@ -1,0 +1,259 @@
+"""Thin walls between two opposed parallel planes: ribs, flanges at the rim of a part, and webs under pockets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.clusters import clusters, unsigned
+from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.loading.features.graph import Boundary
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_THIN = 0.6  # thickness of a rib or flange to its height
+_THIN_WEB = 0.2  # thickness of a web to its width
+_CONTACT = 0.3  # length of a foot to that of the side on it
+_TALL = 0.3  # height of a flange to that of the part
+_SAME = 1e-2  # mm, thickness and middle of the pieces of one rib
+_CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many times its thickness with its corners
+
+
+@dataclass
+class Pair:
+    """Two planes, one behind the other, with material between.
+
+    normal: from the second to the first; u, v (3,): directions in the planes; overlap: u0, v0, u1, v1.
+    """
+
+    first: int
+    second: int
+    thickness: float
+    normal: Floats
+    u: Floats
+    v: Floats
+    overlap: Floats
+
+
+def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
+    """Opposed planes, each with the nearest behind it; arc_direction (n, 3) is NaN for arcs that are not straight."""
+    s = b.surfaces
+    rows = np.flatnonzero((s.kind == "plane") & (np.diff(s.start) > 0))
+    if len(rows) < 2:
+        return []
+    label = clusters(unsigned(s.axis[rows]), ANGLE_TOLERANCE)
+    pairs: dict[tuple[int, int], Pair] = {}
+    for k in range(int(label.max()) + 1):
+        members = rows[label == k]
+        normal = unsigned(s.axis[members[:1]])[0]
+        facing = s.axis[members] @ normal > 0
+        front, back = members[facing], members[~facing]
+        if len(front) and len(back):
+            _pair(b, front, back, normal, _edge_direction(b, members, normal, arc_direction), pairs)
+    return [pairs[key] for key in sorted(pairs)]
+
+
+def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: Floats) -> Floats:
+    """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane."""
+    sides = [x for i in members.tolist() for x in b.sides.get(i, []) if not np.isnan(arc_direction[x.arc, 0])]
+    if not sides:
+        u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    else:
+        longest = max(sides, key=lambda x: (round(x.length, 6), -x.arc))
+        u = arc_direction[longest.arc]
+        u = u - (u @ normal) * normal
+    out: Floats = u / np.linalg.norm(u)
+    return out
+
+
+def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs: dict[tuple[int, int], Pair]) -> None:
+    s = b.surfaces
+    v = np.cross(normal, u)
+
+    def extents(members: Ints) -> tuple[Floats, Floats]:
+        flat = [np.column_stack([s.points(i) @ u, s.points(i) @ v]) for i in members.tolist()]
+        box = np.array([[*p.min(axis=0), *p.max(axis=0)] for p in flat])
+        return box, s.origin[members] @ normal
+
+    (front_box, front_at), (back_box, back_at) = extents(front), extents(back)
+    for members, boxes, at, others, other_boxes, other_at, sense in (
+        (front, front_box, front_at, back, back_box, back_at, 1.0),
+        (back, back_box, back_at, front, front_box, front_at, -1.0),
+    ):
+        order = np.argsort(sense * other_at, kind="stable")
+        key = sense * other_at[order]
+        reach = np.min(boxes[:, 2:] - boxes[:, :2], axis=1)
+        low = np.searchsorted(key, sense * at - reach)
+        high = np.searchsorted(key, sense * at - LENGTH_TOLERANCE)
+        for i in np.flatnonzero(high > low).tolist():
+            near = order[low[i] : high[i]]
+            least = np.maximum(boxes[i, :2], other_boxes[near, :2])
+            most = np.minimum(boxes[i, 2:], other_boxes[near, 2:])
+            hit = np.flatnonzero(np.all(most - least > LENGTH_TOLERANCE, axis=1))
+            if len(hit) == 0:
+                continue
+            gap = sense * (at[i] - other_at[near])
+            for j in hit[gap[hit] < gap[hit].min() + LENGTH_TOLERANCE].tolist():
+                one, two = int(members[i]), int(others[near[j]])
+                first, second = (one, two) if sense > 0 else (two, one)
+                overlap = np.concatenate([least[j], most[j]])
+                pairs[first, second] = Pair(first, second, float(gap[j]), normal, u, v, overlap)
+
+
+def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> list[Feature]:
+    """Ribs (a foot on either side) and flanges (a foot on one side) among the opposed planes.
+
+    floors: of pockets and slots; what is opposed to one is a web.
+    """
+    standing: dict[tuple[int, ...], list[_Standing]] = {}
+    for pair in pairs:
+        if {pair.first, pair.second} & (floors | taken):
+            continue
+        stands = _stands(b, pair)
+        if stands is None:
+            continue
+        along = np.abs([pair.u @ stands.up, pair.v @ stands.up])
+        height, length = (pair.overlap[2:] - pair.overlap[:2])[np.argsort(-along)]
+        if along.max() > 1 - ANGLE_TOLERANCE and pair.thickness < min(_THIN * height, length):
+            standing.setdefault((*_plane_key(b, pair), len(stands.firm)), []).append(stands)
+    found = []
+    for pieces in standing.values():
+        found += [rib for joined in _joined(b, pieces) if (rib := _rib(b, joined)) is not None]
+    return sorted(found, key=lambda feature: feature.surfaces)
+
+
+def _plane_key(b: Boundary, pair: Pair) -> tuple[int, ...]:
+    """Equal for pairs of one thickness about one middle plane."""
+    s = b.surfaces
+    middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
+    normal = np.round(pair.normal * 1e4).astype(int).tolist()
+    return (*normal, round(middle / _SAME), round(pair.thickness / _SAME))
+
+
+@dataclass
+class _Standing:
+    """A pair that stands in a direction; firm: those of its planes that have a foot."""
+
+    pair: Pair
+    up: Floats
+    firm: list[int]
+
+
+def _stands(b: Boundary, pair: Pair) -> _Standing | None:
+    """How a pair stands: a rib on both its feet, a flange on the one it has."""
+    s = b.surfaces
+    planes = (pair.first, pair.second)
+    feet = [_feet(b, i) for i in planes]
+    crests = [b.neighbours(i, "convex") for i in planes]
+    for foot in feet[0] or feet[1]:
+        up = s.axis[foot]
+        if abs(up @ pair.normal) > ANGLE_TOLERANCE:
+            continue
+        if not all(any(_tops(b, j, up) for j in crest) for crest in crests):
+            continue
+        firm = [i for i, own in zip(planes, feet, strict=True) if _contact(b, i, own, up)]
+        if len(firm) == 2:
+            return _Standing(pair, up, firm)
+        if firm and foot in feet[planes.index(firm[0])] and _is_flange(b, firm[0], foot, up):
+            return _Standing(pair, up, firm)
+    return None
+
+
+def _feet(b: Boundary, side: int) -> dict[int, float]:
+    """Planes that a plane stands on, and the lengths of the edges between."""
+    feet: dict[int, float] = {}
+    for x in b.sides.get(side, []):
+        convexity, others = b.across(side, x)
+        for j in others:
+            if convexity == "concave" and b.surfaces.kind[j] == "plane":
+                feet[j] = feet.get(j, 0.0) + x.length
+    return feet
+
+
+def _contact(b: Boundary, side: int, feet: dict[int, float], up: Floats) -> bool:
+    """Whether a side stands on its feet for a fair part of its length."""
+    s = b.surfaces
+    on = sum(length for j, length in feet.items() if up @ s.axis[j] > 1 - ANGLE_TOLERANCE)
+    return bool(on > _CONTACT * np.ptp(s.points(side) @ np.cross(s.axis[side], up)))
+
+
+def _is_flange(b: Boundary, side: int, foot: int, up: Floats) -> bool:
+    """Of the two legs of an angle the flange is the one on the larger, and no small ledge left by a step."""
+    s = b.surfaces
+    low, high = s.along(side, up)
+    whole = float(np.ptp(s.corner.reshape(-1, 3) @ up))
+    return bool(s.area[foot] > s.area[side] and high - low > _TALL * whole)
+
+
+def _tops(b: Boundary, crest: int, up: Floats) -> bool:
+    return bool(len(b.surfaces.points(crest)) and (b.surfaces.normals(crest) @ up).max() > 0.5)
+
+
+def _joined(b: Boundary, pieces: list[_Standing]) -> list[list[_Standing]]:
+    """Pieces of one middle plane that stand in one line, or on either side of a web."""
+    import networkx as nx
+
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(len(pieces)))
+    run = np.cross(pieces[0].pair.normal, pieces[0].up)
+    spans = []
+    for piece in pieces:
+        points = np.concatenate([b.surfaces.points(i) for i in piece.firm]) @ run
+        spans.append((float(points.min()), float(points.max())))
+    order = sorted(range(len(pieces)), key=lambda i: spans[i])
+    last = order[0]
+    for i in order[1:]:
+        if spans[i][0] - spans[last][1] < _CROSSING * pieces[i].pair.thickness:
+            graph.add_edge(last, i)
+        last = max(last, i, key=lambda k: spans[k][1])
+    return [[pieces[i] for i in sorted(component)] for component in nx.connected_components(graph)]
+
+
+def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
+    s = b.surfaces
+    pair, up = pieces[0].pair, pieces[0].up
+    run = np.cross(pair.normal, up)
+    members = sorted({i for p in pieces for i in (p.pair.first, p.pair.second)})
+    points = np.concatenate([s.points(i) for p in pieces for i in p.firm])
+    ends, tops = points @ run, points @ up
+    length, height = float(np.ptp(ends)), float(np.ptp(tops))
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
+    kind = "rib" if len(pieces[0].firm) == 2 else "flange"
+    outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
+    if kind == "flange" and length < _CONTACT * outer:  # the wall of one pocket near the rim
+        return None
+    pose = frame(x, up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
+    dimensions = lengths(thickness=pair.thickness, length=length, height=height)
+    return Feature(kind, "", dimensions, pose, union(s.boxes[members]), [(i, "side") for i in members])
+
+
+def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature]:
+    """What is left under the floors of pockets and slots, where it is thin: one feature a floor, or a pair of them."""
+    s = b.surfaces
+    floor_of = {i: f for f in hollows for i, role in f.surfaces if role == "floor"}
+    found: dict[tuple[int, ...], Feature] = {}
+    for pair in pairs:
+        at = [floor_of.get(i) for i in (pair.first, pair.second)]
+        known = [f for f in at if f is not None]
+        if not known:
+            continue
+        least = min(known, key=lambda f: f.dimensions["length"][0] * f.dimensions["width"][0])
+        length, width = least.dimensions["length"][0], least.dimensions["width"][0]
+        floors = tuple(sorted(i for f in known for i, role in f.surfaces if role == "floor"))
+        if pair.thickness > _THIN_WEB * min(length, width) or floors in found:
+            continue
+        up = least.shape_from_feature[:3, 2]
+        middle = least.shape_from_feature[:3, 3] - up * pair.thickness / 2
+        members = sorted({*floors, *(i for f, i in zip(at, (pair.first, pair.second), strict=True) if f is not None)})
+        own = [i for i, role in least.surfaces if role == "floor"]
+        box = union(s.boxes[own])
+        box = np.concatenate([np.minimum(box[:3], box[:3] - up * pair.thickness), box[3:]])
+        box[3:] = np.maximum(box[3:], union(s.boxes[own])[3:] - up * pair.thickness)
+        pose = frame(least.shape_from_feature[:3, 0], up, middle)
+        dimensions = lengths(thickness=pair.thickness, length=length, width=width)
+        found[floors] = Feature("web", "", dimensions, pose, box, [(i, "side") for i in members])
+    return list(found.values())
