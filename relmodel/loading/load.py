@@ -41,14 +41,12 @@ def load(
         mesh.check_unit(path, unit)
     elif unit is not None:
         raise InputError(f"{path.name} states its own unit of length: leave --unit out")
-    try:
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
+    digest = _digest(path)
     parameters = {"name": name, "variant": variant, "unit": unit, "allow_partial": allow_partial}
     packages = ("cadquery-ocp-novtk",) if suffix in STEP_SUFFIXES else ("trimesh",)
     inputs = {"model": (path.name, digest)}
+    if suffix == urdf.SUFFIX:
+        inputs |= {f"mesh {i}": (file.name, _digest(file)) for i, file in enumerate(urdf.mesh_files(path))}
     with Run.begin(store, "load", parameters, inputs=inputs, packages=(*packages, "numpy", "duckdb")) as run:
         try:
             began = time.perf_counter()
@@ -65,6 +63,14 @@ def load(
                 run.end("refused" if isinstance(error, InputError) else "failed", message, connection)
             raise
     return report
+
+
+def _digest(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
 
 
 def _suffix(path: Path) -> str:

@@ -44,6 +44,16 @@ def read_urdf(path: Path) -> LoadedModel:
     return _Reader(path, root).model()
 
 
+def mesh_files(path: Path) -> list[Path]:
+    """The mesh files that a URDF file reads, each once; none where `read_urdf` would refuse it."""
+    try:
+        root = _parse(path)
+        reader = _Reader(path, root)
+        return sorted({reader.file(e.get("filename") or "", "a link") for e in root.iter("mesh")})
+    except InputError:
+        return []
+
+
 def _parse(path: Path) -> Element:
     """The document's root.  A document type is refused: with it come entities, which may expand without end."""
     if path.stat().st_size > _MOST_BYTES:
@@ -203,7 +213,7 @@ class _Reader:
 
     def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Array) -> Instance:
         """A mesh file placed in a link: its one part, or all that it holds as an assembly."""
-        file = self._file(self._attribute(element, "filename", f"<mesh> of {where}"), where)
+        file = self.file(self._attribute(element, "filename", f"<mesh> of {where}"), where)
         scale = self._numbers(element, "scale", where, 3, [1.0, 1.0, 1.0])
         if not np.all(np.abs(scale) > 1e-12):
             self._refuse(f"{where} scales a mesh to nothing: give a scale other than zero")
@@ -230,7 +240,7 @@ class _Reader:
         assert count > 0
         return Instance(label, "assembly", root, link_from_visual)
 
-    def _file(self, name: str, where: str) -> Path:
+    def file(self, name: str, where: str) -> Path:
         """The file that a URDF names, which must lie in its own folder or below; a package is taken for that folder."""
         inside = name
         if name.startswith("package://"):

@@ -160,6 +160,29 @@ def test_a_mesh_behind_a_link_is_refused(tmp_path: Path) -> None:
         read_urdf(written(tmp_path / "inside", visual('<mesh filename="part.stl"/>')))
 
 
+def test_a_load_notes_the_meshes_it_read(tmp_path: Path) -> None:
+    import hashlib
+
+    import trimesh
+
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "block.stl")
+    path = written(tmp_path, visual('<mesh filename="block.stl"/>'))
+    Store.create(tmp_path / "s.duckdb").close()
+    with Store.open(tmp_path / "s.duckdb") as store:
+        load(store, path, name="bot")
+        with pytest.raises(InputError, match="beside the URDF"):
+            load(store, written(tmp_path, visual('<mesh filename="http://x/y.stl"/>')), name="bot")
+        given = store.table("run_input")
+        with store.read() as connection:
+            rows = connection.execute(sa.select(given).order_by("run_id", "input_no")).mappings().all()
+            refused = connection.execute(sa.text("SELECT count(*) FROM load_report WHERE status = 'refused'")).scalar()
+    assert [(r["role"], r["name"]) for r in rows] == [
+        ("mesh 0", "block.stl"), ("model", "bot.urdf"), ("model", "bot.urdf"),
+    ]  # fmt: skip
+    assert rows[0]["sha256"] == hashlib.sha256((tmp_path / "block.stl").read_bytes()).hexdigest()
+    assert refused == 1
+
+
 def test_rows(fresh_store: str, tmp_path: Path) -> None:
     body = f"""{TWO.replace('<link name="a"/>', visual('<cylinder radius="0.1" length="0.2"/>'))}
 <link name="c"/><joint name="k" type="prismatic"><parent link="b"/><child link="c"/>

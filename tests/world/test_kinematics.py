@@ -38,7 +38,10 @@ URDF = """<robot name="crane">
 <joint name="face" type="continuous"><parent link="boom"/><child link="flange"/><origin xyz="0.8 0 0" rpy="0 1.2 0"/>
   <axis xyz="0 0 1"/></joint>
 </robot>"""
-WORLD_FROM = {"one": [[0, -1, 0, 500], [1, 0, 0, -300], [0, 0, 1, 20], [0, 0, 0, 1]], "two": np.eye(4).tolist()}
+WORLD_FROM: dict[str, Array] = {
+    "one": np.array([[0.0, -1, 0, 500], [1, 0, 0, -300], [0, 0, 1, 20], [0, 0, 0, 1]]),
+    "two": np.eye(4),
+}
 MOUNT = [[0, 1, 0, 5], [-1, 0, 0, 110], [0, 0, 1, 60], [0, 0, 0, 1]]
 STATES = {"one": {"travel": 350, "tilt_deg": 30, "face": 0.4}, "two": {"tilt": -0.3}}
 RIG = {
@@ -78,10 +81,16 @@ def cell(folder: Path, **change: Any) -> Path:
     (folder / "crane.urdf").write_text(URDF)
     (folder / "head.yaml").write_text(yaml.safe_dump(RIG))
     objects = [
-        {"object": "crane", "name": n, "role": "robot", "world_from_object": WORLD_FROM[n], "joints": dict(STATES[n])}
+        {
+            "object": "crane",
+            "name": n,
+            "role": "robot",
+            "world_from_object": WORLD_FROM[n].tolist(),
+            "joints": dict(STATES[n]),
+        }
         for n in ("one", "two")
     ]
-    objects[0]["joints"] |= change.get("joints", {})  # type: ignore[operator]
+    objects[0]["joints"] |= change.get("joints", {})
     mounts = [{"rig": "head", "on": n, "link": change.get("link", "flange"), "carrier_from_rig": MOUNT} for n in STATES]
     file = {"world": "w", "objects": objects, "rigs": [{"name": "head", "file": "head.yaml"}], "mounts": mounts}
     (folder / "cell.yaml").write_text(yaml.safe_dump(file))
@@ -155,7 +164,7 @@ def test_joints_held_the_base_takes_all(rig: MountedRig) -> None:
         correction = correct_base(rig, found, SIGMA)
         assert np.abs(correction.world_from_object - true_base).max() < 1e-8
         assert correction.joints == dict(rig.joints)
-        assert correction.shift == pytest.approx(true_base[:3, 3] - np.array(WORLD_FROM["one"])[:3, 3])
+        assert correction.shift == pytest.approx(true_base[:3, 3] - WORLD_FROM["one"][:3, 3])
     # Its covariance, against that of bases computed from perturbed poses.
     draws = rng.multivariate_normal(np.zeros(6), SIGMA, 4000)
     seen = np.empty((len(draws), 6))
@@ -173,7 +182,7 @@ def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
     rng = np.random.default_rng(6)
     base_sigma = np.repeat([2.0, 0.003], 3)
     sigmas = {"tilt": 0.01, "travel": 8.0}
-    world = np.array(WORLD_FROM["one"], float)
+    world = WORLD_FROM["one"]
     for _ in range(3):
         true_base = world @ transform(rng.normal(0, 0.003, 3), rng.normal(0, 2, 3))
         found = true_base @ links_by_hand(357, np.radians(30) - 0.012, 0.4)["flange"] @ MOUNT
@@ -192,7 +201,8 @@ def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
         assert answer.joints["tilt"] - np.radians(30) == pytest.approx(best.x[6], abs=2e-5)
         assert answer.joints["travel"] - 350 == pytest.approx(best.x[7], abs=0.02)
         assert (np.linalg.inv(world) @ answer.world_from_object)[:3, 3] == pytest.approx(best.x[:3], abs=0.02)
-        spread = np.sqrt(np.diag(np.linalg.inv(best.jac.T @ best.jac)))
+        jacobian = np.asarray(best.jac, float)
+        spread = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
         assert list(answer.joint_sigmas.values()) == pytest.approx(spread[6:], rel=0.01)
         assert np.sqrt(np.diag(answer.covariance)) == pytest.approx(spread[:6], rel=0.01)
         assert answer.joints["face"] == 0.4  # no sigma: held

@@ -17,9 +17,7 @@ from relmodel.errors import UsageError
 if TYPE_CHECKING:
     from relmodel.world.kinematics import MountedRig
 
-EXAMPLE = (
-    "relmodel where left_head --world cell --set travel=450 --set shoulder_deg=30 --store cell.duckdb > prior.yaml"
-)
+EXAMPLE = "relmodel where head --on left_arm --set travel=450 --store cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
