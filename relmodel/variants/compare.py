@@ -140,13 +140,15 @@ def _differences(store: Store, connection: Connection, object_a: int, object_b: 
 
 
 def _paired_parts(a: _Placed, b: _Placed, reach: float) -> tuple[Ints, Ints]:
-    """Placed parts that correspond: by path; else of one content, the nearest; else at the very same place."""
+    """Placed parts that correspond: by path; else of one content, the nearest; else of one name, at the same place."""
     _, i, j = np.intersect1d(a.path.astype(str), b.path.astype(str), return_indices=True)
     free_a, free_b = (np.setdiff1d(np.arange(len(x.path)), taken) for x, taken in ((a, i), (b, j)))
     left, right, distance = near_pairs(a.pose[free_a, :3, 3], b.pose[free_b, :3, 3], reach)
     left, right = free_a[left], free_b[right]
     same = a.part[left] == b.part[right]
-    good = same | (np.abs(a.pose[left] - b.pose[right]).max(axis=(1, 2), initial=0) < TOLERANCE)
+    last_a, last_b = (np.array([str(p).rpartition("/")[2] for p in x.path], object) for x in (a, b))
+    stays = np.abs(a.pose[left] - b.pose[right]).max(axis=(1, 2), initial=0) < TOLERANCE
+    good = same | (stays & (last_a[left] == last_b[right]))
     left, right, distance, same = left[good], right[good], distance[good], same[good]
     rows = one_to_one(left, right, ~same, distance)
     i, j = np.concatenate([i, left[rows]]), np.concatenate([j, right[rows]])

@@ -28,6 +28,7 @@ class FeatureSet:
     kind: Texts
     frame: Floats  # (n, 4, 4) shape_from_feature
     middle: Floats  # (n, 3) of the box
+    half: Floats  # (n,) half the diagonal of the box
     surfaces: tuple[Ints, Ints]  # feature_no, surface_no of the members
 
     def __len__(self) -> int:
@@ -36,14 +37,13 @@ class FeatureSet:
 
 def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any]) -> FeatureSet:
     """From the columns of the queries `compare/features` and `compare/feature_surfaces`."""
-    middle = np.stack(
-        [(np.asarray(rows[f"{c}0"], float) + np.asarray(rows[f"{c}1"], float)) / 2 for c in "xyz"], axis=1
-    )
+    low, high = (np.stack([np.asarray(rows[f"{c}{end}"], float) for c in "xyz"], axis=1) for end in (0, 1))
     return FeatureSet(
         np.asarray(rows["class_id"], np.int64),
         np.asarray(rows["kind"], object),
         matrices(rows),
-        middle,
+        (low + high) / 2,
+        np.linalg.norm(high - low, axis=1) / 2,
         (np.asarray(members["feature_no"], np.int64), np.asarray(members["surface_no"], np.int64)),
     )
 
@@ -51,14 +51,14 @@ def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any]) -> FeatureS
 def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -> tuple[Pairs, Floats]:
     """Features of `b` that are those of `a`, and the angle (rad) by which each pair is turned.
 
-    First those that share surfaces, most first; then those of one class by place; then those of one kind where the
-    one's middle has stayed.  Of a pair, the surfaces say whether it is identical or retrimmed, the class whether it
-    moved or changed.
+    First those that share surfaces, most first; then those of one class by place; then those of one kind of which
+    each has its middle in the other.  Of a pair, the surfaces say whether it is identical or retrimmed, the class
+    whether it moved or changed.
     """
     shared_i, shared_j, share = _shared(a, b, surfaces)
     near_i, near_j, distance = near_pairs(a.middle, b.middle, reach)
     congruent = a.class_id[near_i] == b.class_id[near_j]
-    good = (a.kind[near_i] == b.kind[near_j]) & (congruent | (distance < 10 * TOLERANCE))
+    good = (a.kind[near_i] == b.kind[near_j]) & (congruent | (distance < np.minimum(a.half[near_i], b.half[near_j])))
     i, j = np.concatenate([shared_i, near_i[good]]), np.concatenate([shared_j, near_j[good]])
     share = np.concatenate([share, np.zeros(good.sum())])
     apart = np.linalg.norm(a.middle[i] - b.middle[j], axis=1)
