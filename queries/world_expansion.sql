@@ -6,28 +6,12 @@
 -- Of an object with rows of world_link those place its links, not object_object.
 -- Paths are unique: a slash in a name becomes _; a name that siblings share, that is empty or that holds a # gets # and
 -- its ordinal.
-WITH RECURSIVE instance AS (
-    SELECT parent_id, child_no, replace(name, '/', '_') AS name, child_id AS object_id,
-        CAST(NULL AS BIGINT) AS part_id,
+WITH RECURSIVE child AS MATERIALIZED (
+    SELECT parent_id, child_no, object_id, part_id, segment,
         m00, m01, m02, m03,
         m10, m11, m12, m13,
         m20, m21, m22, m23
-    FROM object_object
-    UNION ALL
-    SELECT object_id, child_no, replace(name, '/', '_'), CAST(NULL AS BIGINT), part_id,
-        m00, m01, m02, m03,
-        m10, m11, m12, m13,
-        m20, m21, m22, m23
-    FROM object_part
-),
-child AS (
-    SELECT parent_id, child_no, object_id, part_id,
-        CASE WHEN name = '' OR name LIKE '%#%' OR count(*) OVER (PARTITION BY parent_id, name) > 1
-            THEN name || '#' || CAST(child_no AS TEXT) ELSE name END AS segment,
-        m00, m01, m02, m03,
-        m10, m11, m12, m13,
-        m20, m21, m22, m23
-    FROM instance
+    FROM object_child
 ),
 moved AS (  -- links_of: the world_object whose children these are; -1: of every other object
     SELECT c.parent_id, -1 AS links_of, c.child_no, c.object_id, c.part_id, c.segment,

@@ -241,12 +241,53 @@ COMMENT ON COLUMN load_report.shapes_added IS 'shapes that were new to the store
 COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the store';
 COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';
 
+CREATE VIEW object_child AS
+WITH instance AS (
+    SELECT parent_id, child_no, replace(name, '/', '_') AS name, child_id AS object_id, CAST(NULL AS BIGINT) AS part_id,
+        m00, m01, m02, m03,
+        m10, m11, m12, m13,
+        m20, m21, m22, m23
+    FROM object_object
+    UNION ALL
+    SELECT object_id, child_no, replace(name, '/', '_'), CAST(NULL AS BIGINT), part_id,
+        m00, m01, m02, m03,
+        m10, m11, m12, m13,
+        m20, m21, m22, m23
+    FROM object_part
+)
+SELECT parent_id, child_no, object_id, part_id,
+    CASE WHEN name = '' OR strpos(name, '#') > 0 OR count(*) OVER (PARTITION BY parent_id, name) > 1
+        THEN name || '#' || CAST(child_no AS TEXT) ELSE name END AS segment,
+    m00, m01, m02, m03,
+    m10, m11, m12, m13,
+    m20, m21, m22, m23
+FROM instance;
+COMMENT ON VIEW object_child IS 'Objects and parts placed in an object, with names that are unique among siblings.';
+COMMENT ON COLUMN object_child.parent_id IS 'the object that contains';
+COMMENT ON COLUMN object_child.child_no IS 'ordinal in the parent';
+COMMENT ON COLUMN object_child.object_id IS 'the object contained; null for a part';
+COMMENT ON COLUMN object_child.part_id IS 'the part contained; null for an object';
+COMMENT ON COLUMN object_child.segment IS 'piece of a path: the name with / made _; with # and its ordinal where siblings share it, it is empty or holds a #';
+COMMENT ON COLUMN object_child.m00 IS 'parent_from_child: row 0, column 0 of the rotation';
+COMMENT ON COLUMN object_child.m01 IS 'parent_from_child: row 0, column 1 of the rotation';
+COMMENT ON COLUMN object_child.m02 IS 'parent_from_child: row 0, column 2 of the rotation';
+COMMENT ON COLUMN object_child.m03 IS 'parent_from_child: row 0 of the translation, mm';
+COMMENT ON COLUMN object_child.m10 IS 'parent_from_child: row 1, column 0 of the rotation';
+COMMENT ON COLUMN object_child.m11 IS 'parent_from_child: row 1, column 1 of the rotation';
+COMMENT ON COLUMN object_child.m12 IS 'parent_from_child: row 1, column 2 of the rotation';
+COMMENT ON COLUMN object_child.m13 IS 'parent_from_child: row 1 of the translation, mm';
+COMMENT ON COLUMN object_child.m20 IS 'parent_from_child: row 2, column 0 of the rotation';
+COMMENT ON COLUMN object_child.m21 IS 'parent_from_child: row 2, column 1 of the rotation';
+COMMENT ON COLUMN object_child.m22 IS 'parent_from_child: row 2, column 2 of the rotation';
+COMMENT ON COLUMN object_child.m23 IS 'parent_from_child: row 2 of the translation, mm';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object', 'object', 'primary'),
     ('object_variant', 'object', 'primary'),
     ('object_attribute', 'object', 'primary'),
     ('object_object', 'object', 'primary'),
     ('object_part', 'object', 'primary'),
+    ('object_child', 'object', 'view'),
     ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary');

@@ -1,7 +1,8 @@
 """Write the demonstration bulkhead: STEP files (gzipped) and golden tables.
 
-    python -m examples.bulkhead.build [--out examples/demo] [--tables examples/bulkhead/golden] [VARIANT ...]
+    python -m examples.bulkhead.build [--out FOLDER] [--tables examples/bulkhead/golden] [VARIANT ...]
 
+A and B, which the demonstration needs, go to `examples/demo`, the others to `examples/bulkhead/variants`.
 Two builds with the same kernel give the same bytes.  Run from the root of the checkout; needs the extra `step`.
 """
 
@@ -40,7 +41,7 @@ from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from examples.bulkhead import solids
-from examples.bulkhead.design import CLIP_BOLTS, DENSITY, VARIANTS, Design
+from examples.bulkhead.design import BASES, CLIP_BOLTS, DENSITY, VARIANTS, Design
 from examples.bulkhead.features import CLIP_THICKNESS, all_features, bolts, changes, lug_centre
 
 Shape = Any
@@ -92,12 +93,15 @@ def write_step(design: Design, shapes: dict[str, Shape], path: Path) -> None:
         labels[product] = tool.AddShape(shape, False)
         name(labels[product], product)
         colours.SetColor(labels[product], Quantity_Color(*COLOURS[product], Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
-    labels["CLIP_ASSEMBLY"] = tool.NewShape()
-    name(labels["CLIP_ASSEMBLY"], "CLIP_ASSEMBLY")
-    name(tool.AddComponent(labels["CLIP_ASSEMBLY"], labels["CLIP"], TopLoc_Location()), "CLIP")
-    for i, (u, v) in enumerate(CLIP_BOLTS):
-        component = tool.AddComponent(labels["CLIP_ASSEMBLY"], labels["BOLT_M8"], _location((u, v, CLIP_THICKNESS), 0))
-        name(component, f"BOLT_{i + 1}")
+    if design.clips:  # what nothing uses would stand beside the root
+        labels["CLIP_ASSEMBLY"] = tool.NewShape()
+        name(labels["CLIP_ASSEMBLY"], "CLIP_ASSEMBLY")
+        name(tool.AddComponent(labels["CLIP_ASSEMBLY"], labels["CLIP"], TopLoc_Location()), "CLIP")
+        for i, (u, v) in enumerate(CLIP_BOLTS):
+            component = tool.AddComponent(
+                labels["CLIP_ASSEMBLY"], labels["BOLT_M8"], _location((u, v, CLIP_THICKNESS), 0)
+            )
+            name(component, f"BOLT_{i + 1}")
     root = tool.NewShape()
     name(root, ROOT)
     for component_name, product, origin, turn in placements(design):
@@ -165,7 +169,7 @@ def golden(design: Design, shapes: dict[str, Shape]) -> dict[str, Any]:
     components = placements(design)
     uses = Counter(product for _, product, _, _ in components)
     clips = uses.pop("CLIP_ASSEMBLY", 0)
-    uses["CLIP"] += clips
+    uses += Counter({"CLIP": clips})
     uses["BOLT_M8"] += clips * len(CLIP_BOLTS)
     mass = parts["BULKHEAD_BODY"]["volume_mm3"] * DENSITY
     return {
@@ -174,7 +178,7 @@ def golden(design: Design, shapes: dict[str, Shape]) -> dict[str, Any]:
         "body_mass_kg": round(mass, 3),
         "body_mass_lb": round(mass / 0.45359237, 2),
         "parts": parts,
-        "products": sorted([*shapes, "CLIP_ASSEMBLY", ROOT]),
+        "products": sorted([*shapes, *({"CLIP_ASSEMBLY"} if design.clips else ()), ROOT]),
         "solids_of_each_part": dict(sorted(uses.items())),
         "solids": sum(uses.values()),
         "occurrences_below_root": len(components) + clips * (1 + len(CLIP_BOLTS)),
@@ -193,8 +197,9 @@ def build(variant: str, path: Path) -> dict[str, Any]:
         "BULKHEAD_BODY": solids.body(design),
         "BUSHING_25": solids.bushing(),
         "BOLT_M8": solids.bolt(),
-        "CLIP": solids.clip(),
     }
+    if design.clips:
+        shapes["CLIP"] = solids.clip()
     write_step(design, shapes, path)
     return golden(design, shapes)
 
@@ -218,7 +223,7 @@ def _dump(data: Any, path: Path) -> None:
 def main() -> None:
     arguments = argparse.ArgumentParser(description="Write the demonstration bulkhead.")
     arguments.add_argument("variants", nargs="*", default=list(VARIANTS))
-    arguments.add_argument("--out", type=Path, default=Path("examples/demo"))
+    arguments.add_argument("--out", type=Path)
     arguments.add_argument("--tables", type=Path, default=Path("examples/bulkhead/golden"))
     options = arguments.parse_args()
     options.tables.mkdir(parents=True, exist_ok=True)
@@ -226,12 +231,16 @@ def main() -> None:
     for variant in options.variants:
         # A process each: the kernel numbers occurrences by a counter of the process.
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-            tables[variant] = pool.submit(build, variant, options.out / f"bulkhead_{variant}.step.gz").result()
+            folder = options.out or Path("examples/demo" if variant in "AB" else "examples/bulkhead/variants")
+            folder.mkdir(parents=True, exist_ok=True)
+            tables[variant] = pool.submit(build, variant, folder / f"bulkhead_{variant}.step.gz").result()
         _dump(tables[variant], options.tables / f"bulkhead_{variant}.json")
         faces = tables[variant]["parts"]["BULKHEAD_BODY"]["faces"]
         print(f"{variant}: {faces} faces, {tables[variant]['body_mass_lb']} lb, {tables[variant]['solids']} solids")
-    if {"A", "B"} <= tables.keys():
-        _dump(changes(tables["A"]["features"], tables["B"]["features"]), options.tables / "changes_A_to_B.json")
+    for variant, base in BASES.items():
+        if {base, variant} <= tables.keys():
+            history = changes(tables[base]["features"], tables[variant]["features"])
+            _dump(history, options.tables / f"changes_{base}_to_{variant}.json")
 
 
 if __name__ == "__main__":

@@ -309,7 +309,61 @@ def variant_b() -> Design:
     )
 
 
-VARIANTS = {"A": variant_a, "B": variant_b}
+def variant_c() -> Design:
+    """A as a plain casting: pockets in the front only, ten cells left solid, no lightening holes and no clips."""
+    a = variant_a()
+    solid = {"P01", "P03", "P05", "P07", "P10", "P13", "P16", "P20", "P25", "P29"}
+    pockets = {
+        k: replace(p, web=(0, round(p.web[1] - p.web[0], 3)), back_split="", back_inset=0.0, floor_radius=0.0)
+        for k, p in a.pockets.items()
+        if k not in solid and k != "P12"
+    }
+    return replace(a, name="C", pockets=pockets, holes={}, clips={}, lowered={})
+
+
+def variant_d() -> Design:
+    """A with its lower flange bolted down: a bolt every 22 mm, those of A where they were."""
+    a = variant_a()
+    places = [-1380.0 + 22.0 * i for i in range(130)]
+    clear = [x for x in places if abs(x + 860) > 75 and abs(x - 1100) > 70]
+    own = [x for x in clear if all(abs(x - p[0]) > 20 for p in a.flange_bolts.values())]
+    added = {f"G{i + 1:03d}": (x, 12.0) for i, x in enumerate(own)}
+    return replace(a, name="D", flange_bolts={**a.flange_bolts, **added})
+
+
+def variant_e() -> Design:
+    """B after a second change: holes, a boss and a lug moved, a duct wider, a rib no longer cut down, a clip fewer."""
+    b = variant_b()
+    moved = {
+        "LH21": replace(b.holes["LH21"], centre=(1076.0, 382.0)),
+        "LH25": replace(b.holes["LH25"], centre=(-900.0, 702.0)),
+        "TH02": replace(b.holes["TH02"], centre=(66.0, 75.0), radius=7.0),
+    }
+    return replace(
+        b,
+        name="E",
+        holes={**b.holes, **moved},
+        bosses={**b.bosses, "BOSS_1": replace(b.bosses["BOSS_1"], centre=(-1158.0, 334.0))},
+        ducts={**b.ducts, "DUCT_B": replace(b.ducts["DUCT_B"], semi_axes=(96, 96))},
+        lugs={**b.lugs, "LUG_4": replace(b.lugs["LUG_4"], root=(1524, 540))},
+        lowered={k: cut for k, cut in b.lowered.items() if k != "LOW_M3"},
+        clips={k: clip for k, clip in b.clips.items() if k != "CLIP_4"},
+    )
+
+
+def variant_f() -> Design:
+    """A thinned: every web above 3 mm taken down to 2.6 mm from the front, and two ribs to 5 mm."""
+    a = variant_a()
+    pockets = {
+        k: replace(p, web=(p.web[0], round(p.web[0] + 2.6, 3))) if k != "P12" and p.web[1] - p.web[0] > 3 else p
+        for k, p in a.pockets.items()
+    }
+    thin = {k: replace(a.walls[k], thickness=5.0) for k in ("L2", "H3")}
+    return replace(a, name="F", walls={**a.walls, **thin}, pockets=pockets)
+
+
+VARIANTS = {"A": variant_a, "B": variant_b, "C": variant_c, "D": variant_d, "E": variant_e, "F": variant_f}
+BASES = {"B": "A", "C": "A", "D": "A", "E": "B", "F": "A"}  # what each variant is a change of
 
 
 def duct_bolts(duct: Duct) -> list[Point]:

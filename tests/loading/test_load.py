@@ -27,7 +27,8 @@ def row_counts(store: Store) -> dict[str, int]:
     """Rows of each table of the model, and of the sources that it came from."""
     with store.read() as connection:
         catalogue = connection.execute(store.table("sds_relation").select()).all()
-        names = sorted(r.relation for r in catalogue if r.level in MODEL_LEVELS and r.relation != "load_report")
+        mine = (r for r in catalogue if r.level in MODEL_LEVELS and r.standing != "view")
+        names = sorted(r.relation for r in mine if r.relation != "load_report")
         return {name: len(connection.execute(store.table(name).select()).all()) for name in [*names, "source"]}
 
 

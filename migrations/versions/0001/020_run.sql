@@ -10,7 +10,7 @@ CREATE TABLE run (
     host TEXT NOT NULL,
     process BIGINT NOT NULL,
     began_at TIMESTAMPTZ NOT NULL,
-    CHECK (kind IN ('load', 'world', 'index', 'extract', 'inspect'))
+    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'inspect'))
 );
 COMMENT ON TABLE run IS 'One execution that writes: a load, a world, an index, an inspection. What happened in it is in run_event.';
 COMMENT ON COLUMN run.id IS 'identity of the run';
