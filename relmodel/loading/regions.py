@@ -12,7 +12,12 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
-SMOOTH_RAD = np.radians(20)  # facets that turn less belong to one curved surface
+SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
+KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
+_FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
+_FEW = 16  # patches; of so few a surface may be chance
+_FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
+_LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 _WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
 
 
@@ -87,41 +92,195 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> tuple[Ints, Bools]:
-    """Region of each triangle, and whether each region is flat."""
+@dataclass
+class Regions:
+    """Regions of a mesh: of each triangle its region, of each region its kind and, where that is a curved surface,
+    the row of numbers that `quadric_kernels` describes (NaN elsewhere)."""
+
+    of_triangle: Ints
+    kind: npt.NDArray[np.str_]  # plane, sphere, cylinder, cone, torus, facets
+    surface: Floats  # (n, 10)
+
+
+@dataclass
+class _Patches:
+    """Patches of coplanar triangles: of each triangle its patch; of each patch area, width, and whether it is flat;
+    creases between neighbours as a graph (CSR, both ways)."""
+
+    of_triangle: Ints
+    area: Floats
+    width: Floats
+    flat: Bools
+    start: Ints
+    other: Ints
+    length: Floats
+    angle: Floats  # mean over the crease, without sign
+
+
+def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
+    """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
+    patches = _patches(vertices, triangles, edges, tolerance)
+    owner, kind, surface = _curved(vertices, triangles, patches, tolerance)
+    owner = _without_weak(patches, owner)
+    owner, plane = _rest(patches, owner)
+    _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.argsort(order)
+    region = rank[region.ravel()]
+    number = owner[patches.of_triangle[first[order]]]  # surfaces first, then planes and the rest
+    curved = number < len(kind)
+    kinds = np.where(plane[patches.of_triangle[first[order]]], "plane", "facets").astype("U8")
+    kinds[curved] = np.array(KINDS)[kind[number[curved]]]
+    rows = np.full((len(number), 10), np.nan)
+    rows[curved] = surface[number[curved]]
+    return Regions(region, kinds, rows)
+
+
+def _patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> _Patches:
     inner = edges.triangle_b >= 0
     a, b, angle = edges.triangle_a[inner], edges.triangle_b[inner], np.abs(edges.angle[inner])
     length = np.linalg.norm(np.diff(vertices[edges.ends[inner]], axis=1)[:, 0], axis=1)
-    flat = angle < FLAT_RAD
+    normal = area_normals(vertices, triangles)
+    double = 2 * np.linalg.norm(normal, axis=1)
+    # Only the larger triangle tells how far the other's corner is from a common plane; a thin one tells no direction.
+    fine = rounding(vertices)
+    thin = slim(vertices, triangles)
+    height = np.minimum(double[a], double[b]) / length
+    flat = ((angle < FLAT_RAD) | (height * np.sin(angle) < 2 * fine) & (angle < SMOOTH_RAD)) & ~thin[a] & ~thin[b]
     patch = components(len(triangles), a[flat], b[flat])
-    count = int(patch.max()) + 1
+    bad = mean_planes(vertices, triangles, patch)[0] > tolerance
+    flat &= ~bad[patch[a]] | ((angle < FLAT_RAD / 10) & (height * np.sin(angle) < 2 * fine))
+    # A thin triangle goes with what lies beyond its longest side.
+    side = np.concatenate([np.stack([a, b, length], axis=1), np.stack([b, a, length], axis=1)])
+    side = side[thin[side[:, 0].astype(np.int64)]]
+    side = side[np.lexsort((side[:, 1], -side[:, 2], side[:, 0]))]
+    _, first = np.unique(side[:, 0], return_index=True)
+    along = side[first].astype(np.int64)
+    patch = components(len(triangles), np.concatenate([a[flat], along[:, 0]]), np.concatenate([b[flat], along[:, 1]]))
     planar = mean_planes(vertices, triangles, patch)[0] <= tolerance
+    count = len(planar)
 
-    # A curved surface is tessellated into patches that turn a little against each other, all about as wide; a plane
-    # that runs smoothly into it is wider, and two patches alone are two planes.
-    area = np.bincount(patch, np.linalg.norm(area_normals(vertices, triangles), axis=1), minlength=count)
-    border = patch[edges.triangle_a] != np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
-    rim = np.linalg.norm(np.diff(vertices[edges.ends[border]], axis=1)[:, 0], axis=1)
-    perimeter = np.bincount(patch[edges.triangle_a[border]], rim, minlength=count)
-    second = edges.triangle_b[border]
-    perimeter += np.bincount(patch[second[second >= 0]], rim[second >= 0], minlength=count)
-    width = 2 * area / np.maximum(perimeter, 1e-300)
-    bend = (angle < SMOOTH_RAD) & (patch[a] != patch[b]) & (length > 0)
-    group = components(count, patch[a[bend]], patch[b[bend]])
+    area = np.bincount(patch, double / 2, minlength=count)
+    ends_a, ends_b = patch[edges.triangle_a], np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
+    rim = np.linalg.norm(np.diff(vertices[edges.ends], axis=1)[:, 0], axis=1)
+    rim = np.where(ends_a != ends_b, rim, 0.0)
+    perimeter = np.bincount(ends_a, rim, minlength=count)
+    perimeter += np.bincount(ends_b[inner], rim[inner], minlength=count)
+    crease = patch[a] != patch[b]
+    one, two = np.concatenate([patch[a[crease]], patch[b[crease]]]), np.concatenate([patch[b[crease]], patch[a[crease]]])
+    key, inverse = np.unique(one * np.int64(count) + two, return_inverse=True)
+    total = np.bincount(inverse, np.tile(length[crease], 2), minlength=len(key))
+    bent = np.bincount(inverse, np.tile(length[crease] * angle[crease], 2), minlength=len(key))
+    return _Patches(
+        patch,
+        area,
+        2 * area / np.maximum(perimeter, 1e-300),
+        planar,
+        np.searchsorted(key, np.arange(count + 1) * np.int64(count)),
+        key % count,
+        total,
+        bent / np.maximum(total, 1e-300),
+    )
+
+
+def rounding(vertices: Floats) -> float:
+    """What rounding to single precision, in which most formats hold coordinates, may move a vertex by, mm."""
+    return max(1e-6, 1e-7 * float(np.abs(vertices).max()))
+
+
+def slim(vertices: Floats, triangles: Ints) -> Bools:
+    """Triangles (m,) so thin that their normal tells nothing."""
+    corner = vertices[triangles]
+    longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
+    height = 2 * np.linalg.norm(area_normals(vertices, triangles), axis=1) / longest
+    return np.asarray(height < 10 * rounding(vertices))
+
+
+def _curved(
+    vertices: Floats, triangles: Ints, patches: _Patches, tolerance: float
+) -> tuple[Ints, Ints, Floats]:
+    """Owner of each patch (-1 none) among the curved surfaces, their kinds (index into KINDS) and numbers."""
+    from relmodel.loading import quadric_kernels
+
+    normal = area_normals(vertices, triangles)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    count = len(patches.area)
+    by_patch = np.argsort(patches.of_triangle, kind="stable")
+    smooth = patches.angle < SMOOTH_RAD
+    owner = np.full(count, -1)
+    kinds = np.zeros(count, np.int64)
+    rows = np.full((count, 10), np.nan)
+    of = np.repeat(np.arange(count), np.diff(patches.start))
+    bends = np.bincount(of[smooth], minlength=count)
+    order = np.argsort(-patches.area, kind="stable")
+    number = quadric_kernels.grow_surfaces(
+        np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
+        np.array(triangles, np.int64, order="C"),
+        np.array(normal, np.float64, order="C"),
+        slim(vertices, triangles),
+        np.searchsorted(patches.of_triangle[by_patch], np.arange(count + 1)),
+        by_patch,
+        patches.area,
+        patches.width,
+        patches.start,
+        patches.other,
+        patches.length,
+        smooth,
+        order[bends[order] > 0],
+        rounding(vertices),
+        tolerance,
+        np.cos(_LEAN_RAD),
+        _WIDE,
+        owner,
+        kinds,
+        rows,
+    )
+    return owner, kinds[:number], rows[:number]
+
+
+def _without_weak(patches: _Patches, owner: Ints) -> Ints:
+    """Owners (-1 none) without surfaces of few patches that run smoothly into what is no such surface for long: a few
+    strips of a free-form surface may lie on a cylinder or torus by chance."""
+    a = np.repeat(np.arange(len(owner)), np.diff(patches.start))
+    b = patches.other
+    while (owner >= 0).any():
+        count = int(owner.max()) + 1
+        size = np.bincount(owner[owner >= 0], minlength=count)
+        border = (owner[a] >= 0) & (owner[a] != owner[b])
+        rim = np.bincount(owner[a[border]], patches.length[border], minlength=count)
+        # Free-form are patches without owner that bend into others of the kind, or into a weak surface.
+        weak = (owner >= 0) & (size[owner] <= _FEW)
+        loose = (owner < 0) | weak
+        bend = patches.angle < _FREE_RAD
+        free = loose & (np.bincount(a[bend & loose[a] & loose[b]], minlength=len(owner)) >= 2)
+        into = border & bend & free[b] & (patches.width[b] < _WIDE * patches.width[a])
+        run = np.bincount(owner[a[into]], patches.length[into], minlength=count)
+        drop = (size <= _FEW) & (run > _FREE_RIM * rim)
+        if not drop.any():
+            break
+        owner = np.where((owner >= 0) & drop[owner], -1, owner)
+    return owner
+
+
+def _rest(patches: _Patches, owner: Ints) -> tuple[Ints, Bools]:
+    """Owner of each patch, now of all, and which patches are planes.
+
+    What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
+    smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
+    """
+    count = len(patches.area)
+    a = np.repeat(np.arange(count), np.diff(patches.start))
+    b = patches.other
+    bend = (patches.angle < _FREE_RAD) & (owner[a] < 0) & (owner[b] < 0)
+    group = components(count, a[bend], b[bend])
     size = np.bincount(group)[group]
-    order = np.lexsort((width, group))
+    order = np.lexsort((patches.width, group))
     start = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    median = width[order[start + (np.bincount(group) - 1) // 2]][group]
-    plane = planar & ((size <= 2) | (width > _WIDE * median))
-    join = bend & ~plane[patch[a]] & ~plane[patch[b]]
-    merged = components(count, patch[a[join]], patch[b[join]])
-    # Number regions by their first triangle.
-    _, first, region = np.unique(merged[patch], return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))
-    region = rank[region.ravel()]
-    is_plane = np.zeros(len(first), bool)
-    is_plane[region] = plane[patch]
-    return region, is_plane
+    median = patches.width[order[start + (np.bincount(group) - 1) // 2]][group]
+    plane = (owner < 0) & patches.flat & ((size <= 2) | (patches.width > _WIDE * median))
+    join = bend & ~plane[a] & ~plane[b]
+    merged = components(count, a[join], b[join])
+    return np.where(owner >= 0, owner, int(owner.max(initial=-1)) + 1 + merged), plane
 
 
 def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:
