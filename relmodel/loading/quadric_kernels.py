@@ -18,6 +18,7 @@ CYLINDER, CONE, SPHERE, TORUS = 1, 2, 3, 4
 _STAGES = ((4, True), (3, True), (5, False))  # least patches of a core, whether it must hold them as exactly as can be
 _STEPS = 25
 _MOST_FITTED = 600  # points of a large region that the fit sees
+_MOST_AXES = 6  # of surfaces around a core, that a torus may share
 _MOST_PATCHES = 40  # of a core
 _SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the distance of their facets' middles
 _UNEVEN = 0.05  # three strips are a core where their widths differ by less: any symmetric three lie on a cylinder
@@ -230,8 +231,57 @@ def _circle(x: Any, y: Any) -> tuple[bool, float, float, float]:
 
 
 @njit(cache=True, nogil=True)
-def start(kind: int, points: Any, middles: Any, normals: Any) -> tuple[bool, Any]:
-    """First guess of a surface through points (n, 3), by the normals (m, 3) of facets at their middles (m, 3)."""
+def directions(middles: Any, normals: Any) -> Any:
+    """Three directions (3, 3) that the axis of a surface of revolution may have: its normals meet the axis, which is
+    to say that they belong to a linear line complex."""
+    centre = np.zeros(3)
+    for i in range(len(middles)):
+        centre += middles[i] / len(middles)
+    extent = max(np.max(np.abs(middles - centre)), 1e-300)
+    m = np.zeros((6, 6))
+    line = np.zeros(6)
+    for i in range(len(middles)):
+        line[:3] = np.cross((middles[i] - centre) / extent, normals[i])
+        line[3:] = normals[i]
+        m += np.outer(line, line)
+    _, vectors = np.linalg.eigh(m)
+    out = np.zeros((3, 3))
+    for k in range(3):
+        length = np.sqrt(np.sum(vectors[:3, k] ** 2))
+        if length > 1e-6:
+            out[k] = vectors[:3, k] / length
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _axis_along(axis: Any, middles: Any, normals: Any, s: Any) -> bool:
+    """Put the origin of `s` on the line along `axis` that normals (m, 3) at their places (m, 3) meet best."""
+    u, v = _across(axis)
+    a, b = np.zeros((2, 2)), np.zeros(2)
+    row = np.empty(2)
+    base = middles[0]
+    for i in range(len(middles)):
+        arm = middles[i] - base
+        # (arm - x u - y v) x n . axis = 0
+        row[0] = np.sum(np.cross(u, normals[i]) * axis)
+        row[1] = np.sum(np.cross(v, normals[i]) * axis)
+        right = np.sum(np.cross(arm, normals[i]) * axis)
+        for j in range(2):
+            b[j] += row[j] * right
+            for k in range(2):
+                a[j, k] += row[j] * row[k]
+    if not a[0, 0] * a[1, 1] - a[0, 1] ** 2 > 1e-9 * (a[0, 0] + a[1, 1]) ** 2:
+        return False
+    if not _solve(a, b):
+        return False
+    s[:3] = base + b[0] * u + b[1] * v
+    return True
+
+
+@njit(cache=True, nogil=True)
+def start(kind: int, points: Any, middles: Any, normals: Any, direction: Any) -> tuple[bool, Any]:
+    """First guess of a surface through points (n, 3), by the normals (m, 3) of facets at their middles (m, 3); of a
+    torus, with an axis along the direction (3,)."""
     s = np.zeros(10)
     s[5] = s[8] = 1.0
     centre = np.zeros(3)
@@ -258,23 +308,9 @@ def start(kind: int, points: Any, middles: Any, normals: Any) -> tuple[bool, Any
         return square > 0, s
     axis = np.zeros(3)
     if kind == TORUS:
-        # The normals of a surface of revolution meet its axis: a linear line complex.
-        m = np.zeros((6, 6))
-        line = np.zeros(6)
-        extent = np.max(np.abs(points - centre))
-        for i in range(len(middles)):
-            arm = (middles[i] - centre) / extent
-            line[:3] = np.cross(arm, normals[i])
-            line[3:] = normals[i]
-            m += np.outer(line, line)
-        _, vectors = np.linalg.eigh(m)
-        axis[:] = vectors[:3, 0]
-        length = np.sqrt(np.sum(axis * axis))
-        if length < 1e-6:
+        axis[:] = direction
+        if not _axis_along(axis, middles, normals, s):
             return False, s
-        moment = vectors[3:, 0].copy() / length
-        axis /= length
-        s[:3] = centre + np.cross(axis, moment) * extent
     else:
         m = np.zeros((3, 3))
         mean = np.zeros(3)
@@ -443,6 +479,7 @@ def grow_surfaces(
     members, best_members = np.empty(patches, np.int64), np.empty(patches, np.int64)
     core = np.empty(_MOST_PATCHES + 1, np.int64)
     sides = np.empty(patches)
+    guesses = np.zeros((3 + _MOST_AXES, 3))
     stamp, count = 0, 0
     for o in range(3 * len(order)):
         seed = order[o % len(order)]
@@ -502,10 +539,20 @@ def grow_surfaces(
                 core_area += area[core[i]]
             if best_area > 3 * core_area:
                 break
-            for kind in range(1, 5):
-                if len(points) < 8 + (kind > 2) * 2:
-                    continue
-                ok, s = start(kind, points, middles, facing)
+            if len(points) < 8:
+                continue
+            guesses[:3] = directions(middles, facing)
+            found = 3 + _axes_around(
+                core, size, seed, owner, kinds, rows, width, wide, next_start, next_patch, patch_start, patch_triangle,
+                normals, guesses[3:]
+            )  # fmt: skip
+            for attempt in range(3 + found):
+                kind = min(attempt + 1, TORUS)
+                if kind > CONE and len(points) < 10:
+                    break
+                if best_kind > 0 and attempt >= TORUS and best_area > 3 * core_area:
+                    break
+                ok, s = start(kind, points, middles, facing, guesses[max(attempt - 3, 0)])
                 if not ok:
                     continue
                 s = refine(kind, s, points, True)
@@ -524,6 +571,8 @@ def grow_surfaces(
                 if total > 1.3 * best_area or (total > 0.8 * best_area and gap < 0.7 * best_gap):
                     best_area, best_gap, best_kind, best_size, best[:] = total, gap, kind, n, s
                     best_members[:n] = members[:n]
+                if kind == TORUS:
+                    break
         if best_kind == 0:
             for i in range(size):
                 tried[core[i]] += 1
@@ -539,6 +588,31 @@ def grow_surfaces(
         normals, slim, tolerance, least_cosine
     )  # fmt: skip
     return count
+
+
+@njit(cache=True, nogil=True)
+def _axes_around(
+    core: Any, size: int, seed: int, owner: Any, kinds: Any, rows: Any, width: Any, wide: float, next_start: Any,
+    next_patch: Any, patch_start: Any, patch_triangle: Any, normals: Any, out: Any,
+) -> int:  # fmt: skip
+    """Axes of the surfaces of revolution and normals of the planes about a core, into `out`; how many they are."""
+    n = 0
+    for i in range(size):
+        for e in range(next_start[core[i]], next_start[core[i] + 1]):
+            q = next_patch[e]
+            if owner[q] >= 0 and kinds[owner[q]] != SPHERE:
+                axis = rows[owner[q], 3:6]
+            elif owner[q] < 0 and width[q] >= wide * width[seed]:
+                axis = normals[patch_triangle[patch_start[q]]]
+            else:
+                continue
+            new = n < len(out)
+            for j in range(n):
+                new = new and abs(np.sum(out[j] * axis)) < 0.999
+            if new:
+                out[n] = axis
+                n += 1
+    return n
 
 
 @njit(cache=True, nogil=True)

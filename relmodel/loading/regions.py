@@ -15,7 +15,8 @@ FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it t
 SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
-_FEW = 16  # patches; of so few a surface may be chance
+_LITTLE_RAD = np.radians(30)
+_FEW = 16  # patches; of so few, or of so little turn, a surface may be chance
 _FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 _WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
@@ -121,7 +122,7 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
     patches = _patches(vertices, triangles, edges, tolerance)
     owner, kind, surface = _curved(vertices, triangles, patches, tolerance)
-    owner = _without_weak(patches, owner)
+    owner = _without_weak(patches, owner, _turn(vertices, triangles, owner[patches.of_triangle]))
     owner, plane = _rest(patches, owner)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)
@@ -238,7 +239,22 @@ def _curved(
     return owner, kinds[:number], rows[:number]
 
 
-def _without_weak(patches: _Patches, owner: Ints) -> Ints:
+def _turn(vertices: Floats, triangles: Ints, owner: Ints) -> Floats:
+    """Angle (rad) by which the normals of each owner's triangles (-1 none) turn about their mean, both ways."""
+    count = int(owner.max(initial=-1)) + 1
+    if count == 0:
+        return np.zeros(0)
+    normal = area_normals(vertices, triangles)[owner >= 0]
+    owner = owner[owner >= 0]
+    mean = np.stack([np.bincount(owner, normal[:, i], minlength=count) for i in range(3)], axis=1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    out = np.zeros(count)
+    np.maximum.at(out, owner, 2 * np.arccos(np.clip(np.sum(normal * mean[owner], axis=1), -1, 1)))
+    return out
+
+
+def _without_weak(patches: _Patches, owner: Ints, turn: Floats) -> Ints:
     """Owners (-1 none) without surfaces of few patches that run smoothly into what is no such surface for long: a few
     strips of a free-form surface may lie on a cylinder or torus by chance."""
     a = np.repeat(np.arange(len(owner)), np.diff(patches.start))
@@ -249,13 +265,14 @@ def _without_weak(patches: _Patches, owner: Ints) -> Ints:
         border = (owner[a] >= 0) & (owner[a] != owner[b])
         rim = np.bincount(owner[a[border]], patches.length[border], minlength=count)
         # Free-form are patches without owner that bend into others of the kind, or into a weak surface.
-        weak = (owner >= 0) & (size[owner] <= _FEW)
+        poor = (size <= _FEW) | (turn[:count] < _LITTLE_RAD)
+        weak = (owner >= 0) & poor[owner]
         loose = (owner < 0) | weak
         bend = patches.angle < _FREE_RAD
         free = loose & (np.bincount(a[bend & loose[a] & loose[b]], minlength=len(owner)) >= 2)
         into = border & bend & free[b] & (patches.width[b] < _WIDE * patches.width[a])
         run = np.bincount(owner[a[into]], patches.length[into], minlength=count)
-        drop = (size <= _FEW) & (run > _FREE_RIM * rim)
+        drop = poor & (run > _FREE_RIM * rim)
         if not drop.any():
             break
         owner = np.where((owner >= 0) & drop[owner], -1, owner)
@@ -274,10 +291,9 @@ def _rest(patches: _Patches, owner: Ints) -> tuple[Ints, Bools]:
     bend = (patches.angle < _FREE_RAD) & (owner[a] < 0) & (owner[b] < 0)
     group = components(count, a[bend], b[bend])
     size = np.bincount(group)[group]
-    order = np.lexsort((patches.width, group))
-    start = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    median = patches.width[order[start + (np.bincount(group) - 1) // 2]][group]
-    plane = (owner < 0) & patches.flat & ((size <= 2) | (patches.width > _WIDE * median))
+    neighbour = np.zeros(count)
+    np.maximum.at(neighbour, a[bend], patches.width[b[bend]])
+    plane = (owner < 0) & patches.flat & ((size <= 2) | (patches.width > _WIDE * neighbour))
     join = bend & ~plane[a] & ~plane[b]
     merged = components(count, a[join], b[join])
     return np.where(owner >= 0, owner, int(owner.max(initial=-1)) + 1 + merged), plane
