@@ -21,6 +21,8 @@ _MOST_FITTED = 600  # points of a large region that the fit sees
 _MOST_AXES = 6  # of surfaces around a core, that a torus may share
 _MOST_PATCHES = 40  # of a core
 _SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the distance of their facets' middles
+_LITTLE_OF_GAP = 0.02  # the same, of surfaces that hold them less exactly
+_LEAST_ROUND = 0.05  # major radius of a torus in minor ones: less is a sphere
 _UNEVEN = 0.05  # three strips are a core where their widths differ by less: any symmetric three lie on a cylinder
 _ACROSS = 0.5  # share of its longest crease that a strip must have with a neighbour along it
 
@@ -120,8 +122,10 @@ def worst(kind: int, s: Any, points: Any) -> float:
 
 
 @njit(cache=True, nogil=True)
-def refine(kind: int, s: Any, points: Any, turn_axis: bool) -> Any:
-    """Surface of least squared distance to points (n, 3) near the surface `s`; the axis stays unless `turn_axis`."""
+def refine(kind: int, s: Any, points: Any, goal: float) -> Any:
+    """Surface of least squared distance to points (n, 3) near the surface `s`.
+
+    Given up early where that is far beyond the distance `goal`."""
     middle = np.zeros(3)
     for i in range(len(points)):
         middle += points[i]
@@ -142,7 +146,9 @@ def refine(kind: int, s: Any, points: Any, turn_axis: bool) -> Any:
         s[:3] -= shift * s[3:6]
     cost = _cost(kind, s, local)
     damping = 1e-4
-    for _ in range(_STEPS):
+    for turn in range(_STEPS):
+        if turn == 8 and cost * extent**2 > (20 * goal) ** 2 * len(local):
+            break
         u, v = _across(s[3:6].copy())
         ata, atb = np.zeros((7, 7)), np.zeros(7)
         row = np.zeros(7)
@@ -155,7 +161,7 @@ def refine(kind: int, s: Any, points: Any, turn_axis: bool) -> Any:
             row[0], row[1], row[2] = -gx, -gy, -gz
             # Turning the axis towards u is turning the points the other way: d changes by g . (h u - (q.u) axis).
             row[3] = row[4] = row[6] = 0.0
-            if turn_axis and kind != SPHERE:
+            if kind != SPHERE:
                 g_axis = gx * s[3] + gy * s[4] + gz * s[5]
                 for k, w in ((3, u), (4, v)):
                     along = qx * w[0] + qy * w[1] + qz * w[2]
@@ -492,12 +498,12 @@ def grow_surfaces(
                     owner, kinds, rows, sides, members, patch_start, patch_triangle, next_start, next_patch, vertices,
                     triangles, normals, slim, tolerance, least_cosine
                 )  # fmt: skip
-        if owner[seed] >= 0 or tried[seed] > 3:
+        if owner[seed] >= 0 or tried[seed] > 2:
             continue
         best_area, best_gap, best_kind, best_size = 0.0, 0.0, 0, 0
         best = np.zeros(10)
-        for form in range(4):  # along the strip and all around, one ring and two
-            rings, around = 1 + form % 2, form >= 2
+        for form in range(6):  # along the strip and all around, one ring, two and four
+            rings, around = 1 << form % 3, form >= 3
             stamp += 1
             size = 1
             core[0] = seed
@@ -548,15 +554,15 @@ def grow_surfaces(
             )  # fmt: skip
             for attempt in range(3 + found):
                 kind = min(attempt + 1, TORUS)
-                if kind > CONE and len(points) < 10:
+                if kind > CYLINDER and (len(points) < 10 or not exact):
                     break
                 if best_kind > 0 and attempt >= TORUS and best_area > 3 * core_area:
                     break
                 ok, s = start(kind, points, middles, facing, guesses[max(attempt - 3, 0)])
                 if not ok:
                     continue
-                s = refine(kind, s, points, True)
-                if worst(kind, s, points) > allowed:
+                s = refine(kind, s, points, allowed)
+                if worst(kind, s, points) > allowed or (kind == TORUS and not s[6] > _LEAST_ROUND * abs(s[7])):
                     continue
                 n, total = _grown(
                     kind, s, core, size, owner, seen, stamp, members, mark, patch_start, patch_triangle, area,
@@ -566,7 +572,7 @@ def grow_surfaces(
                 if n < max(size, least):
                     continue
                 gap = _gap(kind, s, members, n, patch_start, patch_triangle, triangles, vertices)
-                if worst(kind, s, points) > _SHARE_OF_GAP * gap:
+                if worst(kind, s, points) > (_SHARE_OF_GAP if exact else _LITTLE_OF_GAP) * gap:
                     continue
                 if total > 1.3 * best_area or (total > 0.8 * best_area and gap < 0.7 * best_gap):
                     best_area, best_gap, best_kind, best_size, best[:] = total, gap, kind, n, s
@@ -687,5 +693,5 @@ def _grown(
         points = _points_of(
             members, n, patch_start, patch_triangle, triangles, vertices, slim, mark, stamp, _MOST_FITTED
         )
-        s[:] = refine(kind, s, points, True)
+        s[:] = refine(kind, s, points, tolerance)
     return n, total

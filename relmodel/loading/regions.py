@@ -16,7 +16,8 @@ SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved su
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
 _LITTLE_RAD = np.radians(30)
-_FEW = 16  # patches; of so few, or of so little turn, a surface may be chance
+_FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
+_WEAK_RIM = 0.6  # the same, of a free-form or another such surface
 _FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 _WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
@@ -122,8 +123,8 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
     patches = _patches(vertices, triangles, edges, tolerance)
     owner, kind, surface = _curved(vertices, triangles, patches, tolerance)
-    owner = _without_weak(patches, owner, _turn(vertices, triangles, owner[patches.of_triangle]))
-    owner, plane = _rest(patches, owner)
+    owner = _without_weak(patches, owner, kind, _turn(vertices, triangles, owner[patches.of_triangle]))
+    owner, plane = _rest(vertices, triangles, patches, owner, tolerance)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.argsort(order)
@@ -147,10 +148,10 @@ def _patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) 
     fine = rounding(vertices)
     thin = slim(vertices, triangles)
     height = np.minimum(double[a], double[b]) / length
-    flat = ((angle < FLAT_RAD) | (height * np.sin(angle) < 2 * fine) & (angle < SMOOTH_RAD)) & ~thin[a] & ~thin[b]
+    flat = (height * np.sin(angle) < 4 * fine) & (angle < FLAT_RAD) & ~thin[a] & ~thin[b]
     patch = components(len(triangles), a[flat], b[flat])
     bad = mean_planes(vertices, triangles, patch)[0] > tolerance
-    flat &= ~bad[patch[a]] | ((angle < FLAT_RAD / 10) & (height * np.sin(angle) < 2 * fine))
+    flat &= ~bad[patch[a]] | (angle < FLAT_RAD / 10)
     # A thin triangle goes with what lies beyond its longest side.
     side = np.concatenate([np.stack([a, b, length], axis=1), np.stack([b, a, length], axis=1)])
     side = side[thin[side[:, 0].astype(np.int64)]]
@@ -254,49 +255,68 @@ def _turn(vertices: Floats, triangles: Ints, owner: Ints) -> Floats:
     return out
 
 
-def _without_weak(patches: _Patches, owner: Ints, turn: Floats) -> Ints:
+def _without_weak(patches: _Patches, owner: Ints, kind: Ints, turn: Floats) -> Ints:
     """Owners (-1 none) without surfaces of few patches that run smoothly into what is no such surface for long: a few
     strips of a free-form surface may lie on a cylinder or torus by chance."""
     a = np.repeat(np.arange(len(owner)), np.diff(patches.start))
     b = patches.other
     while (owner >= 0).any():
-        count = int(owner.max()) + 1
+        count = len(kind)
         size = np.bincount(owner[owner >= 0], minlength=count)
         border = (owner[a] >= 0) & (owner[a] != owner[b])
         rim = np.bincount(owner[a[border]], patches.length[border], minlength=count)
-        # Free-form are patches without owner that bend into others of the kind, or into a weak surface.
-        poor = (size <= _FEW) | (turn[:count] < _LITTLE_RAD)
-        weak = (owner >= 0) & poor[owner]
-        loose = (owner < 0) | weak
+        poor = (size <= np.array(_FEW)[kind]) | (turn[:count] < _LITTLE_RAD)
+        # Free-form are patches without owner that bend into two others; a plane between fillets is none.
         bend = patches.angle < _FREE_RAD
-        free = loose & (np.bincount(a[bend & loose[a] & loose[b]], minlength=len(owner)) >= 2)
-        into = border & bend & free[b] & (patches.width[b] < _WIDE * patches.width[a])
-        run = np.bincount(owner[a[into]], patches.length[into], minlength=count)
-        drop = poor & (run > _FREE_RIM * rim)
+        bends = np.bincount(a[bend & (owner[a] < 0) & (owner[b] < 0)], minlength=len(owner))
+        free = (owner < 0) & (bends >= 2)
+        weak = (owner >= 0) & poor[owner]
+        run = []
+        for such in (free, free | weak):
+            into = border & bend & such[b] & (patches.width[b] < _WIDE * patches.width[a])
+            run.append(np.bincount(owner[a[into]], patches.length[into], minlength=count))
+        drop = poor & ((run[0] > _FREE_RIM * rim) | (run[1] > _WEAK_RIM * rim))
         if not drop.any():
             break
         owner = np.where((owner >= 0) & drop[owner], -1, owner)
     return owner
 
 
-def _rest(patches: _Patches, owner: Ints) -> tuple[Ints, Bools]:
+def _rest(
+    vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, tolerance: float
+) -> tuple[Ints, Bools]:
     """Owner of each patch, now of all, and which patches are planes.
 
     What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
     smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
     """
     count = len(patches.area)
-    a = np.repeat(np.arange(count), np.diff(patches.start))
-    b = patches.other
-    bend = (patches.angle < _FREE_RAD) & (owner[a] < 0) & (owner[b] < 0)
-    group = components(count, a[bend], b[bend])
+    a, b = np.repeat(np.arange(count), np.diff(patches.start)), patches.other
+    open_ = (owner[a] < 0) & (owner[b] < 0)
+    # A plane whose border is less exact than its inside comes in several patches.
+    level = open_ & (patches.angle < FLAT_RAD)
+    sheet = components(count, a[level], b[level])
+    uneven = mean_planes(vertices, triangles, sheet[patches.of_triangle])[0] > tolerance
+    level &= ~uneven[sheet[a]]
+    sheet = components(count, a[level], b[level])
+    rim = np.bincount(sheet, 2 * patches.area / patches.width)
+    inside = sheet[a] == sheet[b]
+    rim -= np.bincount(sheet[a[inside]], patches.length[inside], minlength=len(rim))
+    area = np.bincount(sheet, patches.area)
+    width = 2 * area / np.maximum(rim, 1e-9 * np.sqrt(area))
+    flat = np.ones(len(area), bool)
+    np.logical_and.at(flat, sheet, patches.flat & (owner < 0))
+
+    bend = open_ & (patches.angle < _FREE_RAD) & ~inside
+    one, two = sheet[a[bend]], sheet[b[bend]]
+    group = components(len(area), one, two)
     size = np.bincount(group)[group]
-    neighbour = np.zeros(count)
-    np.maximum.at(neighbour, a[bend], patches.width[b[bend]])
-    plane = (owner < 0) & patches.flat & ((size <= 2) | (patches.width > _WIDE * neighbour))
-    join = bend & ~plane[a] & ~plane[b]
-    merged = components(count, a[join], b[join])
-    return np.where(owner >= 0, owner, int(owner.max(initial=-1)) + 1 + merged), plane
+    neighbour = np.zeros(len(area))
+    np.maximum.at(neighbour, one, width[two])
+    plane = flat & ((size <= 2) | (width > _WIDE * neighbour))
+    join = ~plane[one] & ~plane[two]
+    merged = components(len(area), one[join], two[join])[sheet]
+    return np.where(owner >= 0, owner, int(owner.max(initial=-1)) + 1 + merged), plane[sheet]
 
 
 def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:
