@@ -10,7 +10,9 @@ import numpy.typing as npt
 
 from relmodel.loading.chains import Chains, chain_edges
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
-from relmodel.loading.regions import Edges, area_normals, components, cut_regions, find_edges, mean_planes, weld
+from relmodel.loading.fitted import surface_rows
+from relmodel.loading.fitted_arcs import fit_arcs
+from relmodel.loading.regions import Edges, components, cut_regions, find_edges, weld
 from relmodel.store import Ragged
 
 Floats = npt.NDArray[np.float64]
@@ -31,7 +33,7 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
     if len(triangles) == 0:
         return None
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    tolerance = max(1e-3, 1e-5 * diagonal)
+    tolerance = max(1e-3, 2.5e-6 * diagonal)
     edges, closed = find_edges(vertices, triangles)
     volume = None
     if closed:
@@ -41,8 +43,9 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
             triangles = triangles[:, ::-1].copy()
             edges, _ = find_edges(vertices, triangles)
             volume = -volume
-    region, plane = cut_regions(vertices, triangles, edges, tolerance)
-    surfaces, normals = _surfaces(vertices, triangles, region, plane)
+    regions = cut_regions(vertices, triangles, edges, tolerance)
+    region = regions.of_triangle
+    surfaces, normals = surface_rows(vertices, triangles, regions)
 
     region_a = region[edges.triangle_a]
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
@@ -68,60 +71,6 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, edges, border, normals),
     )
-
-
-def _surfaces(vertices: Floats, triangles: Ints, region: Ints, plane: Bools) -> tuple[Table, Floats]:
-    """Rows of the regions, and the outward normal (m, 3, 3) of each triangle's corners."""
-    residual, normal, centroid, area = mean_planes(vertices, triangles, region)
-    count = len(plane)
-    helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
-    axis_x = np.cross(helper, normal)
-    axis_x /= np.linalg.norm(axis_x, axis=1, keepdims=True)
-    axis_y = np.cross(normal, axis_x)
-    corner = vertices[triangles]
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, region, corner.min(axis=1))
-    np.maximum.at(high, region, corner.max(axis=1))
-    arm = corner - centroid[region][:, None]
-    uv = np.stack([np.einsum("tij,tj->ti", arm, axis[region]) for axis in (axis_x, axis_y)], axis=2)
-    uv_low, uv_high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(uv_low, region, uv.min(axis=1))
-    np.maximum.at(uv_high, region, uv.max(axis=1))
-    kind = np.where(plane, "plane", "facets")
-
-    def of_plane(values: Floats) -> Floats:
-        return np.where(plane, values, np.nan)
-
-    table: Table = {
-        "kind": kind,
-        "recognised_kind": kind,
-        **{f"origin_{c}": of_plane(centroid[:, i]) for i, c in enumerate("xyz")},
-        **{f"axis_x_{c}": of_plane(axis_x[:, i]) for i, c in enumerate("xyz")},
-        **{f"axis_z_{c}": of_plane(normal[:, i]) for i, c in enumerate("xyz")},
-        "direct": np.ones(count, bool),
-        **{name: np.full(count, np.nan) for name in ("radius", "radius2", "semi_angle")},
-        "u0": np.where(plane, uv_low[:, 0], 0.0),
-        "u1": np.where(plane, uv_high[:, 0], 0.0),
-        "v0": np.where(plane, uv_low[:, 1], 0.0),
-        "v1": np.where(plane, uv_high[:, 1], 0.0),
-        "reversed": np.zeros(count, bool),
-        "area": area,
-        **{f"centroid_{c}": centroid[:, i] for i, c in enumerate("xyz")},
-        **{name: low[:, i] for i, name in enumerate(("x0", "y0", "z0"))},
-        **{name: high[:, i] for i, name in enumerate(("x1", "y1", "z1"))},
-        "provenance": ["fitted"] * count,
-        "residual": np.where(plane, residual, 0.0),
-        **{name: [None] * count for name in ("name", "colour", "layer")},
-    }
-    # Corners of facets take the mean normal of the region's triangles at the vertex.
-    area_normal = area_normals(vertices, triangles)
-    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
-    _, inverse = np.unique(key, return_inverse=True)
-    spread = np.repeat(area_normal, 3, axis=0)
-    mean = np.stack([np.bincount(inverse.ravel(), spread[:, i]) for i in range(3)], axis=1)[inverse.ravel()]
-    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
-    corners = np.where(plane[region][:, None, None], normal[region][:, None, :], mean.reshape(-1, 3, 3))
-    return table, corners
 
 
 def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> Mesh:

@@ -12,7 +12,14 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
-SMOOTH_RAD = np.radians(20)  # facets that turn less belong to one curved surface
+SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
+KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
+_FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
+_LITTLE_RAD = np.radians(30)
+_FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
+_WEAK_RIM = 0.6  # the same, of a free-form or another such surface
+_FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
+_LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 _WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
 
 
@@ -87,41 +94,229 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
-def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> tuple[Ints, Bools]:
-    """Region of each triangle, and whether each region is flat."""
+@dataclass
+class Regions:
+    """Regions of a mesh: of each triangle its region, of each region its kind and, where that is a curved surface,
+    the row of numbers that `quadric_kernels` describes (NaN elsewhere)."""
+
+    of_triangle: Ints
+    kind: npt.NDArray[np.str_]  # plane, sphere, cylinder, cone, torus, facets
+    surface: Floats  # (n, 10)
+
+
+@dataclass
+class _Patches:
+    """Patches of coplanar triangles: of each triangle its patch; of each patch area, width, and whether it is flat;
+    creases between neighbours as a graph (CSR, both ways)."""
+
+    of_triangle: Ints
+    area: Floats
+    width: Floats
+    flat: Bools
+    start: Ints
+    other: Ints
+    length: Floats
+    angle: Floats  # mean over the crease, without sign
+
+
+def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
+    """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
+    patches = _patches(vertices, triangles, edges, tolerance)
+    owner, kind, surface = _curved(vertices, triangles, patches, tolerance)
+    owner = _without_weak(patches, owner, kind, _turn(vertices, triangles, owner[patches.of_triangle]))
+    owner, plane = _rest(vertices, triangles, patches, owner, tolerance)
+    _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.argsort(order)
+    region = rank[region.ravel()]
+    number = owner[patches.of_triangle[first[order]]]  # surfaces first, then planes and the rest
+    curved = number < len(kind)
+    kinds = np.where(plane[patches.of_triangle[first[order]]], "plane", "facets").astype("U8")
+    kinds[curved] = np.array(KINDS)[kind[number[curved]]]
+    rows = np.full((len(number), 10), np.nan)
+    rows[curved] = surface[number[curved]]
+    return Regions(region, kinds, rows)
+
+
+def _patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> _Patches:
     inner = edges.triangle_b >= 0
     a, b, angle = edges.triangle_a[inner], edges.triangle_b[inner], np.abs(edges.angle[inner])
     length = np.linalg.norm(np.diff(vertices[edges.ends[inner]], axis=1)[:, 0], axis=1)
-    flat = angle < FLAT_RAD
+    normal = area_normals(vertices, triangles)
+    double = 2 * np.linalg.norm(normal, axis=1)
+    # Only the larger triangle tells how far the other's corner is from a common plane; a thin one tells no direction.
+    fine = rounding(vertices)
+    thin = slim(vertices, triangles)
+    height = np.minimum(double[a], double[b]) / length
+    flat = (height * np.sin(angle) < 4 * fine) & (angle < FLAT_RAD) & ~thin[a] & ~thin[b]
     patch = components(len(triangles), a[flat], b[flat])
-    count = int(patch.max()) + 1
+    bad = mean_planes(vertices, triangles, patch)[0] > tolerance
+    flat &= ~bad[patch[a]] | (angle < FLAT_RAD / 10)
+    # A thin triangle goes with what lies beyond its longest side.
+    side = np.concatenate([np.stack([a, b, length], axis=1), np.stack([b, a, length], axis=1)])
+    side = side[thin[side[:, 0].astype(np.int64)]]
+    side = side[np.lexsort((side[:, 1], -side[:, 2], side[:, 0]))]
+    _, first = np.unique(side[:, 0], return_index=True)
+    along = side[first].astype(np.int64)
+    patch = components(len(triangles), np.concatenate([a[flat], along[:, 0]]), np.concatenate([b[flat], along[:, 1]]))
     planar = mean_planes(vertices, triangles, patch)[0] <= tolerance
+    count = len(planar)
 
-    # A curved surface is tessellated into patches that turn a little against each other, all about as wide; a plane
-    # that runs smoothly into it is wider, and two patches alone are two planes.
-    area = np.bincount(patch, np.linalg.norm(area_normals(vertices, triangles), axis=1), minlength=count)
-    border = patch[edges.triangle_a] != np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
-    rim = np.linalg.norm(np.diff(vertices[edges.ends[border]], axis=1)[:, 0], axis=1)
-    perimeter = np.bincount(patch[edges.triangle_a[border]], rim, minlength=count)
-    second = edges.triangle_b[border]
-    perimeter += np.bincount(patch[second[second >= 0]], rim[second >= 0], minlength=count)
-    width = 2 * area / np.maximum(perimeter, 1e-300)
-    bend = (angle < SMOOTH_RAD) & (patch[a] != patch[b]) & (length > 0)
-    group = components(count, patch[a[bend]], patch[b[bend]])
+    area = np.bincount(patch, double / 2, minlength=count)
+    ends_a, ends_b = patch[edges.triangle_a], np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
+    rim = np.linalg.norm(np.diff(vertices[edges.ends], axis=1)[:, 0], axis=1)
+    rim = np.where(ends_a != ends_b, rim, 0.0)
+    perimeter = np.bincount(ends_a, rim, minlength=count)
+    perimeter += np.bincount(ends_b[inner], rim[inner], minlength=count)
+    crease = patch[a] != patch[b]
+    one, two = np.concatenate([patch[a[crease]], patch[b[crease]]]), np.concatenate([patch[b[crease]], patch[a[crease]]])
+    key, inverse = np.unique(one * np.int64(count) + two, return_inverse=True)
+    total = np.bincount(inverse, np.tile(length[crease], 2), minlength=len(key))
+    bent = np.bincount(inverse, np.tile(length[crease] * angle[crease], 2), minlength=len(key))
+    return _Patches(
+        patch,
+        area,
+        2 * area / np.maximum(perimeter, 1e-300),
+        planar,
+        np.searchsorted(key, np.arange(count + 1) * np.int64(count)),
+        key % count,
+        total,
+        bent / np.maximum(total, 1e-300),
+    )
+
+
+def rounding(vertices: Floats) -> float:
+    """What rounding to single precision, in which most formats hold coordinates, may move a vertex by, mm."""
+    return max(1e-6, 1e-7 * float(np.abs(vertices).max()))
+
+
+def slim(vertices: Floats, triangles: Ints) -> Bools:
+    """Triangles (m,) so thin that their normal tells nothing."""
+    corner = vertices[triangles]
+    longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
+    height = 2 * np.linalg.norm(area_normals(vertices, triangles), axis=1) / longest
+    return np.asarray(height < 10 * rounding(vertices))
+
+
+def _curved(
+    vertices: Floats, triangles: Ints, patches: _Patches, tolerance: float
+) -> tuple[Ints, Ints, Floats]:
+    """Owner of each patch (-1 none) among the curved surfaces, their kinds (index into KINDS) and numbers."""
+    from relmodel.loading import quadric_kernels
+
+    normal = area_normals(vertices, triangles)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    count = len(patches.area)
+    by_patch = np.argsort(patches.of_triangle, kind="stable")
+    smooth = patches.angle < SMOOTH_RAD
+    owner = np.full(count, -1)
+    kinds = np.zeros(count, np.int64)
+    rows = np.full((count, 10), np.nan)
+    of = np.repeat(np.arange(count), np.diff(patches.start))
+    bends = np.bincount(of[smooth], minlength=count)
+    order = np.argsort(-patches.area, kind="stable")
+    number = quadric_kernels.grow_surfaces(
+        np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
+        np.array(triangles, np.int64, order="C"),
+        np.array(normal, np.float64, order="C"),
+        slim(vertices, triangles),
+        np.searchsorted(patches.of_triangle[by_patch], np.arange(count + 1)),
+        by_patch,
+        patches.area,
+        patches.width,
+        patches.start,
+        patches.other,
+        patches.length,
+        smooth,
+        order[bends[order] > 0],
+        rounding(vertices),
+        tolerance,
+        np.cos(_LEAN_RAD),
+        _WIDE,
+        owner,
+        kinds,
+        rows,
+    )
+    return owner, kinds[:number], rows[:number]
+
+
+def _turn(vertices: Floats, triangles: Ints, owner: Ints) -> Floats:
+    """Angle (rad) by which the normals of each owner's triangles (-1 none) turn about their mean, both ways."""
+    count = int(owner.max(initial=-1)) + 1
+    if count == 0:
+        return np.zeros(0)
+    normal = area_normals(vertices, triangles)[owner >= 0]
+    owner = owner[owner >= 0]
+    mean = np.stack([np.bincount(owner, normal[:, i], minlength=count) for i in range(3)], axis=1)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    out = np.zeros(count)
+    np.maximum.at(out, owner, 2 * np.arccos(np.clip(np.sum(normal * mean[owner], axis=1), -1, 1)))
+    return out
+
+
+def _without_weak(patches: _Patches, owner: Ints, kind: Ints, turn: Floats) -> Ints:
+    """Owners (-1 none) without surfaces of few patches that run smoothly into what is no such surface for long: a few
+    strips of a free-form surface may lie on a cylinder or torus by chance."""
+    a = np.repeat(np.arange(len(owner)), np.diff(patches.start))
+    b = patches.other
+    while (owner >= 0).any():
+        count = len(kind)
+        size = np.bincount(owner[owner >= 0], minlength=count)
+        border = (owner[a] >= 0) & (owner[a] != owner[b])
+        rim = np.bincount(owner[a[border]], patches.length[border], minlength=count)
+        poor = (size <= np.array(_FEW)[kind]) | (turn[:count] < _LITTLE_RAD)
+        # Free-form are patches without owner that bend into two others; a plane between fillets is none.
+        bend = patches.angle < _FREE_RAD
+        bends = np.bincount(a[bend & (owner[a] < 0) & (owner[b] < 0)], minlength=len(owner))
+        free = (owner < 0) & (bends >= 2)
+        weak = (owner >= 0) & poor[owner]
+        run = []
+        for such in (free, free | weak):
+            into = border & bend & such[b] & (patches.width[b] < _WIDE * patches.width[a])
+            run.append(np.bincount(owner[a[into]], patches.length[into], minlength=count))
+        drop = poor & ((run[0] > _FREE_RIM * rim) | (run[1] > _WEAK_RIM * rim))
+        if not drop.any():
+            break
+        owner = np.where((owner >= 0) & drop[owner], -1, owner)
+    return owner
+
+
+def _rest(
+    vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, tolerance: float
+) -> tuple[Ints, Bools]:
+    """Owner of each patch, now of all, and which patches are planes.
+
+    What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
+    smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
+    """
+    count = len(patches.area)
+    a, b = np.repeat(np.arange(count), np.diff(patches.start)), patches.other
+    open_ = (owner[a] < 0) & (owner[b] < 0)
+    # A plane whose border is less exact than its inside comes in several patches.
+    level = open_ & (patches.angle < FLAT_RAD)
+    sheet = components(count, a[level], b[level])
+    uneven = mean_planes(vertices, triangles, sheet[patches.of_triangle])[0] > tolerance
+    level &= ~uneven[sheet[a]]
+    sheet = components(count, a[level], b[level])
+    rim = np.bincount(sheet, 2 * patches.area / patches.width)
+    inside = sheet[a] == sheet[b]
+    rim -= np.bincount(sheet[a[inside]], patches.length[inside], minlength=len(rim))
+    area = np.bincount(sheet, patches.area)
+    width = 2 * area / np.maximum(rim, 1e-9 * np.sqrt(area))
+    flat = np.ones(len(area), bool)
+    np.logical_and.at(flat, sheet, patches.flat & (owner < 0))
+
+    bend = open_ & (patches.angle < _FREE_RAD) & ~inside
+    one, two = sheet[a[bend]], sheet[b[bend]]
+    group = components(len(area), one, two)
     size = np.bincount(group)[group]
-    order = np.lexsort((width, group))
-    start = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    median = width[order[start + (np.bincount(group) - 1) // 2]][group]
-    plane = planar & ((size <= 2) | (width > _WIDE * median))
-    join = bend & ~plane[patch[a]] & ~plane[patch[b]]
-    merged = components(count, patch[a[join]], patch[b[join]])
-    # Number regions by their first triangle.
-    _, first, region = np.unique(merged[patch], return_index=True, return_inverse=True)
-    rank = np.argsort(np.argsort(first))
-    region = rank[region.ravel()]
-    is_plane = np.zeros(len(first), bool)
-    is_plane[region] = plane[patch]
-    return region, is_plane
+    neighbour = np.zeros(len(area))
+    np.maximum.at(neighbour, one, width[two])
+    plane = flat & ((size <= 2) | (width > _WIDE * neighbour))
+    join = ~plane[one] & ~plane[two]
+    merged = components(len(area), one[join], two[join])[sheet]
+    return np.where(owner >= 0, owner, int(owner.max(initial=-1)) + 1 + merged), plane[sheet]
 
 
 def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:
