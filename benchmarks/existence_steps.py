@@ -29,10 +29,10 @@ def boxes_of(case: str, count: int, rng: np.random.Generator) -> Floats:
     elif case == "nested":
         centre = np.zeros((count, 3))
         half = np.linspace(1, 1000, count)[:, None] * np.ones(3)
-    elif case == "sliced":  # plates, one behind the other
+    elif case == "sliced":  # plates, one behind the other; of equal size they would take fewer steps
         centre = np.zeros((count, 3))
         centre[:, 2] = np.arange(count)
-        half = np.tile([1000.0, 1000, 0.2], (count, 1))
+        half = np.column_stack([rng.uniform(900, 1100, (count, 2)), np.full(count, 0.2)])
     else:  # through one point
         centre = rng.uniform(-300, 300, (count, 3))
         half = np.abs(centre) + rng.uniform(1, 300, (count, 3))
