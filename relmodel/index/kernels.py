@@ -181,3 +181,47 @@ def elements_in_volumes(
                 out_row[count] = row
                 count += 1
     return out_pair[:count], out_row[:count]
+
+
+@njit(cache=True, nogil=True)
+def pairs_met(boxes: Any, half_spaces: Any, start: Any, balls: Any, asked: Any, found: Any) -> Any:
+    """Of pairs (volume, box that meets its bounds): whether the box is not wholly outside the volume (n,)."""
+    planes = np.zeros((len(half_spaces), 5))
+    planes[:, :3] = half_spaces[:, :3]
+    planes[:, 4] = half_spaces[:, 3]
+    met = np.empty(len(asked), np.bool_)
+    for i in range(len(asked)):
+        volume, box = asked[i], boxes[found[i]]
+        ball = balls[volume]
+        met[i] = not (
+            _outside(box, planes, start[volume], start[volume + 1] - 6)
+            or _beyond(box, ball[0], ball[1], ball[2], ball[3])
+        )
+    return met
+
+
+@njit(cache=True, nogil=True)
+def any_in_box(boxes: Any, first_child: Any, stack_room: int, asked: Any) -> bool:
+    """Whether an entry meets a box (6,): the descent ends at the first, and at once at a node inside the box."""
+    nodes = len(first_child) - 1
+    entries = len(boxes) + 1 - nodes
+    stack = np.empty(stack_room, np.int64)
+    stack[0] = nodes - 1
+    depth = 1
+    while depth:
+        depth -= 1
+        node = stack[depth]
+        for row in range(first_child[node], first_child[node + 1]):
+            b = boxes[row]
+            if b[0] > asked[3] or b[3] < asked[0] or b[1] > asked[4] or b[4] < asked[1]:
+                continue
+            if b[2] > asked[5] or b[5] < asked[2]:
+                continue
+            if row < entries:
+                return True
+            across = b[0] >= asked[0] and b[3] <= asked[3] and b[1] >= asked[1] and b[4] <= asked[4]
+            if across and b[2] >= asked[2] and b[5] <= asked[5]:
+                return True
+            stack[depth] = row - entries
+            depth += 1
+    return False

@@ -75,3 +75,15 @@ class PackedRTree:
             volumes.balls,
         )
         return asked, self._number[found]
+
+    def any_in_box(self, box: npt.ArrayLike) -> bool:
+        """Whether any box meets a box (6,)."""
+        from relmodel.index import kernels
+
+        return bool(kernels.any_in_box(self._boxes, self._first_child, self._stack_room, np.asarray(box, np.float64)))
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, bytes."""
+        held = (self._boxes, self._number, self._first_child, self._first_entry, self._end_entry)
+        return sum(array.nbytes for array in held)

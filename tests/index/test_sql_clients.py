@@ -36,7 +36,11 @@ def test_clients_get_the_rows_of_find(fresh_store: str, tmp_path: Path, level: s
         camera = {"width": 640, "height": 480, "fx": 900.0, "fy": 900.0, "cx": 319.5, "cy": 239.5, "skew": 0.0}
         with store.write() as connection:
             camera_id = int(store.new_ids(connection, "camera", 1)[0])
-            lens: dict[str, Any] = {"content_key": "c", "distortion_model": "opencv", "distortion": Ragged.pack([[0.0]])}
+            lens: dict[str, Any] = {
+                "content_key": "c",
+                "distortion_model": "opencv",
+                "distortion": Ragged.pack([[0.0]]),
+            }
             store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
         found = [in_volume(store, volume, level=level) for volume in volumes]
 

@@ -1,0 +1,86 @@
+"""Steps of "does any box meet this volume?" by nested segment and range trees, fitted as c log2(n)^3.
+
+    python benchmarks/existence_steps.py [--largest 100000] [--plot steps.png]
+
+The fit takes the sizes up to 1e4; the last row is predicted by it.  Volumes are chosen to meet nothing or nearly so,
+for then no early answer ends the search; the mean of the steps over 300 of them stands in the table.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from tabulate import tabulate
+
+from relmodel.index.rangetree import RangeTree
+
+Floats = npt.NDArray[np.float64]
+FITTED = (1000, 2000, 5000, 10_000)
+
+
+def boxes_of(case: str, count: int, rng: np.random.Generator) -> Floats:
+    if case == "clustered":
+        clusters = rng.uniform(-20000, 20000, (max(1, count // 300), 3))
+        centre = rng.choice(clusters, count) + rng.normal(0, 400, (count, 3))
+        half = rng.lognormal(2, 1, (count, 3))
+    elif case == "nested":
+        centre = np.zeros((count, 3))
+        half = np.linspace(1, 1000, count)[:, None] * np.ones(3)
+    elif case == "sliced":  # plates, one behind the other; of equal size they would take fewer steps
+        centre = np.zeros((count, 3))
+        centre[:, 2] = np.arange(count)
+        half = np.column_stack([rng.uniform(900, 1100, (count, 2)), np.full(count, 0.2)])
+    else:  # through one point
+        centre = rng.uniform(-300, 300, (count, 3))
+        half = np.abs(centre) + rng.uniform(1, 300, (count, 3))
+    return np.concatenate([centre - half, centre + half], axis=1)
+
+
+def steps_of(case: str, count: int) -> tuple[float, float]:
+    """Mean steps of 300 volumes, and the size of the tree in MB."""
+    rng = np.random.default_rng(count)
+    boxes = boxes_of(case, count, rng)
+    tree = RangeTree(boxes)
+    low, high = boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)
+    corner = rng.uniform(low, high, (300, 3))
+    size = (high - low) * rng.uniform(0, 0.1, (300, 3))
+    # Above or below everything in z, the last axis asked: every list is searched and none answers.
+    corner[:, 2] = np.where(rng.random(300) < 0.5, high[2] + 1, low[2] - 1 - size[:, 2])
+    steps = [tree.existence(np.concatenate([c, c + s]))[1] for c, s in zip(corner, size, strict=True)]
+    return float(np.mean(steps)), tree.nbytes / 1e6
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--largest", type=int, default=100_000)
+    parser.add_argument("--plot", type=Path, help="a PNG file to draw the steps into")
+    arguments = parser.parse_args()
+    rows, lines = [], {}
+    for case in ("clustered", "nested", "sliced", "through one point"):
+        measured = {count: steps_of(case, count) for count in (*FITTED, arguments.largest)}
+        cubes = np.log2(FITTED) ** 3
+        c = float((cubes @ [measured[n][0] for n in FITTED]) / (cubes @ cubes))
+        for count, (steps, size) in measured.items():
+            predicted = c * np.log2(count) ** 3
+            rows.append([case, count, steps, predicted, steps / predicted, size])
+        lines[case] = (c, {count: steps for count, (steps, _) in measured.items()})
+    print(tabulate(rows, headers=["boxes", "n", "steps", "c log2(n)^3", "ratio", "MB"], floatfmt=".4g"))
+    if arguments.plot:
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(7, 5))
+        axes = figure.subplots()
+        n = np.geomspace(min(FITTED), arguments.largest, 100)
+        for case, (c, steps_at) in lines.items():
+            (line,) = axes.plot(n, c * np.log2(n) ** 3, label=case)
+            axes.plot(list(steps_at), list(steps_at.values()), "o", color=line.get_color())
+        axes.set(xscale="log", xlabel="boxes", ylabel="steps")
+        axes.legend()
+        figure.savefig(arguments.plot)
+
+
+if __name__ == "__main__":
+    main()

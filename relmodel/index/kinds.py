@@ -1,0 +1,72 @@
+"""The kinds of index over boxes, by name.  All give the same answers; they differ in building, size and time."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import UsageError
+from relmodel.index.volumes import VolumeTable
+
+Integers = npt.NDArray[np.int64]
+
+
+class BoxIndex(Protocol):
+    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) held to be asked which of them meet others; touching counts."""
+
+    def __len__(self) -> int: ...
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, bytes."""
+
+    def in_boxes(self, asked: npt.NDArray[np.float64]) -> tuple[Integers, Integers]:
+        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Integers, Integers]:
+        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
+        half-space of the volume, by volume."""
+
+    def any_in_box(self, box: npt.NDArray[np.float64]) -> bool:
+        """Whether any box meets a box (6,)."""
+
+
+KINDS = ("rtree", "grid", "octree", "rangetree")
+
+
+def build(kind: str, boxes: npt.ArrayLike) -> BoxIndex:
+    """An index of a kind over boxes (n, 6).  Raises UsageError where the kind is unknown."""
+    if kind == "rtree":
+        from relmodel.index.rtree import PackedRTree
+
+        return PackedRTree(boxes)
+    if kind == "grid":
+        from relmodel.index.grid import Grid
+
+        return Grid(boxes)
+    if kind == "octree":
+        from relmodel.index.octree import Octree
+
+        return Octree(boxes)
+    if kind == "rangetree":
+        from relmodel.index.rangetree import RangeTree
+
+        return RangeTree(boxes)
+    raise UsageError(f"there is no index of the kind {kind!r}: use one of {', '.join(KINDS)}")
+
+
+def as_boxes(boxes: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Boxes as a contiguous array (n, 6)."""
+    return np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))
+
+
+def among(
+    boxes: npt.NDArray[np.float64], volumes: VolumeTable, pairs: tuple[Integers, Integers]
+) -> tuple[Integers, Integers]:
+    """Those pairs (number of a volume, number of a box that meets its bounds) whose box meets the volume itself."""
+    from relmodel.index.kernels import pairs_met
+
+    met = pairs_met(boxes, volumes.half_spaces, volumes.start, volumes.balls, *pairs)
+    return pairs[0][met], pairs[1][met]
