@@ -11,6 +11,7 @@ from relmodel.errors import UsageError
 from vision.extraction.arcs import Arcs, fit_arcs
 from vision.extraction.edges import EdgeElements, edge_elements, grey_image
 from vision.extraction.linking import Chains, clear, fill_gaps, link
+from vision.extraction.marks import ArcMarks, arc_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
@@ -18,7 +19,7 @@ from vision.extraction.topography import label_histogram, topographic_labels
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "1"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "2"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,7 @@ class Extraction:
     """All that was found in one picture of `shape` (rows, columns).
 
     `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept;
+    `marks` says of each arc what speaks against it;
     `topography` (regions, 11) counts the labels of `topography.LABELS`; `timings_s` says what each stage took.
     """
 
@@ -69,6 +71,7 @@ class Extraction:
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
+    marks: ArcMarks
     regions: Regions
     region_arcs: RegionArcs
     topography: npt.NDArray[np.int64]
@@ -120,6 +123,8 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
     lap("linking")
     arcs = fit_arcs(edges, chains, scale=p.scale, reach=p.join_reach)
     lap("arcs")
+    marks = arc_marks(grey, edges, arcs)
+    lap("marks")
     mask = edge_mask(edges, chains, arcs, shape)
     find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
     regions = find_regions(grey, mask, min_area=p.min_region_area)
@@ -130,4 +135,4 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
     borders = region_arcs(edges, arcs, regions)
     found = relations(arcs, regions, borders, radius=p.relation_radius)
     lap("relations")
-    return Extraction(shape, p, noise, edges, chains, arcs, regions, borders, histogram, found, timings)
+    return Extraction(shape, p, noise, edges, chains, arcs, marks, regions, borders, histogram, found, timings)
