@@ -19,7 +19,7 @@ from relmodel.cli.options import add_store
 from relmodel.errors import RelmodelError
 
 # Verbs in the order in which help lists them; NAME is the module relmodel.cli.verbs.NAME.
-VERBS = ("init", "migrate", "load", "world", "find", "inspect", "runs", "schema", "sql", "check", "demo")
+VERBS = ("init", "migrate", "load", "world", "find", "extract", "inspect", "runs", "schema", "sql", "check", "demo")
 
 INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
 

@@ -88,16 +88,26 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
     return canvas > 0
 
 
-def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40) -> Regions:
-    """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large."""
+def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None) -> Regions:
+    """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large, where `inside` is true."""
     import cv2
 
+    if inside is not None:
+        mask = mask | ~inside
     _, labels = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     return _describe(grey, _renumber(np.asarray(labels, dtype=np.int32) - 1, min_area))
 
 
-def leak_proof_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, max_step: float = 12.0) -> Regions:
-    """Regions behind gaps narrower than themselves; they cover the picture, edge pixels shared out between them.
+def leak_proof_regions(
+    grey: FloatArray,
+    mask: BoolArray,
+    *,
+    min_area: int = 40,
+    max_step: float = 12.0,
+    inside: BoolArray | None = None,
+) -> Regions:
+    """Regions behind gaps narrower than themselves; they cover the picture, or what of it is `inside`, edge pixels
+    shared out between them.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
     at most `max_step`; large regions merge only across a wide border that is hardly edge anywhere.
@@ -106,6 +116,8 @@ def leak_proof_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40,
 
     from vision.extraction import _region_kernels
 
+    if inside is not None:
+        mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     labels = np.zeros(mask.shape, np.int32)
     count = 0
@@ -127,6 +139,8 @@ def leak_proof_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40,
         if merged is None:
             break
         labels = merged
+    if inside is not None:
+        labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
     return _describe(grey, labels)
 
 
