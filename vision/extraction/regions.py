@@ -23,6 +23,8 @@ _SATURATED = 250.0
 _BALLS = (12.0, 5.0, 2.0)  # px: radii of the trapped balls
 _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
+_NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
+_ENDS = 4  # px of edge that a border across a strip meets at its two ends
 _T_REACH = 10  # px that a free end is prolonged to close a T, or to reach the border of the picture
 
 
@@ -178,8 +180,8 @@ def _merge(
     open_length = length - edge_length
     # Large regions: only where hardly any of a wide border is edge.
     large = inradius >= _LARGE
-    wide = open_length >= 2.2 * np.minimum(inradius[a], inradius[b])
-    joined = large[a] & large[b] & (edge_length < 0.1 * length) & wide & (step <= 0.5 * max_step)
+    wide = open_length >= _NECK * np.minimum(inradius[a], inradius[b])
+    joined = large[a] & large[b] & (edge_length <= np.maximum(0.1 * length, _ENDS)) & wide & (step <= 0.5 * max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.
     sliver = totals[:, 0] < min_area
