@@ -27,6 +27,7 @@ VERBS = (
     "world",
     "where",
     "find",
+    "extract",
     "inspect",
     "runs",
     "schema",

@@ -9,6 +9,27 @@ FloatArray = npt.NDArray[np.float64]
 LabelArray = npt.NDArray[np.int32]
 
 
+@kernel("i8(i4[:, ::1], i4[:, ::1], i8, i8)")
+def add_seeds(labels: LabelArray, parts: LabelArray, number: int, count: int) -> int:
+    """Give those of the parts 1..number-1 that hold no labelled pixel new labels after `count`; returns the last."""
+    rows, columns = labels.shape
+    new = np.zeros(number, np.int32)
+    for r in range(rows):
+        for c in range(columns):
+            if labels[r, c] > 0:
+                new[parts[r, c]] = -1
+    for part in range(1, number):
+        if new[part] == 0:
+            count += 1
+            new[part] = count
+    new[0] = -1
+    for r in range(rows):
+        for c in range(columns):
+            if labels[r, c] == 0 and new[parts[r, c]] > 0:
+                labels[r, c] = new[parts[r, c]]
+    return count
+
+
 @kernel("void(i4[:, ::1], f4[:, ::1])")
 def flood(labels: LabelArray, depth: npt.NDArray[np.float32]) -> None:
     """Watershed in place: labels > 0 grow over 0 from great depth to small, 4-connected, first come first served."""
@@ -27,6 +48,14 @@ def flood(labels: LabelArray, depth: npt.NDArray[np.float32]) -> None:
         for c in range(columns):
             if labels[r, c] > 0:
                 queued[r, c] = True
+                # what lies inside a seed has nowhere to grow
+                if (
+                    (r == 0 or labels[r - 1, c] > 0)
+                    and (r == rows - 1 or labels[r + 1, c] > 0)
+                    and (c == 0 or labels[r, c - 1] > 0)
+                    and (c == columns - 1 or labels[r, c + 1] > 0)
+                ):
+                    continue
                 level = bucket[r, c]
                 pixel = r * columns + c
                 if first[level] < 0:

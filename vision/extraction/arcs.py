@@ -90,6 +90,7 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
     """
     from vision.extraction import _arc_kernels
 
+    chains = _start_straight(edges, chains)
     correlation = 2.0 * np.sqrt(np.pi) * scale  # elements a pixel apart share most of their windows
     weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2)
     x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
@@ -101,6 +102,17 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
             break
         members, kinds = joined, joined_kinds
     return _measure(edges, weight, members, kinds, correlation, scale)
+
+
+def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
+    """Loops begun where they turn least over ten elements: begun at a corner, they would leave a stub there."""
+    elements = chains.elements.copy()
+    for i in np.flatnonzero(chains.closed & (chains.counts > 20)):
+        loop = elements[chains.offsets[i] : chains.offsets[i + 1]]
+        nx, ny = edges.nx[loop], edges.ny[loop]
+        alike = np.roll(nx, 5) * np.roll(nx, -5) + np.roll(ny, 5) * np.roll(ny, -5)
+        loop[:] = np.roll(loop, -int(alike.argmax()))
+    return Chains(elements, chains.offsets, chains.closed)
 
 
 def _pieces_to_members(chains: Chains, pieces: IntArray, kinds: IntArray, min_elements: int) -> tuple[Chains, IntArray]:

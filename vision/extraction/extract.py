@@ -1,16 +1,18 @@
 """The fused pass: from a picture to edge elements, arcs, regions, topography and relations."""
 
+import hashlib
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.errors import UsageError
+from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, fit_arcs
 from vision.extraction.edges import EdgeElements, edge_elements, grey_image
 from vision.extraction.linking import Chains, clear, fill_gaps, link
+from vision.extraction.marks import ArcMarks, arc_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
@@ -18,7 +20,7 @@ from vision.extraction.topography import label_histogram, topographic_labels
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "1"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "2"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class ExtractionParameters:
     `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
     linked; chains shorter than `min_elements` or weaker than `min_strength` (mean contrast times fourth root of the
     number of elements) are cleared; `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof`
-    or `plain`; `relation_radius` in px.
+    or `plain`; `relation_radius` in px.  `mask`: SHA-256 of the region of interest, set by `extract`; empty where the
+    whole picture is looked at.
     """
 
     scale: float = 1.4
@@ -45,6 +48,7 @@ class ExtractionParameters:
     regions: str = "leak-proof"
     min_region_area: int = 40
     relation_radius: float = 80.0
+    mask: str = ""
 
     def __post_init__(self) -> None:
         if self.regions not in ("leak-proof", "plain"):
@@ -59,8 +63,9 @@ class ExtractionParameters:
 class Extraction:
     """All that was found in one picture of `shape` (rows, columns).
 
-    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept;
-    `topography` (regions, 11) counts the labels of `topography.LABELS`; `timings_s` says what each stage took.
+    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
+    says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
+    (regions, 11) counts them; `timings_s` says what each stage took.
     """
 
     shape: tuple[int, int]
@@ -69,8 +74,10 @@ class Extraction:
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
+    marks: ArcMarks
     regions: Regions
     region_arcs: RegionArcs
+    labels: npt.NDArray[np.uint8]
     topography: npt.NDArray[np.int64]
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
@@ -84,10 +91,15 @@ class Extraction:
 _DEFAULTS = ExtractionParameters()
 
 
-def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) -> Extraction:
+def extract(
+    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: npt.NDArray[np.bool_] | None = None
+) -> Extraction:
     """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
 
-    Deterministic: equal pictures and parameters give equal columns.  Raises InputError as `grey_image` does.
+    With `mask` (rows, columns), what lies where it is false belongs to nothing: no edge element is kept there and no
+    region reaches there.  A picture too small for a facet (11 px) or without contrast gives one region and no arc.
+    Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `grey_image` does, and
+    for a mask of another shape or that leaves nothing.
     """
     p = parameters
     timings: dict[str, float] = {}
@@ -100,6 +112,12 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
         clock = now
 
     grey = grey_image(image)
+    if mask is not None:
+        if mask.shape != grey.shape or not mask.any():
+            raise InputError(
+                f"a mask of shape {mask.shape} and {mask.sum()} pixels does not fit: mark part of the picture"
+            )
+        p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
     noise = noise_curve(grey)
     lap("noise")
     edges = edge_elements(
@@ -110,6 +128,8 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
         max_sigma=p.max_sigma,
         noise=noise,
     )
+    if mask is not None:
+        edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape = (grey.shape[0], grey.shape[1])
     # What is filled may be half as strong and half as long as what is kept: a bridge can make it strong enough.
@@ -120,9 +140,11 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
     lap("linking")
     arcs = fit_arcs(edges, chains, scale=p.scale, reach=p.join_reach)
     lap("arcs")
-    mask = edge_mask(edges, chains, arcs, shape)
+    marks = arc_marks(grey, edges, arcs)
+    lap("marks")
+    barrier = edge_mask(edges, chains, arcs, shape)
     find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
-    regions = find_regions(grey, mask, min_area=p.min_region_area)
+    regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
     lap("regions")
     labels = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
     histogram = label_histogram(labels, regions.labels, len(regions))
@@ -130,4 +152,4 @@ def extract(image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS) 
     borders = region_arcs(edges, arcs, regions)
     found = relations(arcs, regions, borders, radius=p.relation_radius)
     lap("relations")
-    return Extraction(shape, p, noise, edges, chains, arcs, regions, borders, histogram, found, timings)
+    return Extraction(shape, p, noise, edges, chains, arcs, marks, regions, borders, labels, histogram, found, timings)

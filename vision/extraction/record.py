@@ -18,6 +18,7 @@ from vision.extraction.topography import LABELS
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
+_LEAST_MARK = 0.05  # a weaker mark is not worth its row
 _SIDES = np.array(["left", "right"], dtype=object)
 
 
@@ -115,6 +116,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "residual": arcs.residual,
             "element_count": arcs.chains.counts,
         },
+        "image_arc_mark": _marks(extraction),
         "image_arc_polyline": {
             "arc_no": arc_no,
             "x": _packed(edges.x[arcs.elements], arcs.offsets),
@@ -153,6 +155,16 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "label": np.array(LABELS, dtype=object)[label],
             "pixels": extraction.topography[labelled, label],
         },
+    }
+
+
+def _marks(extraction: Extraction) -> Columns:
+    marks = {"texture": extraction.marks.texture, "highlight": extraction.marks.highlight}
+    marked = {name: np.flatnonzero(value >= _LEAST_MARK) for name, value in marks.items()}
+    return {
+        "arc_no": np.concatenate(list(marked.values())).astype(np.int32),
+        "name": np.repeat(np.array(list(marked), dtype=object), [len(arcs) for arcs in marked.values()]),
+        "value": np.concatenate([marks[name][arcs] for name, arcs in marked.items()]),
     }
 
 

@@ -23,6 +23,8 @@ _SATURATED = 250.0
 _BALLS = (12.0, 5.0, 2.0)  # px: radii of the trapped balls
 _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
+_NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
+_ENDS = 4  # px of edge that a border across a strip meets at its two ends
 _T_REACH = 10  # px that a free end is prolonged to close a T, or to reach the border of the picture
 
 
@@ -88,16 +90,26 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
     return canvas > 0
 
 
-def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40) -> Regions:
-    """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large."""
+def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None) -> Regions:
+    """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large, where `inside` is true."""
     import cv2
 
+    if inside is not None:
+        mask = mask | ~inside
     _, labels = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
     return _describe(grey, _renumber(np.asarray(labels, dtype=np.int32) - 1, min_area))
 
 
-def leak_proof_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, max_step: float = 12.0) -> Regions:
-    """Regions behind gaps narrower than themselves; they cover the picture, edge pixels shared out between them.
+def leak_proof_regions(
+    grey: FloatArray,
+    mask: BoolArray,
+    *,
+    min_area: int = 40,
+    max_step: float = 12.0,
+    inside: BoolArray | None = None,
+) -> Regions:
+    """Regions behind gaps narrower than themselves; they cover the picture, or what of it is `inside`, edge pixels
+    shared out between them.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
     at most `max_step`; large regions merge only across a wide border that is hardly edge anywhere.
@@ -106,27 +118,21 @@ def leak_proof_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40,
 
     from vision.extraction import _region_kernels
 
+    if inside is not None:
+        mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     labels = np.zeros(mask.shape, np.int32)
     count = 0
     for radius in _BALLS:
         number, parts = cv2.connectedComponents((depth > radius).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-        settled = np.zeros(number, np.bool_)
-        settled[parts[labels > 0]] = True
-        settled[0] = True
-        new = np.where(settled, 0, count + np.cumsum(~settled)).astype(np.int32)
-        labels = np.where(labels > 0, labels, new[parts])
-        count += int((~settled).sum())
+        count = _region_kernels.add_seeds(labels, np.asarray(parts, dtype=np.int32), number, count)
     if count == 0:
         labels[:] = 1
-    labels = np.ascontiguousarray(labels)
     _region_kernels.flood(labels, depth)
     labels -= 1
-    for _ in range(_ROUNDS):
-        merged = _merge(grey, labels, mask, depth, min_area, max_step)
-        if merged is None:
-            break
-        labels = merged
+    labels = _merge(grey, labels, mask, depth, min_area, max_step)
+    if inside is not None:
+        labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
     return _describe(grey, labels)
 
 
@@ -137,38 +143,80 @@ def _merge(
     depth: npt.NDArray[np.float32],
     min_area: int,
     max_step: float,
-) -> IntArray | None:
-    """One round of merging; None where there is nothing to merge."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
+) -> IntArray:
+    """The labels after some rounds of merging, done on the graph of neighbours."""
     from vision.extraction import _region_kernels
 
     count = int(labels.max()) + 1
-    borders = _region_kernels.border_pairs(labels, mask)
-    if len(borders) == 0:
+    pairs = _region_kernels.border_pairs(labels, mask)
+    key, which = np.unique(pairs[:, 0] * count + pairs[:, 1], return_inverse=True)
+    columns = np.ones(len(pairs)), pairs[:, 2], pairs[:, 3] % labels.shape[1], pairs[:, 3] // labels.shape[1]
+    totals = np.zeros((len(key), 4))
+    np.add.at(totals, which, np.column_stack(columns).astype(np.float64))
+    borders = _Borders(key // count, key % count, totals)
+    regions = _region_kernels.sums(labels, grey, count, _SATURATED)[:, :11]
+    inradius = _region_kernels.greatest(labels, depth, count)
+    final = np.arange(count, dtype=np.int32)
+    for _ in range(_ROUNDS):
+        component = _components(borders, regions, inradius, min_area, max_step)
+        if component is None:
+            break
+        borders, regions, inradius = _contract(borders, regions, inradius, component)
+        final = component[final]
+    return np.asarray(final[labels])
+
+
+@dataclass(frozen=True)
+class _Borders:
+    """Neighbours a < b, and of their common border the sums (n, 4): pixel sides, those on edges, x and y."""
+
+    a: npt.NDArray[np.int64]
+    b: npt.NDArray[np.int64]
+    totals: FloatArray
+
+
+def _contract(
+    borders: _Borders, regions: FloatArray, inradius: FloatArray, component: IntArray
+) -> tuple[_Borders, FloatArray, FloatArray]:
+    """The graph with the regions of each component as one."""
+    count = int(component.max()) + 1
+    merged = np.zeros((count, regions.shape[1]))
+    np.add.at(merged, component, regions)
+    greatest = np.zeros(count)
+    np.maximum.at(greatest, component, inradius)
+    ends = np.sort(np.column_stack([component[borders.a], component[borders.b]]).astype(np.int64), axis=1)
+    apart = ends[:, 0] != ends[:, 1]
+    key, which = np.unique(ends[apart, 0] * count + ends[apart, 1], return_inverse=True)
+    totals = np.zeros((len(key), 4))
+    np.add.at(totals, which, borders.totals[apart])
+    return _Borders(key // count, key % count, totals), merged, greatest
+
+
+def _components(
+    borders: _Borders, regions: FloatArray, inradius: FloatArray, min_area: int, max_step: float
+) -> IntArray | None:
+    """Which regions one round makes one; None where there is nothing to merge."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    a, b, count = borders.a, borders.b, len(regions)
+    if len(a) == 0:
         return None
-    key, which = np.unique(borders[:, 0] * count + borders[:, 1], return_inverse=True)
-    a, b = key // count, key % count
-    length = np.bincount(which)
-    edge_length = np.bincount(which, weights=borders[:, 2])
-    totals = _region_kernels.sums(labels, grey, count, _SATURATED)
-    centroid, mean, slope, _ = _planes(totals)
-    where = np.column_stack([borders[:, 3] % labels.shape[1], borders[:, 3] // labels.shape[1]])
-    middle = np.column_stack([np.bincount(which, weights=where[:, axis]) / length for axis in (0, 1)])
+    length, edge_length = borders.totals[:, 0], borders.totals[:, 1]
+    centroid, mean, slope, _ = _planes(regions)
+    middle = borders.totals[:, 2:] / length[:, None]
     step = np.abs(
         mean[a] + np.sum(slope[a] * (middle - centroid[a]), axis=1)
         - mean[b] - np.sum(slope[b] * (middle - centroid[b]), axis=1)
     )  # fmt: skip
-    inradius = _region_kernels.greatest(labels, depth, count)
     open_length = length - edge_length
     # Large regions: only where hardly any of a wide border is edge.
     large = inradius >= _LARGE
-    wide = open_length >= 2.2 * np.minimum(inradius[a], inradius[b])
-    joined = large[a] & large[b] & (edge_length < 0.1 * length) & wide & (step <= 0.5 * max_step)
+    wide = open_length >= _NECK * np.minimum(inradius[a], inradius[b])
+    joined = large[a] & large[b] & (edge_length <= np.maximum(0.1 * length, _ENDS)) & wide & (step <= 0.5 * max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.
-    sliver = totals[:, 0] < min_area
+    sliver = regions[:, 0] < min_area
     pair = np.concatenate([np.arange(len(a)), np.arange(len(a))])
     one, other = np.concatenate([a, b]), np.concatenate([b, a])
     opens = (open_length >= 0.3 * length) & (step <= max_step)
@@ -181,7 +229,7 @@ def _merge(
         return None
     graph = coo_array((np.ones(int(joined.sum())), (a[joined], b[joined])), shape=(count, count))
     _, component = connected_components(graph, directed=False)
-    return np.asarray(component.astype(np.int32)[labels])
+    return np.asarray(component, dtype=np.int32)
 
 
 def _renumber(labels: IntArray, min_area: int) -> IntArray:

@@ -1,10 +1,12 @@
 """Regions against known layouts."""
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from vision.extraction.arcs import fit_arcs
 from vision.extraction.edges import edge_elements
+from vision.extraction.extract import extract
 from vision.extraction.linking import clear, fill_gaps, link
 from vision.extraction.regions import BoolArray, FloatArray, edge_mask, leak_proof_regions, plain_regions
 
@@ -86,3 +88,22 @@ def test_no_edges_is_one_region_and_all_edges_is_one() -> None:
     assert len(leak_proof_regions(grey, np.zeros((30, 40), np.bool_))) == 1
     assert len(leak_proof_regions(grey, np.ones((30, 40), np.bool_))) == 1
     assert len(plain_regions(grey, np.ones((30, 40), np.bool_))) == 0
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        np.zeros((64, 64)),
+        np.full((64, 64), 255, np.uint8),
+        np.zeros((1, 1)),
+        np.arange(50.0)[None],
+        np.array([[0, 255], [255, 0]]),
+        np.tile(np.repeat([0, 255], 100), (9, 1)),
+        np.random.default_rng(0).uniform(0, 255, (64, 64)),
+    ],
+    ids=["black", "white", "one pixel", "one row", "four pixels", "narrow", "noise"],
+)
+def test_a_picture_without_edges_is_one_region(picture: npt.NDArray[np.generic]) -> None:
+    found = extract(picture)
+    assert (len(found.arcs), len(found.regions)) == (0, 1)
+    assert found.regions.area[0] == picture.size == found.topography.sum()

@@ -1,0 +1,78 @@
+"""Extract edges, arcs, regions, topography and relations from pictures, and draw what a stage found.
+
+Stages: edges (sub-pixel elements), linking (chains), filling (chains with gaps bridged, weak ones cleared), arcs (red
+lines, blue circular, green elliptic, yellow free, grey likely texture), regions, topography (eleven labels), relations.
+Several pictures are drawn side by side.  With --store the rows are kept there.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relmodel.cli.options import add_format
+from relmodel.cli.output import print_rows, say
+
+if TYPE_CHECKING:
+    from vision.extraction.extract import Extraction
+    from vision.images import Picture
+
+EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
+
+_STAGES = ("edges", "linking", "filling", "arcs", "regions", "topography", "relations")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="PNG, TIFF or JPEG, grey or colour")
+    parser.add_argument(
+        "--stage", choices=_STAGES, default="arcs", help="the stage that --picture shows (default: arcs)"
+    )
+    parser.add_argument("--picture", type=Path, metavar="PICTURE", help="draw what the stage found and write it here")
+    parser.add_argument("--mask", type=Path, metavar="IMAGE", help="look only where this picture is brighter than half")
+    parser.add_argument(
+        "--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"
+    )
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from vision.extraction.extract import ExtractionParameters, extract
+    from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
+    from vision.images import read_picture
+    from vision.overlay import save_side_by_side
+
+    mask = read_picture(args.mask).grey > 127.5 if args.mask else None
+    pictures = [read_picture(path) for path in args.images]
+    parameters = ExtractionParameters(regions=args.regions)
+    found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
+    if args.store:
+        _keep(args.store, pictures, found)
+    if args.picture:
+        drawn = [draw_stage(p.grey, extraction, args.stage) for p, extraction in zip(pictures, found, strict=True)]
+        save_side_by_side(args.picture, drawn)
+        say(f"{args.stage} drawn in {args.picture}")
+    rows = [
+        (picture.file_name, stage, count_of_stage(extraction, stage))
+        for picture, extraction in zip(pictures, found, strict=True)
+        for stage in STAGES
+    ]
+    print_rows(("image", "stage", "found"), rows, args.format)
+    return 0
+
+
+def _keep(target: str, pictures: list[Picture], extractions: list[Extraction]) -> None:
+    """Write the rows of all extractions in one run."""
+    from relmodel.store import Run, Store
+    from vision.extraction.record import record_extraction
+    from vision.input_rows import record_picture
+
+    inputs = {f"image {i}": (picture.file_name, picture.sha256) for i, picture in enumerate(pictures)}
+    with (
+        Store.open(target) as store,
+        Run.begin(store, "extract", {}, inputs=inputs) as stored,
+        stored.write() as connection,
+    ):
+        for picture, extraction in zip(pictures, extractions, strict=True):
+            image = record_picture(stored, connection, picture, keep_bytes=True)
+            record_extraction(stored, connection, image, picture.sha256, extraction)

@@ -1,0 +1,81 @@
+"""What speaks against an arc being an edge of the object: brush texture, shading, highlights.
+
+The closed form of an edge element foretells two plateaus, one on each side of the step.  At the edge of a face they are
+there; a streak of brushed metal has fallen back a few pixels on, and a shade has not got there yet.  Streaks besides
+come in bundles, parallel to each other, where an edge has its surroundings to itself.  Contrast and length, which
+thresholds go by, say much less: streaks are long and bright.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.arcs import Arcs
+from vision.extraction.edges import EdgeElements
+
+FloatArray = npt.NDArray[np.float64]
+
+# Log odds of an arc being an edge, by logistic regression on pictures A1, A4, B1, C1, C2, C3 of the rendered bulkheads;
+# of the mean step 2 and 4 px beside the arc over its contrast, the log of parallels around, the width in px.
+_ODDS_STEP_NEAR, _ODDS_STEP_FAR, _ODDS_PARALLEL, _ODDS_WIDTH, _ODDS = 3.1, 9.2, -2.7, -2.2, -7.7
+_NEAR, _FAR = 2.0, 4.0  # px
+_CELL = 8  # px: parallels are counted in 3 x 3 such cells
+_ORIENTATIONS = 12  # modulo pi; neighbours count as parallel
+_GRADES, _FAINTER = 12, 3  # of contrast, two an octave; elements up to three grades fainter count
+_SATURATED = 250.0
+_BESIDE = 3.0  # px from an edge element to where the bright side is read
+
+
+@dataclass(frozen=True)
+class ArcMarks:
+    """Strengths 0..1 of the marks of each arc.
+
+    `texture`: the probability that it is brush texture or shading and no edge.  `highlight`: the share of its elements
+    whose bright side is saturated.
+    """
+
+    texture: FloatArray
+    highlight: FloatArray
+
+    def take(self, kept: npt.NDArray[np.bool_]) -> "ArcMarks":
+        """The marks of the arcs that the mask selects."""
+        return ArcMarks(self.texture[kept], self.highlight[kept])
+
+
+def arc_marks(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
+    """Marks of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
+    from vision.extraction import _mark_kernels
+
+    if len(arcs) == 0:
+        return ArcMarks(np.zeros(0), np.zeros(0))
+    chains, part = arcs.chains, edges.take(arcs.elements)
+    distances = np.array([_NEAR, -_NEAR, _FAR, -_FAR, _BESIDE])
+    beside = _mark_kernels.grey_beside(grey, part.x, part.y, part.nx, part.ny, distances)
+    per_arc = np.add.reduceat(
+        np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= _SATURATED]),
+        arcs.offsets[:-1],
+    )
+    near, far, saturated = (per_arc / chains.counts[:, None]).T
+    parallel = np.add.reduceat(_parallels(edges, grey.shape, arcs.elements), arcs.offsets[:-1]) / chains.counts
+    odds = (
+        _ODDS_STEP_NEAR * near / arcs.contrast
+        + _ODDS_STEP_FAR * far / arcs.contrast
+        + _ODDS_PARALLEL * np.log(parallel / (3 * _CELL))
+        + _ODDS_WIDTH * arcs.width
+        + _ODDS
+    )
+    return ArcMarks(texture=1.0 / (1.0 + np.exp(np.clip(odds, -30.0, 30.0))), highlight=saturated)
+
+
+def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32]) -> FloatArray:
+    """How many elements of like orientation and no less than a third of its contrast, itself among them, lie in the
+    3 x 3 cells around each element of `which`."""
+    from vision.extraction import _mark_kernels
+
+    angle = np.arctan2(edges.ny, edges.nx)
+    turn = np.rint(angle * (_ORIENTATIONS / np.pi)).astype(np.int32) % _ORIENTATIONS
+    grade = np.clip(2.0 * np.log2(edges.contrast / 4.0), 0, _GRADES - 1).astype(np.int32)
+    row, column = edges.pixel // shape[1] // _CELL, edges.pixel % shape[1] // _CELL
+    size = (-(-shape[0] // _CELL), -(-shape[1] // _CELL), _ORIENTATIONS, _GRADES)
+    return _mark_kernels.parallels(row, column, turn, grade, size, which, _FAINTER)

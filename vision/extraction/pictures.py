@@ -1,0 +1,129 @@
+"""Pictures of an extraction, one a stage, for people to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.extract import Extraction
+from vision.extraction.linking import Chains, link
+from vision.extraction.relations import KINDS as _RELATIONS
+from vision.extraction.topography import LABELS
+
+FloatArray = npt.NDArray[np.float64]
+Picture = npt.NDArray[np.uint8]
+
+_SHIFT = 4  # cv2 draws at fixed-point places
+# RGB: lines, circular, free, elliptic arcs; then a colour for each topographic label.
+_KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
+_TEXTURE_COLOUR = (150, 150, 150)
+_LABEL_COLOURS = {
+    "peak": (255, 255, 255),
+    "pit": (0, 0, 0),
+    "saddle": (200, 0, 200),
+    "ridge": (255, 220, 60),
+    "ravine": (40, 60, 200),
+    "inflection": (230, 40, 40),
+    "flat": (120, 120, 120),
+    "slope": (160, 170, 160),
+    "convex": (90, 150, 200),
+    "concave": (210, 160, 110),
+    "saddle_hill": (180, 120, 180),
+}
+
+
+def draw_stage(grey: FloatArray, extraction: Extraction, stage: str) -> Picture:
+    """What `stage`, one of `STAGES`, found in `grey` (rows, columns; 0..255): (rows, columns, 3), RGB."""
+    return STAGES[stage][0](grey, extraction)
+
+
+def count_of_stage(extraction: Extraction, stage: str) -> int:
+    """How many elements, chains, arcs, regions, labelled pixels or relations the stage gave."""
+    return STAGES[stage][1](extraction)
+
+
+def _edges(grey: FloatArray, found: Extraction) -> Picture:
+    """Edge elements, the brighter the higher the step."""
+    canvas = np.zeros(found.shape, np.uint8)
+    canvas.reshape(-1)[found.edges.pixel] = np.clip(60 + 2.5 * found.edges.contrast, 0, 255).astype(np.uint8)
+    return np.repeat(canvas[..., None], 3, axis=2)
+
+
+def _linked(found: Extraction) -> Chains:
+    return link(found.edges, found.shape, min_contrast=found.parameters.link_contrast)
+
+
+def _draw_chains(grey: FloatArray, found: Extraction, chains: Chains) -> Picture:
+    """Chains, each in a colour of its own, over the faded picture."""
+    colours = _palette(len(chains))
+    return _strokes(_faded(grey), found, chains, [colours[i].tolist() for i in range(len(chains))])
+
+
+def _arcs(grey: FloatArray, found: Extraction) -> Picture:
+    """Arcs by kind; grey those that are more likely texture than edges."""
+    surely_edge = found.marks.texture <= 0.5
+    kinds = found.arcs.kind.tolist()
+    colours = [_KIND_COLOURS[k] if edge else _TEXTURE_COLOUR for k, edge in zip(kinds, surely_edge, strict=True)]
+    return _strokes(np.full((*found.shape, 3), 255, np.uint8), found, found.arcs.chains, colours)
+
+
+def _regions(grey: FloatArray, found: Extraction) -> Picture:
+    """Regions, each in a colour of its own; black what belongs to none."""
+    colours = np.concatenate([_palette(len(found.regions)), np.zeros((1, 3), np.uint8)])
+    return np.asarray(colours[found.regions.labels])
+
+
+def _topography(grey: FloatArray, found: Extraction) -> Picture:
+    """The label of every pixel."""
+    return np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
+
+
+def _relations(grey: FloatArray, found: Extraction) -> Picture:
+    """Arcs, and lines between the middles of those that are parallel (blue) or collinear (red)."""
+    import cv2
+
+    canvas = _strokes(_faded(grey), found, found.arcs.chains, [(120, 120, 120)] * len(found.arcs))
+    arcs, related = found.arcs, found.relations
+    middle = np.column_stack([arcs.start_x + arcs.end_x, arcs.start_y + arcs.end_y]) / 2
+    between = (related.a < related.b) & (related.b < len(arcs))
+    for kind, colour in (("parallel", (40, 120, 255)), ("collinear", (235, 60, 40))):
+        pairs = np.flatnonzero(between & (related.kind == _RELATIONS.index(kind)))
+        ends = np.stack([middle[related.a[pairs]], middle[related.b[pairs]]], axis=1)
+        cv2.polylines(canvas, list(np.rint(ends * 2**_SHIFT).astype(np.int32)), False, colour, 1, cv2.LINE_AA, _SHIFT)
+    return canvas
+
+
+def _faded(grey: FloatArray) -> Picture:
+    return np.repeat((170 + np.clip(grey, 0, 255) / 3).clip(0, 255).astype(np.uint8)[..., None], 3, axis=2)
+
+
+def _palette(count: int) -> Picture:
+    """(count, 3) colours far apart for neighbours in number: hues by the golden section."""
+    hue = np.modf(np.arange(count) * 0.618033988749895)[0][:, None] * 2 * np.pi
+    wave = np.cos(hue - np.array([0.0, 2.0, 4.0]) * np.pi / 3)
+    light = 150 + 40 * np.cos(np.arange(count) * 2.4)[:, None]
+    return np.asarray(np.clip(light + 65 * wave, 0, 255).astype(np.uint8))
+
+
+def _strokes(canvas: Picture, found: Extraction, chains: Chains, colours: Sequence[Sequence[int]]) -> Picture:
+    import cv2
+
+    canvas = np.ascontiguousarray(canvas)
+    points = np.rint(np.column_stack([found.edges.x, found.edges.y]) * 2**_SHIFT).astype(np.int32)
+    for i, colour in enumerate(colours):
+        course = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
+        cv2.polylines(canvas, [course], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)
+    return canvas
+
+
+STAGES: dict[str, tuple[Callable[[FloatArray, Extraction], Picture], Callable[[Extraction], int]]] = {
+    "edges": (_edges, lambda found: len(found.edges)),
+    "linking": (lambda grey, found: _draw_chains(grey, found, _linked(found)), lambda found: len(_linked(found))),
+    "filling": (lambda grey, found: _draw_chains(grey, found, found.chains), lambda found: len(found.chains)),
+    "arcs": (_arcs, lambda found: len(found.arcs)),
+    "regions": (_regions, lambda found: len(found.regions)),
+    "topography": (_topography, lambda found: int(found.topography.sum())),
+    "relations": (_relations, lambda found: len(found.relations)),
+}
