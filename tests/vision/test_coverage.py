@@ -30,6 +30,8 @@ def squares(*placed: tuple[float, float, float, float]) -> Scene:
         sample_arc=none,
         sample_length=np.zeros(0),
         arc_occurrence=none,
+        surface_body=np.arange(n),
+        arc_body=none,
         inspected=np.ones(n, bool),
     )
 

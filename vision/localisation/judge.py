@@ -31,8 +31,11 @@ MIN_AGREEMENT, AGREEMENT_PX = 0.65, 1.0
 RIVAL_SHARE, MIN_MARGIN, PRIOR_ODDS = 0.05, 10.0, 12.0
 # A pose further from the prior than this many sigma contradicts it: one in 5,000 errs by 5 in six dimensions.
 MAX_SIGMA = 6.0
-# What an accepted pose must promise at the middle of what is seen: standard deviations along the worst direction.
+# What an accepted pose must promise at the middle of what is seen: standard deviations along the worst direction.  One
+# camera alone sees depth by scale only, some 1:200 of the distance where a part fills a fifth of the picture: a limit
+# made for stereo would refuse it everywhere.  Its own is what still tells cells a few centimetres apart, ten sigma.
 MAX_TRANSLATION_MM, MAX_ROTATION = 1.0, float(np.radians(0.1))
+MAX_TRANSLATION_MM_ALONE, MAX_ROTATION_ALONE = 3.0, float(np.radians(0.5))
 # Cameras solved apart may differ by this many sigma of the difference, in six dimensions.
 MAX_APART_SIGMA = 8.0
 
@@ -115,9 +118,9 @@ def precision(refined: Refined) -> tuple[float, float]:
 
 
 def agreement(refined: Refined) -> float:
-    """Share of the length on which edges were found that lies within AGREEMENT_PX of its prediction."""
+    """Share of the voters' length on which edges were found that lies within AGREEMENT_PX of its prediction."""
     m, w = refined.measurements, refined.prediction.weight
-    found = m.found >= 0
+    found = m.weight > 0
     return float(w[found & (np.abs(m.offset) < AGREEMENT_PX)].sum() / max(w[found].sum(), 1e-9))
 
 
@@ -162,13 +165,20 @@ def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alon
         return "refused", f"the best pose lies {best.prior_sigma:.1f} sigma from the prior, which contradicts it"
     if rivals:
         return "ambiguous", f"{len(rivals) + 1} distinct poses explain the pictures about equally well"
-    if sd_mm > MAX_TRANSLATION_MM or sd_rad > MAX_ROTATION:
+    one = len(cameras) == 1
+    most_mm = MAX_TRANSLATION_MM_ALONE if one else MAX_TRANSLATION_MM
+    most_rad = MAX_ROTATION_ALONE if one else MAX_ROTATION
+    if sd_mm > most_mm or sd_rad > most_rad:
         return "refused", (
-            f"what is seen fixes the pose only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma)"
+            f"what is seen fixes the pose only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma; "
+            f"{most_mm:g} mm and {np.degrees(most_rad):.2g} degrees needed)"
         )
     sigmas = apart(alone)
     if sigmas > MAX_APART_SIGMA:
         return "refused", f"the cameras solved apart disagree by {sigmas:.0f} sigma"
+    silent = int(best.refined.silent.sum())
+    elsewhere = f"; {silent} of the model's bodies not where the model says, and not trusted" if silent else ""
     return "accepted", (
         f"{share:.0%} of the expected edge evidence found, no rival pose, {best.prior_sigma:.1f} sigma from the prior"
+        + elsewhere
     )

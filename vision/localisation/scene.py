@@ -29,6 +29,7 @@ class Scene:
     along arcs, the unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of
     an arc stand together.  An arc with one face only (an open mesh) repeats its normal.
     arc_occurrence (a,): the occurrence of each arc.
+    surface_body (s,), arc_body (a,): which connected body each belongs to, counted from 0: what is rigid for sure.
     inspected (o,): which occurrences are the reference for the pose; all of them occlude.
     """
 
@@ -44,7 +45,18 @@ class Scene:
     sample_arc: Ints
     sample_length: Floats
     arc_occurrence: Ints
+    surface_body: Ints
+    arc_body: Ints
     inspected: Bools
+
+    @cached_property
+    def body_of_arc(self) -> Ints:
+        """Bodies of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
+        return np.concatenate([self.arc_body, self.surface_body])
+
+    @property
+    def body_count(self) -> int:
+        return int(self.body_of_arc.max(initial=-1)) + 1
 
     @cached_property
     def sample_smooth(self) -> Bools:

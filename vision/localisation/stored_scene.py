@@ -65,6 +65,7 @@ def scene_from_store(
         if shape in arcs_of:
             arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
     mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
+    surface_body, arc_body = _bodies(mesh, arc)
     scene = Scene(
         vertices=mesh["vertices"],
         vertex_normals=mesh["normals"],
@@ -78,6 +79,8 @@ def scene_from_store(
         sample_arc=arc["sample_arc"],
         sample_length=arc["length"],
         arc_occurrence=arc["arc_occurrence"],
+        surface_body=surface_body,
+        arc_body=arc_body,
         inspected=inspected,
     )
     return StoredScene(
@@ -136,8 +139,34 @@ def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
         "length": _lengths(flat["points"], sample_arc),
         "parameter": np.concatenate(rows["parameters"].tolist()).astype(float),
         "arc_no": rows["arc_no"].astype(np.int64),
+        "arc_surfaces": np.stack([_or_none(rows[side]) for side in ("surface_a", "surface_b")], axis=1),
         "arc_occurrence": np.full(len(count), occurrence),
     }
+
+
+def _or_none(numbers: NDArray[Any]) -> Ints:
+    """Whole numbers, -1 for NULL."""
+    return np.array([-1 if n is None or n != n else int(n) for n in numbers.tolist()], np.int64)
+
+
+def _bodies(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:
+    """The connected body of each surface and of each arc: surfaces that arcs join are one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    surfaces, arcs = len(mesh["surface_no"]), len(arc["arc_no"])
+    # Surfaces by (occurrence, number): arcs name them so.
+    names = np.stack([mesh["surface_occurrence"], mesh["surface_no"]], axis=1)
+    joined = np.stack([np.repeat(arc["arc_occurrence"], 2), arc["arc_surfaces"].ravel()], axis=1)
+    _, number = np.unique(np.concatenate([names, joined]), axis=0, return_inverse=True)
+    number = number.ravel()
+    count = int(number.max(initial=-1)) + 1
+    link = joined[:, 1] >= 0
+    ends = count + np.repeat(np.arange(arcs), 2)[link], number[surfaces:][link]
+    graph = coo_matrix((np.ones(int(link.sum())), ends), shape=(count + arcs, count + arcs))
+    component = connected_components(graph, directed=False)[1]
+    body = np.unique(np.concatenate([component[number[:surfaces]], component[count:]]), return_inverse=True)[1]
+    return body[:surfaces].astype(np.int64), body[surfaces:].astype(np.int64)
 
 
 def _lengths(points: NDArray[Any], arc: Ints) -> NDArray[Any]:

@@ -67,6 +67,8 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
         np.concatenate(arcs),
         np.concatenate(lengths),
         arc_occurrence=np.repeat(np.arange(len(boxes)), 12),
+        surface_body=np.repeat(np.arange(len(boxes)), 6),
+        arc_body=np.repeat(np.arange(len(boxes)), 12),
         inspected=np.ones(len(boxes), bool),
     )
 
@@ -139,6 +141,7 @@ def bulkhead(folder: Path) -> Scene:
     pose = np.array(truth["T_world_part"])
     number = {name: i for i, name in enumerate(model["components"])}
     surface_occurrence = np.array([number[f["component"]] for f in model["faces"]])
+    arc_occurrence = surface_occurrence[[e["faces"][0] for e in model["edges"]]]
     arc = mesh["EI"].astype(np.int64)
     point = mesh["EP"].astype(float)
     inner = arc[1:] == arc[:-1]
@@ -165,7 +168,9 @@ def bulkhead(folder: Path) -> Scene:
         turned(mesh["EN2"])[keep],
         arc[keep],
         length[keep],
-        surface_occurrence[[e["faces"][0] for e in model["edges"]]],
+        arc_occurrence,
+        surface_occurrence,
+        arc_occurrence,
         np.ones(len(number), bool),
     )
 

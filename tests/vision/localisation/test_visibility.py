@@ -64,7 +64,7 @@ def test_silhouette_of_a_cylinder() -> None:
     none, empty = np.zeros((0, 3)), np.zeros(0, np.int64)
     scene = Scene(
         vertices, np.concatenate([ring, ring]), triangles, np.zeros(len(triangles), np.int64), np.zeros(1, np.int64),
-        none, none, none, none, empty, np.zeros(0), empty, np.ones(1, bool),
+        none, none, none, none, empty, np.zeros(0), empty, np.zeros(1, np.int64), empty, np.ones(1, bool),
     )  # fmt: skip
     eye = np.array([200.0, 0, 50])
     s = silhouettes(scene, eye)
