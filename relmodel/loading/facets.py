@@ -1,4 +1,4 @@
-"""Triangles to surfaces and arcs: flat regions become planes, smooth ones facets, sharp and open edges chains of arcs.
+"""Triangles to surfaces and arcs: regions become surfaces (`regions.py`, `fitted.py`), the edges between them arcs.
 
 Everything is said to be fitted: a mesh only tells of points on the surfaces that it came from.
 """
@@ -8,11 +8,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.loading.chains import Chains, chain_edges
-from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
 from relmodel.loading.fitted import surface_rows
-from relmodel.loading.fitted_arcs import fit_arcs
-from relmodel.loading.regions import Edges, components, cut_regions, find_edges, weld
+from relmodel.loading.fitted_arcs import FittedArcs, fit_arcs
+from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
+from relmodel.loading.regions import FREE_RAD, Edges, Regions, components, cut_regions, find_edges, weld
 from relmodel.store import Ragged
 
 Floats = npt.NDArray[np.float64]
@@ -51,7 +52,10 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
     border = np.flatnonzero(region_a != region_b)
     chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
-    arcs, splines = _arcs(vertices, chains, edges, border, region_a, region_b, tolerance)
+    start = np.concatenate([chains.offsets[:-1] + np.arange(chains.count), [len(chains.vertices)]]).astype(np.int64)
+    fitted = fit_arcs(vertices[chains.vertices], start, tolerance)
+    normal_a, normal_b = _side_normals(vertices, triangles, chains, edges, border, normals)
+    arcs, splines = _arcs(vertices, chains, fitted, edges, border, normal_a, normal_b, regions)
     loops, coedges = _loops(vertices, chains, arcs, surfaces)
     return Shape(
         kind="mesh",
@@ -69,7 +73,7 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
         basis_surfaces={},
         basis_surface_splines={},
         mesh=_mesh(vertices, triangles, region, normals),
-        samples=_samples(vertices, chains, edges, border, normals),
+        samples=_samples(vertices, chains, fitted, normal_a, normal_b),
     )
 
 
@@ -87,78 +91,85 @@ def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> M
 
 
 def _arcs(
-    vertices: Floats, chains: Chains, edges: Edges, border: Ints, region_a: Ints, region_b: Ints, tolerance: float
+    vertices: Floats,
+    chains: Chains,
+    fitted: FittedArcs,
+    edges: Edges,
+    border: Ints,
+    normal_a: Floats,
+    normal_b: Floats,
+    regions: Regions,
 ) -> tuple[Table, Table]:
-    """Rows of the chains: lines where straight, polylines where not."""
+    """Rows of the chains: lines, circles, ellipses, and polylines where none of them."""
     n = chains.count
     if n == 0:
         return {}, {}
     points = vertices[chains.vertices]
     start, last = chains.offsets[:-1] + np.arange(n), chains.offsets[1:] + np.arange(n)
-    which = np.repeat(np.arange(n), np.diff(chains.offsets) + 1)
     begin, end = points[start], points[last]
-    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    step = step[which[1:] == which[:-1]]
-    length = np.add.reduceat(step, chains.offsets[:-1])
-    chord = end - begin
-    direction = chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-300)
-    arm = points - begin[which]
-    away = np.linalg.norm(arm - np.sum(arm * direction[which], axis=1, keepdims=True) * direction[which], axis=1)
-    residual = np.maximum.reduceat(away, start)
-    line = (residual <= tolerance) & (np.linalg.norm(chord, axis=1) > 0.5 * length)
-    length = np.where(line, np.linalg.norm(chord, axis=1), length)
-    kind = np.where(line, "line", "polyline")
+    kind = fitted.kind
 
     halfway = (chains.offsets[:-1] + chains.offsets[1:] - 1) // 2
     middle, turned = border[chains.edges[halfway]], chains.turned[halfway]
-    angle = edges.angle[middle]
+    region = np.append(regions.of_triangle, -1)
+    surface_a, surface_b = region[edges.triangle_a[middle]], region[edges.triangle_b[middle]]
+    # The angle between the fitted surfaces, halfway; between facets it is that of the facets.
+    place = halfway + np.arange(n)
+    along = points[place + 1] - points[place]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    na, nb = normal_a[halfway].mean(axis=1), normal_b[halfway].mean(axis=1)
+    angle = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
+    loose = (regions.kind[surface_a] == "facets") | (regions.kind[surface_b] == "facets")
+    angle = np.where((surface_b < 0) | loose, edges.angle[middle], angle)
     convexity = np.select(
-        [region_b[middle] < 0, np.abs(angle) < CONVEXITY_RAD, angle > 0],
+        [surface_b < 0, np.abs(angle) < np.where(loose, FREE_RAD, CONVEXITY_RAD), angle > 0],
         ["free", "smooth", "convex"],
         "concave",
     )
     arcs: Table = {
         "kind": kind,
         "recognised_kind": kind,
-        **{f"origin_{c}": np.where(line, begin[:, i], np.nan) for i, c in enumerate("xyz")},
-        **{f"axis_x_{c}": np.where(line, direction[:, i], np.nan) for i, c in enumerate("xyz")},
-        **{f"axis_z_{c}": np.full(n, np.nan) for c in "xyz"},
-        "radius": np.full(n, np.nan),
-        "radius2": np.full(n, np.nan),
-        "t0": np.zeros(n),
-        "t1": length,
+        **vector_columns("origin", fitted.origin),
+        **vector_columns("axis_x", fitted.axis_x),
+        **vector_columns("axis_z", fitted.axis_z),
+        "radius": fitted.radius,
+        "radius2": fitted.radius2,
+        "t0": fitted.parameter[start],
+        "t1": fitted.parameter[last],
         **{f"start_{c}": begin[:, i] for i, c in enumerate("xyz")},
         **{f"end_{c}": end[:, i] for i, c in enumerate("xyz")},
-        "length": length,
-        **{f"{c}0": np.minimum.reduceat(points[:, i], start) for i, c in enumerate("xyz")},
-        **{f"{c}1": np.maximum.reduceat(points[:, i], start) for i, c in enumerate("xyz")},
         "provenance": ["fitted"] * n,
-        "residual": np.where(line, residual, 0.0),
-        "surface_a": np.where(turned, region_b[middle], region_a[middle]),
-        "surface_b": np.where(turned, region_a[middle], region_b[middle]),
+        "residual": fitted.residual,
+        "surface_a": np.where(turned, surface_b, surface_a),
+        "surface_b": np.where(turned, surface_a, surface_b),
         "convexity": convexity,
         "angle": angle,
     }
-    curved = np.flatnonzero(~line)
-    place = np.concatenate([[0.0], np.cumsum(step)])
+    free = np.flatnonzero(kind == "polyline")
     knots, poles = [], []
-    for i in curved.tolist():
-        a, b = int(chains.offsets[i]), int(chains.offsets[i + 1])
-        knots.append(place[a : b + 1] - place[a])
-        poles.append(points[a + i : b + i + 1])
-    if not len(curved):
-        return arcs, {}
+    for i in free.tolist():
+        a, b = int(start[i]), int(last[i]) + 1
+        knots.append(fitted.parameter[a:b])
+        poles.append(points[a:b])
     splines: Table = {
-        "arc_no": curved,
-        "degree": np.ones(len(curved), np.int64),
-        "periodic": np.zeros(len(curved), bool),
-        "rational": np.zeros(len(curved), bool),
+        "arc_no": free,
+        "degree": np.ones(len(free), np.int64),
+        "periodic": np.zeros(len(free), bool),
+        "rational": np.zeros(len(free), bool),
         "knots": Ragged.pack(knots),
         "multiplicities": Ragged.pack([np.r_[2, np.ones(len(k) - 2), 2] for k in knots], np.int32),
         "poles": Ragged.pack(poles),
-        "weights": Ragged.pack([None] * len(curved)),
+        "weights": Ragged.pack([None] * len(free)),
     }
-    return arcs, splines
+    length = fitted.parameter[last]
+    low, high = np.minimum.reduceat(points, start), np.maximum.reduceat(points, start)
+    known = np.flatnonzero(kind != "polyline")
+    curves = Curves({name: np.asarray(column)[known] for name, column in arcs.items()}, {})
+    length[known] = curves.lengths()
+    box = np.concatenate([low, high], axis=1)
+    box[known] = curves.boxes()
+    arcs |= {"length": length, **box_columns(box)}
+    return arcs, splines if len(free) else {}
 
 
 def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
@@ -237,13 +248,30 @@ def _follow(loop: Ints, tail: Ints, head: Ints) -> Ints:
     return np.array(out, dtype=np.int64)
 
 
-def _samples(vertices: Floats, chains: Chains, edges: Edges, border: Ints, normals: Floats) -> ArcSamples:
+def _side_normals(
+    vertices: Floats, triangles: Ints, chains: Chains, edges: Edges, border: Ints, normals: Floats
+) -> tuple[Floats, Floats]:
+    """Normals of the surfaces to the left and to the right of each edge of the chains at its two ends (n, 2, 3)."""
+    which = np.repeat(np.arange(chains.count), np.diff(chains.offsets))
+    first = np.arange(len(which)) + which
+    ends = np.stack([chains.vertices[first], chains.vertices[first + 1]], axis=1)
+    source = border[chains.edges]
+    out = []
+    for turned in (chains.turned, ~chains.turned):
+        triangle = np.where(turned, edges.triangle_b[source], edges.triangle_a[source])
+        corner = np.argmax(triangles[triangle][:, None, :] == ends[:, :, None], axis=2)
+        out.append(np.where((triangle >= 0)[:, None, None], normals[triangle[:, None], corner], np.nan))
+    left, right = out
+    return np.where(np.isnan(left), right, left), np.where(np.isnan(right), left, right)
+
+
+def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Floats, normal_b: Floats) -> ArcSamples:
     """Points along the chains, a millimetre or, on a small part, less apart, with the normals on both sides."""
     n = chains.count
+    points = vertices[chains.vertices]
     which = np.repeat(np.arange(n), np.diff(chains.offsets))
-    first = chains.vertices[np.arange(len(which)) + which]
-    second = chains.vertices[np.arange(len(which)) + which + 1]
-    vector = vertices[second] - vertices[first]
+    first = np.arange(len(which)) + which
+    vector = points[first + 1] - points[first]
     step = np.linalg.norm(vector, axis=1)
     length = np.add.reduceat(step, chains.offsets[:-1]) if n else np.empty(0)
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -256,22 +284,26 @@ def _samples(vertices: Floats, chains: Chains, edges: Edges, border: Ints, norma
     base = place[chains.offsets[:-1]][chain]
     edge = np.searchsorted(place, base + t, side="right") - 1
     edge = np.clip(edge, chains.offsets[:-1][chain], chains.offsets[1:][chain] - 1)
+    share = ((base + t - place[edge]) / step[edge])[:, None]
+    at = points[first[edge]] + share * vector[edge]
     tangent = vector[edge] / step[edge, None]
-    points = vertices[first[edge]] + (base + t - place[edge])[:, None] * tangent
-    face = normals.mean(axis=1)
-    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-300)
-    source = border[chains.edges[edge]]
-    turned = chains.turned[edge]
-    left = np.where(turned, edges.triangle_b[source], edges.triangle_a[source])
-    right = np.where(turned, edges.triangle_a[source], edges.triangle_b[source])
-    normal_a = face[left]
-    normal_b = np.where((right >= 0)[:, None], face[right], normal_a)
+    parameter = fitted.parameter[first[edge]]
+    parameter = parameter + share[:, 0] * (fitted.parameter[first[edge] + 1] - parameter)
+    known = np.flatnonzero(np.isin(fitted.kind, ("circle", "ellipse"))[chain])
+    if len(known):
+        columns = {"kind": fitted.kind, "radius": fitted.radius, "radius2": fitted.radius2}
+        columns |= vector_columns("origin", fitted.origin) | vector_columns("axis_x", fitted.axis_x)
+        columns |= vector_columns("axis_z", fitted.axis_z) | {"t0": fitted.radius, "t1": fitted.radius}
+        at[known], by = Curves(columns, {}).evaluate(chain[known], parameter[known])
+        tangent[known] = by / np.linalg.norm(by, axis=1, keepdims=True)
+    sides = [(1 - share) * side[edge, 0] + share * side[edge, 1] for side in (normal_a, normal_b)]
+    sides = [side / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300) for side in sides]
     packed = 3 * offsets
     return ArcSamples(
         arc_no=np.arange(n),
-        parameters=Ragged(t, offsets),
-        points=Ragged(points.ravel(), packed),
+        parameters=Ragged(parameter, offsets),
+        points=Ragged(at.ravel(), packed),
         tangents=Ragged(tangent.astype(np.float32).ravel(), packed),
-        normals_a=Ragged(normal_a.astype(np.float32).ravel(), packed),
-        normals_b=Ragged(normal_b.astype(np.float32).ravel(), packed),
+        normals_a=Ragged(sides[0].astype(np.float32).ravel(), packed),
+        normals_b=Ragged(sides[1].astype(np.float32).ravel(), packed),
     )

@@ -142,7 +142,10 @@ def _aligned(
     axis = axis.copy()
     main = np.concatenate([np.eye(3), -np.eye(3)])
     plane = kind == "plane"
-    for at, others in ((~np.isin(kind, ("facets", "sphere")), main), (np.isin(kind, ("cylinder", "cone", "torus")), None)):
+    for at, others in (
+        (~np.isin(kind, ("facets", "sphere")), main),
+        (np.isin(kind, ("cylinder", "cone", "torus")), None),
+    ):
         if others is None:
             big = axis[plane & (reach > np.median(reach))] if plane.any() else axis[:0]
             if len(big) == 0:
@@ -168,7 +171,7 @@ def _interval(angle: Floats, region: Ints, count: int) -> tuple[Floats, Floats, 
     gap = np.empty(len(a))
     gap[:-1] = a[1:] - a[:-1]
     gap[last] = a[first] + 2 * np.pi - a[last]
-    gap = np.nan_to_num(gap)
+    gap = np.where(np.isnan(gap), 0.0, gap)
     widest = np.lexsort((-gap, o))[first]  # the first row of each region in this order
     begin = a[np.where(widest == last, first, np.minimum(widest + 1, len(a) - 1))]
     extent = 2 * np.pi - gap[widest]
@@ -187,6 +190,7 @@ def _mean_normals(vertices: Floats, triangles: Ints, region: Ints) -> Floats:
     key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
     _, inverse = np.unique(key, return_inverse=True)
     spread = np.repeat(area_normals(vertices, triangles), 3, axis=0)
-    mean = np.stack([np.bincount(inverse.ravel(), spread[:, i]) for i in range(3)], axis=1)[inverse.ravel()]
+    total: Floats = np.stack([np.bincount(inverse.ravel(), spread[:, i]) for i in range(3)], axis=1).astype(float)
+    mean = total[inverse.ravel()]
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     return np.asarray(mean.reshape(-1, 3, 3), float)

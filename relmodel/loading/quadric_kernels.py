@@ -382,8 +382,18 @@ def start(kind: int, points: Any, middles: Any, normals: Any, direction: Any) ->
 
 
 @njit(cache=True, nogil=True)
-def _points_of(patches: Any, count: int, patch_start: Any, patch_triangle: Any, triangles: Any, vertices: Any,
-               slim: Any, mark: Any, stamp: int, most: int) -> Any:
+def _points_of(
+    patches: Any,
+    count: int,
+    patch_start: Any,
+    patch_triangle: Any,
+    triangles: Any,
+    vertices: Any,
+    slim: Any,
+    mark: Any,
+    stamp: int,
+    most: int,
+) -> Any:
     """Distinct vertices of patches; evenly thinned to about `most`."""
     n = 0
     for i in range(count):
@@ -405,8 +415,20 @@ def _points_of(patches: Any, count: int, patch_start: Any, patch_triangle: Any, 
 
 
 @njit(cache=True, nogil=True)
-def _fits_patch(kind: int, s: Any, side: float, patch: int, patch_start: Any, patch_triangle: Any, triangles: Any,
-                vertices: Any, normals: Any, slim: Any, tolerance: float, least_cosine: float) -> bool:
+def _fits_patch(
+    kind: int,
+    s: Any,
+    side: float,
+    patch: int,
+    patch_start: Any,
+    patch_triangle: Any,
+    triangles: Any,
+    vertices: Any,
+    normals: Any,
+    slim: Any,
+    tolerance: float,
+    least_cosine: float,
+) -> bool:
     """Whether all triangles of a patch lie on a surface: their vertices, and their normals about its own."""
     alone = True
     for j in range(patch_start[patch], patch_start[patch + 1]):
@@ -430,8 +452,9 @@ def _fits_patch(kind: int, s: Any, side: float, patch: int, patch_start: Any, pa
 
 
 @njit(cache=True, nogil=True)
-def _gap(kind: int, s: Any, patches: Any, count: int, patch_start: Any, patch_triangle: Any, triangles: Any,
-         vertices: Any) -> float:
+def _gap(
+    kind: int, s: Any, patches: Any, count: int, patch_start: Any, patch_triangle: Any, triangles: Any, vertices: Any
+) -> float:
     """Mean distance of the middles of triangles from a surface through their corners.
 
     The vertices of a tessellated cylinder or cone may lie on two rims, which a sphere and many tori hold as well: but
@@ -522,7 +545,9 @@ def grow_surfaces(
                         q = next_patch[e]
                         if seen[q] == stamp or not next_smooth[e] or owner[q] >= 0 or size > _MOST_PATCHES:
                             continue
-                        if (around or next_length[e] >= _ACROSS * longest) and width[seed] / wide < width[q] < wide * width[seed]:
+                        if (around or next_length[e] >= _ACROSS * longest) and width[seed] / wide < width[
+                            q
+                        ] < wide * width[seed]:
                             seen[q] = stamp
                             core[size] = q
                             size += 1
@@ -622,8 +647,9 @@ def _axes_around(
 
 
 @njit(cache=True, nogil=True)
-def _side(kind: int, s: Any, patch: int, patch_start: Any, patch_triangle: Any, triangles: Any, vertices: Any,
-          normals: Any) -> float:
+def _side(
+    kind: int, s: Any, patch: int, patch_start: Any, patch_triangle: Any, triangles: Any, vertices: Any, normals: Any
+) -> float:
     """1 where a patch faces away from the inside of a surface, -1 where towards it."""
     t = patch_triangle[patch_start[patch]]
     middle = (vertices[triangles[t, 0]] + vertices[triangles[t, 1]] + vertices[triangles[t, 2]]) / 3

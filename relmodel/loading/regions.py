@@ -14,7 +14,7 @@ Bools = npt.NDArray[np.bool_]
 FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
 SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
-_FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
+FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
 _LITTLE_RAD = np.radians(30)
 _FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
 _WEAK_RIM = 0.6  # the same, of a free-form or another such surface
@@ -162,16 +162,19 @@ def _patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) 
     planar = mean_planes(vertices, triangles, patch)[0] <= tolerance
     count = len(planar)
 
-    area = np.bincount(patch, double / 2, minlength=count)
+    area: Floats = np.bincount(patch, double / 2, minlength=count).astype(float)
     ends_a, ends_b = patch[edges.triangle_a], np.where(edges.triangle_b >= 0, patch[edges.triangle_b], -1)
     rim = np.linalg.norm(np.diff(vertices[edges.ends], axis=1)[:, 0], axis=1)
     rim = np.where(ends_a != ends_b, rim, 0.0)
     perimeter = np.bincount(ends_a, rim, minlength=count)
     perimeter += np.bincount(ends_b[inner], rim[inner], minlength=count)
     crease = patch[a] != patch[b]
-    one, two = np.concatenate([patch[a[crease]], patch[b[crease]]]), np.concatenate([patch[b[crease]], patch[a[crease]]])
+    one, two = (
+        np.concatenate([patch[a[crease]], patch[b[crease]]]),
+        np.concatenate([patch[b[crease]], patch[a[crease]]]),
+    )
     key, inverse = np.unique(one * np.int64(count) + two, return_inverse=True)
-    total = np.bincount(inverse, np.tile(length[crease], 2), minlength=len(key))
+    total: Floats = np.bincount(inverse, np.tile(length[crease], 2), minlength=len(key)).astype(float)
     bent = np.bincount(inverse, np.tile(length[crease] * angle[crease], 2), minlength=len(key))
     return _Patches(
         patch,
@@ -198,9 +201,7 @@ def slim(vertices: Floats, triangles: Ints) -> Bools:
     return np.asarray(height < 10 * rounding(vertices))
 
 
-def _curved(
-    vertices: Floats, triangles: Ints, patches: _Patches, tolerance: float
-) -> tuple[Ints, Ints, Floats]:
+def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: float) -> tuple[Ints, Ints, Floats]:
     """Owner of each patch (-1 none) among the curved surfaces, their kinds (index into KINDS) and numbers."""
     from relmodel.loading import quadric_kernels
 
@@ -247,7 +248,7 @@ def _turn(vertices: Floats, triangles: Ints, owner: Ints) -> Floats:
         return np.zeros(0)
     normal = area_normals(vertices, triangles)[owner >= 0]
     owner = owner[owner >= 0]
-    mean = np.stack([np.bincount(owner, normal[:, i], minlength=count) for i in range(3)], axis=1)
+    mean: Floats = np.stack([np.bincount(owner, normal[:, i], minlength=count) for i in range(3)], axis=1).astype(float)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     out = np.zeros(count)
@@ -267,7 +268,7 @@ def _without_weak(patches: _Patches, owner: Ints, kind: Ints, turn: Floats) -> I
         rim = np.bincount(owner[a[border]], patches.length[border], minlength=count)
         poor = (size <= np.array(_FEW)[kind]) | (turn[:count] < _LITTLE_RAD)
         # Free-form are patches without owner that bend into two others; a plane between fillets is none.
-        bend = patches.angle < _FREE_RAD
+        bend = patches.angle < FREE_RAD
         bends = np.bincount(a[bend & (owner[a] < 0) & (owner[b] < 0)], minlength=len(owner))
         free = (owner < 0) & (bends >= 2)
         weak = (owner >= 0) & poor[owner]
@@ -282,9 +283,7 @@ def _without_weak(patches: _Patches, owner: Ints, kind: Ints, turn: Floats) -> I
     return owner
 
 
-def _rest(
-    vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, tolerance: float
-) -> tuple[Ints, Bools]:
+def _rest(vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, tolerance: float) -> tuple[Ints, Bools]:
     """Owner of each patch, now of all, and which patches are planes.
 
     What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
@@ -307,7 +306,7 @@ def _rest(
     flat = np.ones(len(area), bool)
     np.logical_and.at(flat, sheet, patches.flat & (owner < 0))
 
-    bend = open_ & (patches.angle < _FREE_RAD) & ~inside
+    bend = open_ & (patches.angle < FREE_RAD) & ~inside
     one, two = sheet[a[bend]], sheet[b[bend]]
     group = components(len(area), one, two)
     size = np.bincount(group)[group]
