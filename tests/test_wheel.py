@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -42,6 +44,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def run(program: Path, *arguments: str, folder: Path) -> str:
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "RELMODEL"))}
+    environment["XDG_CACHE_HOME"] = str(folder)  # where kernels are cached whose own folder cannot be written
     done = subprocess.run([program, *arguments], cwd=folder, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -55,6 +58,8 @@ def test_wheel_carries_data_and_two_packages_only(wheel: Path) -> None:
         assert here
         assert {f"relmodel/data/{name}" for name in here} <= set(names)
     assert "relmodel/data/migrations/env.py" in names
+    demo = {path.name for path in (CHECKOUT / "examples" / "demo").iterdir()}
+    assert {f"relmodel/data/demo/{name}" for name in demo} <= set(names)
 
 
 def test_installed_wheel_is_not_the_checkout(installed: Path, tmp_path: Path) -> None:
@@ -70,3 +75,20 @@ def test_installed_wheel_runs(installed: Path, tmp_path: Path) -> None:
     assert "occurrence" in run(installed, "schema", "--store", "a.duckdb", folder=tmp_path)
     run(installed, "check", "--store", "a.duckdb", folder=tmp_path)
     run(installed, "migrate", "--store", "a.duckdb", folder=tmp_path)
+
+
+def test_installed_wheel_runs_the_demonstration(installed: Path, tmp_path: Path) -> None:
+    """In an empty folder, with the packages where nothing can be written: kernels are then cached elsewhere or not."""
+    packages = Path(run(installed.with_name("python"), "-c", "import vision; print(vision.__file__)", folder=tmp_path))
+    folders = [path for name in ("vision", "relmodel") for path in (packages.parents[1] / name).rglob("__pycache__")]
+    for folder in folders:
+        shutil.rmtree(folder)
+        folder.write_text("")  # a file in the place of the folder stops root too, whom permissions do not
+    said = run(installed, "demo", folder=tmp_path)
+    assert "verdict   accepted" in said
+    off = re.search(r"pose +([\d.]+) mm and ([\d.]+) degrees", said)
+    assert off
+    assert float(off[1]) < 1
+    assert float(off[2]) < 0.1
+    assert (tmp_path / "demo" / "pair_00_overlay.png").stat().st_size > 10_000
+    run(installed, "check", "--store", "demo/cell.duckdb", folder=tmp_path)

@@ -13,6 +13,8 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from relmodel.errors import StoreError
+
 if TYPE_CHECKING:
     from relmodel.store.database import Database
 
@@ -36,16 +38,21 @@ def journal_file(store: Database) -> Path | None:
 
 
 def record(store: Database, relation: str, run_id: int, ordinal: int) -> None:
-    """Append a commit to the side file and bring it to disk."""
+    """Append a commit to the side file and bring it to disk.  Raises StoreError where that fails."""
     file = journal_file(store)
     if file is None:
         return
-    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
     try:
-        os.write(descriptor, f"{relation} {run_id} {ordinal}\n".encode())
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        try:
+            os.write(descriptor, f"{relation} {run_id} {ordinal}\n".encode())
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+    except OSError as error:
+        raise StoreError(
+            f"the journal {file} cannot be written ({error.strerror}): see to its permissions and the room on the disk"
+        ) from error
 
 
 def forget(store: Database) -> None:

@@ -114,7 +114,7 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
         raise InputError(f"the world file {path} cannot be read: {error.strerror}") from error
     try:
         data = yaml.load(raw.decode(), Loader)
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""
         raise InputError(f"the world file {path} is no YAML{at}: correct it there") from error

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
+import json
 import shutil
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -74,3 +77,31 @@ def bulkhead_template(
     shutil.copy(duckdb_template, file)
     fill_store(str(file))
     return file
+
+
+def inspected(store: str, *options: str) -> dict[str, Any]:
+    """What `relmodel inspect` answers as JSON."""
+    said = io.StringIO()
+    with redirect_stdout(said):
+        status = main(["inspect", *options, "--store", store, "--format", "json"])
+    answer: dict[str, Any] = json.loads(said.getvalue())
+    assert status == (0 if answer["verdict"] == "accepted" else 1)
+    return answer
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """A store in which the pair was inspected, the answer, and the overlay that was drawn."""
+
+    store: str
+    answer: dict[str, Any]
+    overlay: Path
+
+
+@pytest.fixture(scope="session")
+def inspection(bulkhead_template: Path, pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Inspection:
+    """One inspection for all tests that ask what it left; some inspect again in its store."""
+    folder = tmp_path_factory.mktemp("inspected")
+    store, overlay = str(folder / "cell.duckdb"), folder / "overlay.png"
+    shutil.copy(bulkhead_template, store)
+    return Inspection(store, inspected(store, *pair.options(overlay=overlay)), overlay)

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
-import shutil
 from collections.abc import Callable
-from contextlib import redirect_stdout
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +12,7 @@ import sqlalchemy as sa
 
 from relmodel.cli.main import main
 from relmodel.store import Store
-from tests.cli.conftest import DEMO, Pair
+from tests.cli.conftest import DEMO, Inspection, Pair, inspected
 from vision.demonstration import pose_error, read_truth
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
@@ -65,30 +61,14 @@ COMPARED = (
 )
 
 
-def inspected(store: str, *options: str) -> dict[str, Any]:
-    said = io.StringIO()
-    with redirect_stdout(said):
-        status = main(["inspect", *options, "--store", store, "--format", "json"])
-    answer: dict[str, Any] = json.loads(said.getvalue())
-    assert status == (0 if answer["verdict"] == "accepted" else 1)
-    return answer
+@pytest.fixture(scope="module")
+def store(inspection: Inspection) -> str:
+    return inspection.store
 
 
 @pytest.fixture(scope="module")
-def store(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    file = tmp_path_factory.mktemp("inspected") / "cell.duckdb"
-    shutil.copy(bulkhead_template, file)
-    return str(file)
-
-
-@pytest.fixture(scope="module")
-def overlay(store: str) -> Path:
-    return Path(store).with_name("overlay.png")
-
-
-@pytest.fixture(scope="module")
-def answer(store: str, pair: Pair, overlay: Path) -> dict[str, Any]:
-    return inspected(store, *pair.options(overlay=overlay))
+def answer(inspection: Inspection) -> dict[str, Any]:
+    return inspection.answer
 
 
 def test_pose_is_the_truth(answer: dict[str, Any], pair: Pair) -> None:
@@ -131,7 +111,7 @@ def test_parts_in_view_are_those_of_the_truth(answer: dict[str, Any]) -> None:
             assert found[f"bulkhead/{part['path']}"] == pytest.approx(seen / alone, abs=0.05)
 
 
-def test_every_step_has_its_rows(answer: dict[str, Any], store: str, overlay: Path) -> None:
+def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection: Inspection) -> None:
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
         for name in WRITTEN:
             assert connection.execute(sa.select(sa.func.count()).select_from(opened.table(name))).scalar(), name
@@ -139,7 +119,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, overlay: Pa
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
     assert said == list(answer["timings_s"])
-    assert overlay.stat().st_size > 10_000
+    assert inspection.overlay.stat().st_size > 10_000
 
 
 def test_sql_answers_what_was_matched_and_what_was_not(

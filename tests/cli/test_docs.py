@@ -1,0 +1,103 @@
+"""What the documentation tells a person to type is taken by the program, and the README's commands run."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from relmodel.cli.main import VERBS, main, parser
+from tests.cli.conftest import Inspection
+
+CHECKOUT = Path(__file__).parents[2]
+PAGES = sorted([CHECKOUT / "README.md", CHECKOUT / "examples/README.md", *(CHECKOUT / "docs").rglob("*.md")])
+TARGETS = re.findall(r"^([a-z]+):", (CHECKOUT / "Makefile").read_text(), re.MULTILINE)
+
+_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_INDENTED = re.compile(r"(?:^ {4}.*\n)+", re.MULTILINE)
+_INLINE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
+
+
+def shell_blocks(page: str) -> list[str]:
+    """The blocks marked sh."""
+    return [block for language, block in _BLOCK.findall(page) if language == "sh"]
+
+
+def commands(block: str) -> list[list[str]]:
+    """Words of each command of a block: comments gone, lines that end in a backslash joined."""
+    lines = block.replace("\\\n", " ").splitlines()
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def typed(page: str) -> list[list[str]]:
+    """Every command of a page that begins with relmodel or make: in blocks, in indented lines, and in the text where it
+    has options or arguments."""
+    rest = _BLOCK.sub("", page)
+    found = [words for block in shell_blocks(page) for words in commands(block)]
+    for block in _INDENTED.findall(rest):
+        if re.search(r"^ {4}(relmodel|make) ", block, re.MULTILINE):
+            found += commands(block)
+    inline = [shlex.split(text) for text in _INLINE.findall(rest) if re.match(r"(relmodel \w+ \S|make \w)", text)]
+    return [words for words in found + inline if words[0] in ("relmodel", "make")]
+
+
+def check(words: list[str]) -> None:
+    """Fails where the program, or the Makefile, would not take the command."""
+    if words[0] == "make":
+        assert set(words[1:]) <= set(TARGETS), words
+    elif "--help" not in words:
+        try:
+            parser().parse_args(words[1:])
+        except SystemExit:
+            pytest.fail(f"the program does not take: {shlex.join(words)}")
+
+
+def test_commands_are_found_as_they_are_written() -> None:
+    page = (
+        "Say `make demo`, `relmodel find --level part`, or `relmodel`.\n\n```sh\n# not run: yours\n"
+        'relmodel load a.step \\\n  --object "a b"  # twice\nls\n```\n\n    make test\n    python x.py\n\n'
+        "```\nrelmodel printed\n```\n"
+    )
+    assert sorted(typed(page)) == [
+        ["make", "demo"],
+        ["make", "test"],
+        ["relmodel", "find", "--level", "part"],
+        ["relmodel", "load", "a.step", "--object", "a b"],
+    ]
+    with pytest.raises(AssertionError):
+        check(["make", "coffee"])
+    with pytest.raises(pytest.fail.Exception):
+        check(["relmodel", "find", "--bocks", "1"])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(CHECKOUT)) for page in PAGES])
+def test_commands_are_taken(page: Path) -> None:
+    for words in typed(page.read_text()):
+        check(words)
+
+
+def test_readme_names_verbs_that_there_are() -> None:
+    named = set(re.findall(r"\brelmodel ([a-z]+) -", "\n".join(page.read_text() for page in PAGES)))
+    assert named <= set(VERBS)
+
+
+def test_readme_runs(
+    inspection: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every block in order, in a folder where the demonstration has left its store; `# not run` keeps a block out."""
+    (tmp_path / "demo").mkdir()
+    for suffix in ("", ".journal"):
+        shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("RELMODEL_STORE", raising=False)
+    blocks = shell_blocks((CHECKOUT / "README.md").read_text())
+    run = [words for block in blocks if not block.startswith("# not run") for words in commands(block)]
+    assert run
+    for words in run:
+        check(words)
+        if words[0] == "relmodel":
+            assert main(words[1:]) == 0, words
+            assert capsys.readouterr().out.strip(), f"{shlex.join(words)} prints nothing"
