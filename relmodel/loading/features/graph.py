@@ -40,7 +40,6 @@ class Surfaces:
     radius2: Floats
     semi_angle: Floats
     concave: Bools
-    loop_count: Ints
     area: Floats
     boxes: Floats
     corner: Floats
@@ -192,7 +191,6 @@ def describe(shape: Shape) -> Surfaces:
     arm = np.where(torus[:, None], arm - ring, arm)
     away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
 
-    loops = np.asarray(shape.loops["surface_no"], np.int64) if shape.loops else np.empty(0, np.int64)
     return Surfaces(
         kind=kind,
         origin=origin,
@@ -201,7 +199,6 @@ def describe(shape: Shape) -> Surfaces:
         radius2=np.asarray(s["radius2"], float),
         semi_angle=np.asarray(s["semi_angle"], float),
         concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
-        loop_count=np.bincount(loops, minlength=n),
         area=np.asarray(s["area"], float),
         boxes=np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1),
         corner=corner,
