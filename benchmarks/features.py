@@ -13,10 +13,10 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generator
 
-from relmodel.loading import step_shape  # noqa: E402
-from relmodel.loading.features import recognise  # noqa: E402
-from tests.loading.feature_scores import score  # noqa: E402
-from tests.loading.parts_generator import generate  # noqa: E402
+from relmodel.loading import step_shape
+from relmodel.loading.features import recognise
+from tests.loading.feature_scores import score
+from tests.loading.parts_generator import generate
 
 PARTS = 216
 

@@ -88,8 +88,8 @@ def test_rows_of_a_box_are_what_its_geometry_says(store_target: str, tmp_path: P
         parallel = sorted(float(str(r["value"])) for r in relations if r["kind"] == "parallel")
         assert parallel == pytest.approx([10, 20, 30])
         assert sum(r["kind"] == "perpendicular" for r in relations) == 12
-        assert {r["level"] for r in rows("shape_box")} == {"surface", "arc"}
-        assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 18
+        assert {r["level"] for r in rows("shape_box")} == {"feature", "surface", "arc"}
+        assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 19
 
 
 def test_a_failure_leaves_only_the_run(store_target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
