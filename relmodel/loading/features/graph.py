@@ -102,6 +102,14 @@ class Boundary:
     sides: dict[int, list[Side]]
     blends: dict[int, float] = field(default_factory=dict)
     chamfers: set[int] = field(default_factory=set)
+    _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
+
+    def extent(self, direction: Floats) -> float:
+        """Extent of the whole shape along a direction."""
+        key = tuple(np.round(direction, 6).tolist())
+        if key not in self._extents:
+            self._extents[key] = float(np.ptp(self.surfaces.corner.reshape(-1, 3) @ direction))
+        return self._extents[key]
 
     def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
         """Convexity of the edge at a side and the surfaces beyond it, as they would be without its blend."""

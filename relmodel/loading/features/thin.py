@@ -185,8 +185,7 @@ def _is_flange(b: Boundary, side: int, foot: int, up: Floats) -> bool:
     """Of the two legs of an angle the flange is the one on the larger, and no small ledge left by a step."""
     s = b.surfaces
     low, high = s.along(side, up)
-    whole = float(np.ptp(s.corner.reshape(-1, 3) @ up))
-    return bool(s.area[foot] > s.area[side] and high - low > _TALL * whole)
+    return bool(s.area[foot] > s.area[side] and high - low > _TALL * b.extent(up))
 
 
 def _tops(b: Boundary, crest: int, up: Floats) -> bool:
