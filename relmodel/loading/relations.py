@@ -3,7 +3,8 @@
 Relations that carry over (coplanar, coaxial, concentric, collinear, equal radius) are found as groups, by directions,
 offsets, axes and radii; each member of a group is related to the next one of it, so that a group of n gives n - 1 rows
 and a recursive query the whole group.  Parallel planes are related to the nearest that they overlap, seen along the
-normal; perpendicular and tangent ones where they are adjacent; parallel lines where they bound one surface.
+normal; perpendicular and tangent ones where they are adjacent; parallel lines where they bound one surface; arcs that
+meet, and whether they do so tangentially, where they end in one point.
 """
 
 from __future__ import annotations
@@ -42,12 +43,16 @@ def surface_relations(shape: Shape) -> Table:
     round_ = known & np.isin(kinds, ["cylinder", "cone", "torus"])
     foot = origin - np.sum(origin * axis, axis=1, keepdims=True) * axis
     coaxial = clusters(np.column_stack([direction * 1e3, foot]), length_tolerance, round_)
-    cylinder = known & (kinds == "cylinder")
-    equal = clusters(radius[:, None], length_tolerance, cylinder)
+    kind_no = np.unique(kinds, return_inverse=True)[1]
+    sized = np.isin(kinds, ["cylinder", "sphere"]) & ~np.isnan(radius)
+    equal = clusters(np.column_stack([kind_no * 1e3, radius]), length_tolerance, sized)
+    centred = np.isin(kinds, ["sphere", "torus"]) & ~np.isnan(origin[:, 0])
+    concentric = clusters(origin, length_tolerance, centred)
 
     rows = [
         _chain("coplanar", level, order, np.zeros(len(kinds)), length_tolerance),
         _chain("coaxial", coaxial, order, np.zeros(len(kinds)), length_tolerance),
+        _chain("concentric", concentric, order, np.zeros(len(kinds)), length_tolerance),
         _chain("equal_radius", equal, order, radius, length_tolerance),
         _parallel_planes(s, axis, direction, offset, plane, angle_tolerance, length_tolerance),
         *_of_adjacent(shape, kinds, axis, angle_tolerance),
@@ -79,6 +84,7 @@ def arc_relations(shape: Shape) -> Table:
         _chain("concentric", concentric, order, none, length_tolerance),
         _chain("equal_radius", equal, order, radius, length_tolerance),
         _parallel_lines(arcs, foot, along, direction, line, angle_tolerance, length_tolerance),
+        *_meetings(shape, length_tolerance),
     ]
     return _table(rows, "arc")
 
@@ -194,6 +200,39 @@ def _parallel_lines(
     distance = np.linalg.norm(foot[a] - foot[b], axis=1)
     hit = (sides[:-1] == sides[1:]) & (direction[a] == direction[b]) & (a != b) & (distance > length_tolerance)
     return "parallel", a[hit], b[hit], distance[hit], angle_tolerance
+
+
+def _meetings(shape: Shape, length_tolerance: float) -> list[_Rows]:
+    """Arcs that end in one point, each with the next around it, with the angle between them: `tangent` where smooth."""
+    samples = shape.samples
+    count = len(samples.arc_no)
+    if count == 0:
+        return []
+    points, tangents = samples.points.values.reshape(-1, 3), samples.tangents.values.reshape(-1, 3).astype(float)
+    first, last = samples.points.offsets[:-1] // 3, samples.points.offsets[1:] // 3 - 1
+    ends = np.concatenate([points[first], points[last]])
+    away = np.concatenate([tangents[first], -tangents[last]])  # from the point into the arc
+    arc = np.tile(np.asarray(samples.arc_no, np.int64), 2)
+    open_ = np.linalg.norm(points[first] - points[last], axis=1) > length_tolerance
+    point = clusters(ends, length_tolerance, np.tile(open_, 2))
+    rows = np.flatnonzero(point >= 0)
+    rows = rows[np.lexsort((arc[rows], point[rows]))]
+    a: list[Ints] = []
+    b: list[Ints] = []
+    for step in (1, 2):  # of three arcs that meet all pairs, of more the nearest in order
+        same = point[rows[:-step]] == point[rows[step:]]
+        a.append(rows[:-step][same])
+        b.append(rows[step:][same])
+    one, other = np.concatenate(a), np.concatenate(b)
+    keep = arc[one] != arc[other]
+    one, other = one[keep], other[keep]
+    between = np.sum(away[one] * away[other], axis=1)
+    angle = np.arctan2(np.linalg.norm(np.cross(away[one], away[other]), axis=1), between)
+    smooth = np.pi - angle < SMOOTH_RAD
+    return [
+        ("meets", arc[one], arc[other], angle, length_tolerance),
+        ("tangent", arc[one][smooth], arc[other][smooth], (np.pi - angle)[smooth], SMOOTH_RAD),
+    ]
 
 
 def _table(rows: list[_Rows], level: str) -> Table:

@@ -31,7 +31,7 @@ from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakePrism,
 )
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
-from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Elips, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_EDGE
 from OCP.TopExp import TopExp
@@ -74,7 +74,7 @@ class Part:
 
     def know(self, kind: str, at: Point | tuple[Point, ...], **dimensions: float) -> None:
         points = at if isinstance(at[0], tuple) else (at,)
-        self.features.append(Known(kind, points, dimensions))  # type: ignore[arg-type]
+        self.features.append(Known(kind, points, dimensions))
 
 
 def box(low: Point, high: Point) -> Any:
@@ -169,15 +169,13 @@ def ellipse(foot: Point, major: float, minor: float, height: float) -> Any:
 def generate(seed: int) -> Part:
     """The part of a seed."""
     rng = np.random.default_rng(seed)
-    families = (plate, plate, patterned, plate, bracket, lattice, lever, hub, crossed, plate)
+    families = (plate, plate, patterned, plate, bracket, lattice, lever, hub, crossed, finished, six_sided, plate)
     part = families[seed % len(families)](rng)
     return turned(part, rng) if seed % 2 else part
 
 
 def turned(part: Part, rng: Rng) -> Part:
     spin, shift = gp_Trsf(), gp_Trsf()
-    from OCP.gp import gp_Ax1
-
     axis = rng.normal(size=3)
     spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*axis)), float(rng.uniform(0, 3)))
     shift.SetTranslation(gp_Vec(*rng.uniform(-200, 200, 3)))
@@ -580,4 +578,114 @@ def crossed(rng: Rng) -> Part:
     part.cut(cylinder((-1, 135, 8), 4.0, 302, (1, 0, 0)))
     part.know("through_hole", ((0, 135, 8), (300, 135, 8)), diameter=8.0, depth=300.0)
     _drill(part, 180.0, 135.0, float(rng.uniform(6, 9)), t)
+    return part
+
+
+def finished(rng: Rng) -> Part:
+    """Rims rounded or chamfered, corners filleted: of pockets, slots, steps, ribs and holes."""
+    t = float(rng.uniform(24, 34))
+    part = Part(box((0, 0, 0), (300, 160, t)))
+    # A pocket with a finished rim.
+    length, width, corner = float(rng.uniform(40, 55)), float(rng.uniform(30, 36)), float(rng.uniform(5, 9))
+    depth, c = float(rng.uniform(8, 16)), float(rng.uniform(0.5, 2))
+    part.cut(round_box((60 - length / 2, 40 - width / 2, t - depth), (60 + length / 2, 40 + width / 2, t + 1), corner))
+    part.know("pocket", (60, 40, t - depth), length=length, width=width, depth=depth, corner_radius=corner)
+    inside = lambda a, b: bool(  # noqa: E731
+        max(abs(a[2] - t), abs(b[2] - t)) < 1e-6
+        and max(abs(a[0] - 60), abs(b[0] - 60)) < 30
+        and max(abs(a[1] - 40), abs(b[1] - 40)) < 20
+    )
+    if rng.random() < 0.6:
+        part.body = fillet(part.body, c, inside)
+        around = 2 * (length + width - 4 * corner) + 2 * np.pi * (corner + c)
+        at = ((60, 40 + s * (width / 2 + c), t - c) for s in (-1, 1))
+        part.know("fillet", tuple(at), radius=c, length=around)
+    # Holes with finished rims.
+    r, c = float(rng.uniform(4, 7)), float(rng.uniform(0.5, 2))
+    part.cut(cylinder((130, 40, -1), r, BORE))
+    part.body = chamfer(part.body, c, _rim_at(130, 40, r, t))
+    part.know(
+        "through_hole",
+        (130, 40, t),
+        diameter=2 * r,
+        depth=t,
+        countersink_diameter=2 * (r + c),
+        countersink_angle=np.pi / 2,
+    )
+    r, c = float(rng.uniform(4, 7)), float(rng.uniform(0.5, 2))
+    part.cut(cylinder((170, 40, t - 15), r, BORE))
+    part.body = fillet(part.body, c, _rim_at(170, 40, r, t))
+    part.know("blind_hole", (170, 40, t), diameter=2 * r, depth=15.0)
+    part.know("fillet", (170, 40, t - c), radius=c, length=2 * np.pi * (r + c))
+    # A step with a fillet in its corner.
+    width, depth, c = float(rng.uniform(20, 30)), float(rng.uniform(8, 14)), float(rng.uniform(1, 5))
+    part.cut(box((300 - width, -1, t - depth), (301, 161, t + 1)))
+    corner_edge = between((300 - width, 0, t - depth), (300 - width, 160, t - depth))
+    part.body = fillet(part.body, c, corner_edge)
+    middle = (300 - width / 2, 80, t - depth)
+    part.know("step", middle, length=160, width=width, depth=depth, fillet_radius=c)
+    # A slot across, with fillets along its floor.
+    width, depth = float(rng.uniform(10, 16)), float(rng.uniform(8, 14))
+    c = float(rng.uniform(1, 3))
+    low, high = 230 - width / 2, 230 + width / 2
+    part.cut(box((low, -1, t - depth), (high, 161, t + 1)))
+    for x in (low, high):
+        part.body = fillet(part.body, c, between((x, 0, t - depth), (x, 160, t - depth)))
+    part.know("open_slot", (230, 80, t - depth), length=160, width=width, depth=depth, fillet_radius=c)
+    # A rib with fillets at its foot.
+    rib, high, c = float(rng.uniform(3, 6)), float(rng.uniform(16, 26)), float(rng.uniform(1, 3))
+    y0, y1 = 120 - rib / 2, 120 + rib / 2
+    part.fuse(box((30, y0, t), (150, y1, t + high)))
+    for y in (y0, y1):
+        part.body = fillet(part.body, c, between((30, y, t), (150, y, t)))
+    part.know("rib", (90, 120, t), thickness=rib, length=120, height=high)
+    for _ in (y0, y1):
+        part.know("fillet", tuple((90, y + s * c, t + c) for y, s in ((y0, -1), (y1, 1))), radius=c, length=120)
+    return part
+
+
+def _rim_at(x: float, y: float, r: float, z: float) -> Callable[[Floats, Floats], bool]:
+    return lambda a, b: bool(abs(a[2] - z) < 1e-6 and abs(np.hypot(a[0] - x, a[1] - y) - r) < 1e-6)
+
+
+def six_sided(rng: Rng) -> Part:
+    """A block with operations on its sides and below, a slanted hole, a pocket in a boss and a hole through a wall."""
+    t = 60.0
+    part = Part(box((0, 0, 0), (240, 120, t)))
+    # From below, from the front, from the left.
+    length, width, depth = float(rng.uniform(40, 60)), float(rng.uniform(25, 38)), float(rng.uniform(8, 20))
+    corner = float(rng.uniform(3, 8))
+    part.cut(round_box((60 - length / 2, 60 - width / 2, -1), (60 + length / 2, 60 + width / 2, depth), corner))
+    part.know("pocket", (60, 60, depth), length=length, width=width, depth=depth, corner_radius=corner)
+    r, deep = float(rng.uniform(3, 8)), float(rng.uniform(10, 25))
+    part.cut(cylinder((40, -1, 38), r, deep + 1, (0, 1, 0)))
+    part.know("blind_hole", (40, 0, 38), diameter=2 * r, depth=deep)
+    long, wide, deep = float(rng.uniform(40, 60)), float(rng.uniform(8, 14)), float(rng.uniform(5, 12))
+    part.cut(box((-1, 60 - long / 2, 40 - wide / 2), (deep, 60 + long / 2, 40 + wide / 2)))
+    part.know("pocket", (deep, 60, 40), length=long, width=wide, depth=deep)
+    # A hole that leans: its depth is that of its longest side.
+    r, lean = float(rng.uniform(3, 6)), float(np.radians(rng.uniform(10, 30)))
+    axis = (float(np.sin(lean)), 0.0, float(np.cos(lean)))
+    part.cut(cylinder((110 - 100 * axis[0], 100.0, -100 * axis[2]), r, 400, axis))
+    reach = t / axis[2] / 2 + r * float(np.tan(lean))
+    mid = np.array([110 + t / 2 * np.tan(lean), 100.0, t / 2])
+    ends = tuple(tuple((mid + s * reach * np.array(axis)).tolist()) for s in (-1, 1))
+    part.know("through_hole", ends, diameter=2 * r, depth=2 * reach)
+    # A boss with a pocket in its top.
+    r, tall, deep = float(rng.uniform(18, 25)), float(rng.uniform(8, 15)), float(rng.uniform(4, 7))
+    part.fuse(cylinder((190, 40, t), r, tall))
+    part.cut(box((180, 34, t + tall - deep), (200, 46, t + tall + 1)))
+    part.know("boss", (190, 40, t), diameter=2 * r, height=tall)
+    part.know("pocket", (190, 40, t + tall - deep), length=20, width=12, depth=deep)
+    # A pocket, and a hole drilled into its wall so that more than half of it is left in the block.
+    part.cut(box((60, 20, t - 15), (110, 50, t + 1)))
+    r = float(rng.uniform(5, 8))
+    bite = r * float(rng.uniform(0.1, 0.5))
+    part.cut(cylinder((60 - r + bite, 35, t - 12), r, BORE))
+    part.know("pocket", (85, 35, t - 15), length=50, width=30, depth=15.0)
+    part.know("blind_hole", (60 - r + bite, 35, t), diameter=2 * r, depth=12.0)
+    # A chamfer of unequal legs below, one of 30 degrees.
+    c = float(rng.uniform(3, 7))
+    part.cut(prism([(240, -1, 0), (240 - c, -1, 0), (240, -1, c * 3**0.5)], (0, 122, 0)))
+    part.know("chamfer", (240 - c / 2, 60, c * 3**0.5 / 2), width=2 * c, length=120, angle=np.pi / 6)
     return part

@@ -88,8 +88,8 @@ def test_rows_of_a_box_are_what_its_geometry_says(store_target: str, tmp_path: P
         parallel = sorted(float(str(r["value"])) for r in relations if r["kind"] == "parallel")
         assert parallel == pytest.approx([10, 20, 30])
         assert sum(r["kind"] == "perpendicular" for r in relations) == 12
-        assert {r["level"] for r in rows("shape_box")} == {"surface", "arc"}
-        assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 18
+        assert {r["level"] for r in rows("shape_box")} == {"feature", "surface", "arc"}
+        assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 19
 
 
 def test_a_failure_leaves_only_the_run(store_target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,7 +148,8 @@ def test_a_step_variant_adds_what_changed(store_target: str, tmp_path: Path) -> 
             classes = {r.id: r.kind for r in connection.execute(store.table("feature_class").select())}
             kinds = [classes[f.feature_class_id] for f in features]
             assert (kinds.count("through_hole"), kinds.count("pocket")) == (6, 2)
-            assert len(classes) == 5  # bores of 10, 12, 14 and 16 mm and a pocket
+            # Bores of 10, 12, 14 and 16 mm, a pocket, the web below it, and the body.
+            assert len(classes) == 7
 
 
 def test_a_truncated_step_leaves_only_its_report(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from relmodel.loading import step_shape
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.relations import arc_relations, surface_relations
 
-from .test_features import box, cut, cylinder, plate, turned
+from .test_features import box, cut, cylinder, plate, rounded, turned
 
 Floats = npt.NDArray[np.float64]
 
@@ -119,3 +119,41 @@ def test_groups_of_arcs_are_those_of_all_pairs(shape: Shape) -> None:
         assert groups(pairs_of(found, name, "arc")) == groups(expected)
     for i, j in pairs_of(found, "parallel", "arc"):
         assert np.linalg.norm(np.cross(x[i], x[j])) < 1e-6
+
+
+def test_arcs_that_meet_are_those_with_an_end_in_common(shape: Shape) -> None:
+    a = shape.arcs
+    start, end, x = vectors(a, "start"), vectors(a, "end"), vectors(a, "axis_x")
+    found = arc_relations(shape)
+    open_ = [i for i in range(len(start)) if np.linalg.norm(start[i] - end[i]) > 1e-4]
+    expected = {
+        (i, j)
+        for i, j in combinations(open_, 2)
+        if min(np.linalg.norm(p[i] - q[j]) for p in (start, end) for q in (start, end)) < 1e-4
+    }
+    assert expected
+    rows = pairs_of(found, "meets", "arc")
+    assert set(rows) == expected
+    angles = [v for k, v in zip(found["kind"], found["value"], strict=True) if k == "meets"]
+    kind = a["recognised_kind"]
+    for (i, j), angle in zip(rows, angles, strict=True):
+        if kind[i] == kind[j] == "line":
+            assert abs(np.cos(angle)) == pytest.approx(abs(x[i] @ x[j]), abs=1e-6)
+
+
+def test_tangent_arcs_and_concentric_surfaces_of_a_rounded_pocket() -> None:
+    tool = rounded(rounded(box(10, 10, 8, (60.0, 40.0, 30.0)), 6.0, upright=True), 6.0, upright=False)
+    shape = step_shape.extract(cut(plate(), tool), {}, {}, {})
+    kind = list(shape.arcs["recognised_kind"])
+    tangent = pairs_of(arc_relations(shape), "tangent", "arc")
+    # At the rim of the pocket each of four corner arcs runs into two lines.
+    top = [i for i in range(len(kind)) if shape.arcs["z0"][i] > 20 - 1e-6]
+    rim = [(i, j) for i, j in tangent if i in top and j in top]
+    assert len(rim) == 8
+    assert all({kind[i], kind[j]} == {"line", "circle"} for i, j in rim)
+    # The balls in the corners of the floor are of one radius, but have centres of their own.
+    found = surface_relations(shape)
+    balls = [i for i, k in enumerate(shape.surfaces["recognised_kind"]) if k == "sphere"]
+    assert len(balls) == 4
+    assert len([p for p in pairs_of(found, "equal_radius", "surface") if set(p) <= set(balls)]) == 3
+    assert not pairs_of(found, "concentric", "surface")

@@ -142,7 +142,7 @@ CREATE TABLE surface_relation (
 );
 COMMENT ON TABLE surface_relation IS 'Geometric relations of two surfaces of a shape.';
 COMMENT ON COLUMN surface_relation.shape_id IS 'the shape';
-COMMENT ON COLUMN surface_relation.kind IS 'parallel, perpendicular, coplanar, coaxial, equal_radius, tangent';
+COMMENT ON COLUMN surface_relation.kind IS 'parallel, perpendicular, coplanar, coaxial, concentric, equal_radius, tangent';
 COMMENT ON COLUMN surface_relation.surface_a IS 'one surface';
 COMMENT ON COLUMN surface_relation.surface_b IS 'the other';
 COMMENT ON COLUMN surface_relation.value IS 'measured value: distance of parallels (mm), radius (mm), angle off (rad)';
@@ -161,7 +161,7 @@ CREATE TABLE arc_relation (
 );
 COMMENT ON TABLE arc_relation IS 'Geometric relations of two arcs of a shape.';
 COMMENT ON COLUMN arc_relation.shape_id IS 'the shape';
-COMMENT ON COLUMN arc_relation.kind IS 'parallel, collinear, concentric, equal_radius, meets';
+COMMENT ON COLUMN arc_relation.kind IS 'parallel, collinear, concentric, equal_radius, meets, tangent';
 COMMENT ON COLUMN arc_relation.arc_a IS 'one arc';
 COMMENT ON COLUMN arc_relation.arc_b IS 'the other';
 COMMENT ON COLUMN arc_relation.value IS 'measured value: distance (mm), radius (mm), angle (rad)';

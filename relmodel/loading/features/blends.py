@@ -13,6 +13,7 @@ Floats = npt.NDArray[np.float64]
 _LESS_THAN_HALF_A_TURN = 0.95 * np.pi  # a half cylinder between parallel walls is the end of a slot
 _SLANT = np.radians([15, 75])  # of a chamfer to the faces beside it
 _NARROW = 0.8  # width of a chamfer to that of the faces beside it
+_OPEN = 0.3  # rad without a point: more than one facet of a mesh spans
 _SAME_RADIUS = 1e-3  # mm
 
 
@@ -147,4 +148,9 @@ def _length(s: Surfaces, i: int) -> float:
     if s.kind[i] == "cylinder":
         low, high = s.along(i, s.axis[i])
         return high - low
-    return float(s.turn([i]) * s.radius[i])
+    axis = s.axis[i]
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    arm = s.points(i) - s.origin[i]
+    angle = np.sort(np.arctan2(arm @ np.cross(axis, u), arm @ u))
+    gap = float(np.diff(angle, append=angle[0] + 2 * np.pi).max())
+    return float(s.radius[i] * (2 * np.pi - (gap if gap > _OPEN else 0.0)))

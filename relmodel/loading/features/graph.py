@@ -40,7 +40,6 @@ class Surfaces:
     radius2: Floats
     semi_angle: Floats
     concave: Bools
-    loop_count: Ints
     area: Floats
     boxes: Floats
     corner: Floats
@@ -103,6 +102,14 @@ class Boundary:
     sides: dict[int, list[Side]]
     blends: dict[int, float] = field(default_factory=dict)
     chamfers: set[int] = field(default_factory=set)
+    _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
+
+    def extent(self, direction: Floats) -> float:
+        """Extent of the whole shape along a direction."""
+        key = tuple(np.round(direction, 6).tolist())
+        if key not in self._extents:
+            self._extents[key] = float(np.ptp(self.surfaces.corner.reshape(-1, 3) @ direction))
+        return self._extents[key]
 
     def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
         """Convexity of the edge at a side and the surfaces beyond it, as they would be without its blend."""
@@ -192,7 +199,6 @@ def describe(shape: Shape) -> Surfaces:
     arm = np.where(torus[:, None], arm - ring, arm)
     away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
 
-    loops = np.asarray(shape.loops["surface_no"], np.int64) if shape.loops else np.empty(0, np.int64)
     return Surfaces(
         kind=kind,
         origin=origin,
@@ -201,7 +207,6 @@ def describe(shape: Shape) -> Surfaces:
         radius2=np.asarray(s["radius2"], float),
         semi_angle=np.asarray(s["semi_angle"], float),
         concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
-        loop_count=np.bincount(loops, minlength=n),
         area=np.asarray(s["area"], float),
         boxes=np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1),
         corner=corner,

@@ -46,7 +46,7 @@ def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
     found = []
     for members in sorted(sorted(component) for component in nx.connected_components(stack)):
         own = {bore_of[i][0]: bore_of[i] for i in members if i in bore_of}
-        found.append(_hole(s, members, list(own.values())))
+        found.append(_hole(s, graph, members, list(own.values())))
     return found
 
 
@@ -104,13 +104,22 @@ def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], memb
     if s.kind[plane] != "plane" or not np.linalg.norm(np.cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
         return False
     # The next bore of a step is in `leader` from the start; a tip or fillet beyond is tried by its own rule.
-    return all(
+    if all(
         (k in leader and _on_axis(s, leader[member], leader[k])) or _turned_about(s, leader[member], k)
         for k in graph.neighbors(plane)
+    ):
+        return True
+    # What cuts into the bore cuts its bottom too: that is what lies within the bore.
+    arm = s.points(plane) - s.origin[member]
+    arm -= np.outer(arm @ axis, axis)
+    within = (
+        np.linalg.norm(arm, axis=1).max(initial=np.inf if len(arm) == 0 else 0.0) < s.radius[member] + LENGTH_TOLERANCE
     )
+    concave = any(edge["convexity"] == "concave" for edge in graph.get_edge_data(member, plane).values())
+    return bool(s.kind[member] == "cylinder" and within and concave)
 
 
-def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
+def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: list[list[int]]) -> Feature:
     narrow = min(bores, key=lambda bore: (s.radius[bore[0]], bore))
     axis, origin = s.axis[narrow[0]], s.origin[narrow[0]]
     zero = float(origin @ axis)
@@ -128,7 +137,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
         if i in narrow:
             roles[i] = "wall"
-        elif on_axis or (s.kind[i] == "plane" and s.loop_count[i] == 1):
+        elif on_axis or (s.kind[i] == "plane" and _ends_at(s, graph, members, i)):
             roles[i] = "bottom"
             bottoms.append(middle)
             if on_axis:
@@ -145,6 +154,7 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         else:
             roles[i] = "blend"
     extents = [s.along(i, axis) for i in members if i not in tips]
+    extents += [s.along(i, axis) for i in _rounded_rims(s, graph, members)]
     low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
     core = [s.along(i, axis) for i in narrow]
     centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
@@ -180,4 +190,26 @@ def _hole(s: Surfaces, members: list[int], bores: list[list[int]]) -> Feature:
         shape_from_feature=frame(x, z, mouth),
         box=union(s.boxes[members]),
         surfaces=sorted(roles.items()),
+    )
+
+
+def _ends_at(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], plane: int) -> bool:
+    """Whether a plane of the stack is a bottom: a step lies between two radii."""
+    return len({round(float(s.radius[j]), 3) for j in set(graph.neighbors(plane)) & set(members)}) == 1
+
+
+def _rounded_rims(s: Surfaces, graph: nx.MultiGraph[int], members: list[int]) -> list[int]:
+    """Tori about the axis that lead smoothly out of the hole."""
+    return sorted(
+        {
+            j
+            for i in members
+            if s.kind[i] == "cylinder"
+            for j in graph.neighbors(i)
+            if s.kind[j] == "torus"
+            and not s.concave[j]
+            and len(s.points(j))
+            and _on_axis(s, i, j)
+            and any(edge["convexity"] == "smooth" for edge in graph.get_edge_data(i, j).values())
+        }
     )

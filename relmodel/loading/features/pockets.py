@@ -188,23 +188,23 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
                 if j not in floor and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _STEEP:
                     walls[j] = walls.get(j, 0.0) + x.length
         points = np.concatenate([s.points(i) for i in floor])
-        walls = {j: n for j, n in walls.items() if n > _BESIDE * np.ptp(points @ np.cross(up, s.axis[j]))}
-        if walls:
-            candidates.append((floor, sorted(walls)))
+        sides = [j for j, n in sorted(walls.items()) if n > _BESIDE * np.ptp(points @ np.cross(up, s.axis[j]))]
+        if sides:
+            candidates.append((floor, sides, set(walls)))
     candidates.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c[0]), 3), c[0]))
     slots: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
     used: set[int] = set()
-    for floor, sides in candidates:
+    for floor, sides, around in candidates:
         pairs = [] if used & set(floor) else _facing(b, floor, sides)
         for one, two in pairs:
             key = _key(b, [floor[0], one, two])
             floors, members = slots.setdefault(key, ([], []))
             floors += floor
             members += [one, two]
-            used |= set(floor) | set(sides)
+            used |= set(floor) | around
     found = [_slot(b, sorted(set(f)), sorted(set(w))) for f, w in slots.values()]
     steps: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
-    for floor, sides in candidates:
+    for floor, sides, _ in candidates:
         planes = {_key(b, [j]) for j in sides}
         if used & {*floor, *sides} or thin & {*floor, *sides} or len(planes) > 2:
             continue

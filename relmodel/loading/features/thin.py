@@ -16,7 +16,8 @@ Ints = npt.NDArray[np.int64]
 
 _THIN = 0.6  # thickness of a rib or flange to its height
 _THIN_WEB = 0.2  # thickness of a web to its width
-_CONTACT = 0.3  # length of a foot to that of the side on it
+_CONTACT = 0.6  # length of a foot to that of the side on it
+_SHARE = 0.3  # length of a flange to that of the side that it is of
 _TALL = 0.3  # height of a flange to that of the part
 _SAME = 1e-2  # mm, thickness and middle of the pieces of one rib
 _CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many times its thickness with its corners
@@ -184,8 +185,7 @@ def _is_flange(b: Boundary, side: int, foot: int, up: Floats) -> bool:
     """Of the two legs of an angle the flange is the one on the larger, and no small ledge left by a step."""
     s = b.surfaces
     low, high = s.along(side, up)
-    whole = float(np.ptp(s.corner.reshape(-1, 3) @ up))
-    return bool(s.area[foot] > s.area[side] and high - low > _TALL * whole)
+    return bool(s.area[foot] > s.area[side] and high - low > _TALL * b.extent(up))
 
 
 def _tops(b: Boundary, crest: int, up: Floats) -> bool:
@@ -217,14 +217,17 @@ def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
     pair, up = pieces[0].pair, pieces[0].up
     run = np.cross(pair.normal, up)
     members = sorted({i for p in pieces for i in (p.pair.first, p.pair.second)})
-    points = np.concatenate([s.points(i) for p in pieces for i in p.firm])
-    ends, tops = points @ run, points @ up
+    firm = sorted({i for p in pieces for i in p.firm})
+    # The blends at foot and crest add to the height.
+    finish = {x.other for i in firm for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
+    ends = np.concatenate([s.points(i) for i in firm]) @ run
+    tops = np.concatenate([s.points(i) for i in [*firm, *sorted(finish)]]) @ up
     length, height = float(np.ptp(ends)), float(np.ptp(tops))
     x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
     middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
     kind = "rib" if len(pieces[0].firm) == 2 else "flange"
     outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
-    if kind == "flange" and length < _CONTACT * outer:  # the wall of one pocket near the rim
+    if kind == "flange" and length < _SHARE * outer:  # the wall of one pocket near the rim
         return None
     pose = frame(x, up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
     dimensions = lengths(thickness=pair.thickness, length=length, height=height)
