@@ -158,7 +158,8 @@ def _aligned(
         rows = np.flatnonzero(at)
         if len(rows) == 0:
             continue
-        away, which = cKDTree(others).query(axis[rows])
+        found = cKDTree(others).query(axis[rows])
+        away, which = np.asarray(found[0], float), np.asarray(found[1], np.int64)
         near = away * reach[rows] < np.maximum(2 * fine, np.where(plane[rows], residual[rows], 0.0))
         near &= away < _ALIKE_RAD
         axis[rows[near]] = others[which[near]]
