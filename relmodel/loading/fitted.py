@@ -32,8 +32,7 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
     axis_x = np.cross(helper, axis)
     axis_x /= np.linalg.norm(axis_x, axis=1, keepdims=True)
     table: Table = {
-        "kind": kind,
-        "recognised_kind": kind,
+        "kind": np.where(kind == "facets", "plane", kind),  # a mean plane, until all is evaluated
         **vector_columns("origin", origin),
         **vector_columns("axis_x", axis_x),
         **vector_columns("axis_z", axis),
@@ -88,7 +87,12 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
     lowest, highest = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(lowest, region, corner.min(axis=1))
     np.maximum.at(highest, region, corner.max(axis=1))
+    for name in table:
+        if name.startswith(("origin", "axis")):
+            table[name] = np.where(known, table[name], np.nan)
     table |= {
+        "kind": kind,
+        "recognised_kind": kind,
         "area": area,
         **vector_columns("centroid", centroid),
         **box_columns(np.concatenate([lowest, highest], axis=1)),
@@ -110,7 +114,7 @@ def _frames(regions: Regions, normal: Floats, centroid: Floats) -> tuple[Floats,
     cone, sphere, torus = kind == "cone", kind == "sphere", kind == "torus"
     ruled = (kind == "cylinder") | cone
     axis = np.where(np.isnan(row[:, 3:6]), normal, row[:, 3:6])
-    origin = np.where(plane[:, None], centroid, row[:, :3])
+    origin = np.where((plane | facets)[:, None], centroid, row[:, :3])
     semi = np.where(cone, row[:, 7], np.nan)
     flip = cone & (semi < 0)
     axis = np.where(flip[:, None], -axis, axis)
@@ -154,7 +158,8 @@ def _aligned(
         rows = np.flatnonzero(at)
         if len(rows) == 0:
             continue
-        away, which = cKDTree(others).query(axis[rows])
+        found = cKDTree(others).query(axis[rows])
+        away, which = np.asarray(found[0], float), np.asarray(found[1], np.int64)
         near = away * reach[rows] < np.maximum(2 * fine, np.where(plane[rows], residual[rows], 0.0))
         near &= away < _ALIKE_RAD
         axis[rows[near]] = others[which[near]]

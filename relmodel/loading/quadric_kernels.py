@@ -147,7 +147,7 @@ def refine(kind: int, s: Any, points: Any, goal: float) -> Any:
     cost = _cost(kind, s, local)
     damping = 1e-4
     for turn in range(_STEPS):
-        if turn == 8 and cost * extent**2 > (20 * goal) ** 2 * len(local):
+        if turn == 6 and cost * extent**2 > (20 * goal) ** 2 * len(local):
             break
         u, v = _across(s[3:6].copy())
         ata, atb = np.zeros((7, 7)), np.zeros(7)
@@ -509,6 +509,7 @@ def grow_surfaces(
     core = np.empty(_MOST_PATCHES + 1, np.int64)
     sides = np.empty(patches)
     guesses = np.zeros((3 + _MOST_AXES, 3))
+    sizes = np.zeros(6, np.int64)
     stamp, count = 0, 0
     for o in range(3 * len(order)):
         seed = order[o % len(order)]
@@ -521,7 +522,7 @@ def grow_surfaces(
                     owner, kinds, rows, sides, members, patch_start, patch_triangle, next_start, next_patch, vertices,
                     triangles, normals, slim, tolerance, least_cosine
                 )  # fmt: skip
-        if owner[seed] >= 0 or tried[seed] > 2:
+        if owner[seed] >= 0 or tried[seed] > 1:
             continue
         best_area, best_gap, best_kind, best_size = 0.0, 0.0, 0, 0
         best = np.zeros(10)
@@ -553,7 +554,11 @@ def grow_surfaces(
                             size += 1
                             even = even and abs(width[q] - width[seed]) < _UNEVEN * width[seed]
                 begin = end
+            sizes[form] = size
             if size < least or (size == 3 and not even):
+                continue
+            # What another form or stage has tried already.
+            if (form >= 3 and size == sizes[form - 3]) or (least == 3 and size > 3):
                 continue
             stamp += 1
             points = _points_of(core, size, patch_start, patch_triangle, triangles, vertices, slim, mark, stamp, 1000)

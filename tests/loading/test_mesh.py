@@ -12,8 +12,10 @@ import trimesh
 
 from relmodel.errors import InputError
 from relmodel.loading.facets import shape_from_triangles
+from relmodel.loading.features import recognise
 from relmodel.loading.mesh import read_mesh
 from relmodel.loading.neutral import Shape
+from relmodel.loading.step import read_step
 
 
 def shape_of(mesh: trimesh.Trimesh) -> Shape:
@@ -67,21 +69,126 @@ def test_inside_out_is_turned() -> None:
     assert shape_of(mesh).volume == pytest.approx(2500)
 
 
-def test_a_tessellated_cylinder_is_one_curved_surface_between_two_planes() -> None:
+def test_a_tessellated_cylinder_is_a_cylinder_between_two_planes() -> None:
     shape = shape_of(trimesh.creation.cylinder(radius=50, height=200, sections=64))
-    assert Counter(shape.surfaces["kind"]) == {"plane": 2, "facets": 1}
-    assert Counter(shape.arcs["kind"]) == {"polyline": 2}
-    rim = 2 * 50 * np.sin(np.pi / 64) * 64
-    assert shape.arcs["length"] == pytest.approx([rim, rim])
-    assert list(shape.arc_splines["poles"].offsets) == [0, 65 * 3, 130 * 3]
+    assert Counter(shape.surfaces["kind"]) == {"plane": 2, "cylinder": 1}
+    row = int(np.flatnonzero(shape.surfaces["kind"] == "cylinder")[0])
+    surface = {name: column[row] for name, column in shape.surfaces.items()}
+    assert surface["radius"] == pytest.approx(50)
+    assert [surface[f"axis_z_{c}"] for c in "xyz"] == pytest.approx([0, 0, 1])
+    assert [surface[f"origin_{c}"] for c in "xyz"] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert (surface["v0"], surface["v1"]) == pytest.approx((-100, 100))
+    assert surface["u1"] - surface["u0"] == pytest.approx(2 * np.pi)
+    assert surface["residual"] < 1e-9
+    assert not surface["reversed"]
+    assert Counter(shape.arcs["kind"]) == {"circle": 2}
+    assert shape.arcs["radius"] == pytest.approx([50, 50])
+    assert shape.arcs["length"] == pytest.approx([100 * np.pi] * 2)
+    assert Counter(shape.arcs["convexity"]) == {"convex": 2}
+    assert np.abs(shape.arcs["angle"]) == pytest.approx([np.pi / 2] * 2)
+    # The vertices' normals are those of the cylinder, the samples lie on the circles.
+    mesh = shape.mesh
+    on = np.unique(mesh.triangles[mesh.triangle_surfaces == row])
+    radial = mesh.vertices[on] * [1, 1, 0] / 50
+    assert np.allclose(mesh.normals[on], radial, atol=1e-6)
     points = shape.samples.points.values.reshape(-1, 3)
-    radial = np.linalg.norm(points[:, :2], axis=1)
-    assert np.all((radial <= 50 + 1e-9) & (radial >= 50 * np.cos(np.pi / 64) - 1e-9))
+    assert np.allclose(np.linalg.norm(points[:, :2], axis=1), 50)
     assert np.allclose(np.abs(points[:, 2]), 100)
-    # About a millimetre apart; the two normals are along and across the axis.
-    assert len(points) == pytest.approx(2 * rim, rel=0.05)
+    assert len(points) == pytest.approx(200 * np.pi, rel=0.05)
     normals = [n.values.reshape(-1, 3)[:, 2] for n in (shape.samples.normals_a, shape.samples.normals_b)]
     assert np.allclose(np.sort(np.abs(np.array(normals)), axis=0).T, [0, 1], atol=1e-6)
+
+
+MAKERS = {
+    "cone": lambda: trimesh.creation.cone(radius=8, height=20, sections=40),
+    "sphere": lambda: trimesh.creation.icosphere(subdivisions=3, radius=7),
+    "torus": lambda: trimesh.creation.torus(major_radius=12, minor_radius=4, major_sections=48, minor_sections=24),
+}
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("kind", list(MAKERS))
+def test_curved_bodies_are_found_wherever_they_lie(kind: str, single: bool) -> None:
+    mesh = MAKERS[kind]()
+    middle_from_mesh = trimesh.transformations.random_rotation_matrix(np.array([0.1, 0.5, 0.3]))
+    middle_from_mesh[:3, 3] = [40, -30, 20]
+    mesh.apply_transform(middle_from_mesh)
+    if single:
+        mesh.vertices = mesh.vertices.astype(np.float32).astype(float)
+    shape = shape_of(mesh)
+    kinds = list(shape.surfaces["kind"])
+    assert Counter(kinds) == ({"cone": 1, "plane": 1} if kind == "cone" else {kind: 1})
+    surface = {name: column[kinds.index(kind)] for name, column in shape.surfaces.items()}
+    near = {"abs": 1e-4 if single else 1e-8}
+    axis = np.array([surface[f"axis_z_{c}"] for c in "xyz"])
+    origin = np.array([surface[f"origin_{c}"] for c in "xyz"])
+    if kind == "cone":
+        apex = origin - surface["radius"] / np.tan(surface["semi_angle"]) * axis
+        assert apex == pytest.approx((middle_from_mesh @ [0, 0, 20, 1])[:3], **near)
+        assert surface["semi_angle"] == pytest.approx(np.arctan(8 / 20), **near)
+    else:
+        assert origin == pytest.approx(middle_from_mesh[:3, 3], **near)
+        assert surface["radius"] == pytest.approx(7 if kind == "sphere" else 12, **near)
+    if kind == "torus":
+        assert surface["radius2"] == pytest.approx(4, **near)
+        assert abs(axis @ middle_from_mesh[:3, 2]) == pytest.approx(1)
+        assert surface["v1"] - surface["v0"] == pytest.approx(2 * np.pi)
+    assert surface["residual"] < (1e-5 if single else 1e-9)
+    assert not surface["reversed"]
+
+
+def test_a_capsule_is_a_cylinder_that_runs_smoothly_into_two_spheres() -> None:
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    rings = [(5 * np.cos(a), 20 * (a > 0) + 5 * np.sin(a)) for a in np.linspace(-np.pi / 2, np.pi / 2, 18)[1:-1]]
+    vertices = [(r * np.cos(t), r * np.sin(t), z) for r, z in rings for t in turn] + [(0, 0, -5), (0, 0, 25)]
+    n, poles = 32, len(rings) * 32
+    faces = []
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(poles, j, i), (poles + 1, poles - n + i, poles - n + j)]
+        for k in range(0, poles - n, n):
+            faces += [(k + i, k + j, k + n + j), (k + i, k + n + j, k + n + i)]
+    shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
+    assert Counter(shape.surfaces["kind"])["sphere"] == 2
+    # No ring of vertices lies where they meet: the strip between is no exact cylinder of radius 5.
+    assert np.sort(shape.surfaces["radius"])[:2] == pytest.approx([5, 5], rel=0.01)
+
+
+def test_a_free_form_sheet_has_no_cylinders() -> None:
+    x, y = (c.ravel() for c in np.meshgrid(np.linspace(-30, 30, 41), np.linspace(-20, 20, 31), indexing="ij"))
+    z = 4 * np.sin(x / 9) * np.cos(y / 7) + x * y * y / 2000
+    corner = np.arange(41 * 31).reshape(41, 31)
+    a, b, c, d = (g.ravel() for g in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    shape = shape_of(trimesh.Trimesh(np.stack([x, y, z], axis=1), faces, process=False))
+    assert Counter(shape.surfaces["kind"]) == {"facets": 1}
+    # Its rim is no plane curve, and its normals are those of the function to the order of the mesh.
+    assert set(shape.arcs["kind"]) == {"polyline"}
+
+
+def test_holes_of_a_mesh_are_features() -> None:
+    outer = np.array([(-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0)])
+    turn = np.linspace(0, 2 * np.pi, 41)[:-1]
+    inner = 6 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    n, corners = len(turn), len(outer)
+    ring = np.concatenate([outer, inner])
+    vertices = np.array([(x, y, z) for z in (0.0, 10.0) for x, y in ring])
+    side = (np.arange(n) * corners // n + 2) % corners  # the corner that each piece of the rim looks at
+    cap = [(corners + i, corners + (i + 1) % n, int(side[i])) for i in range(n)]
+    cap += [(corners + i, int(side[i]), int(side[i - 1])) for i in range(n) if side[i] != side[i - 1]]
+    m = len(ring)
+    faces = list(cap) + [tuple(v + m for v in t[::-1]) for t in cap]
+    for first, count, sign in ((0, corners, 1), (corners, n, -1)):
+        for i in range(count):
+            p, q = first + i, first + (i + 1) % count
+            p, q = (p, q) if sign > 0 else (q, p)
+            faces += [(p, q, q + m), (p, q + m, p + m)]
+    shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 6, "cylinder": 1}
+    (hole,) = recognise(shape)
+    assert hole.kind == "through_hole"
+    assert hole.dimensions["diameter"][0] == pytest.approx(12)
+    assert hole.dimensions["depth"][0] == pytest.approx(10)
 
 
 def test_a_plane_that_runs_into_a_rounding_stays_a_plane() -> None:
@@ -96,7 +203,7 @@ def test_a_plane_that_runs_into_a_rounding_stays_a_plane() -> None:
         j = (i + 1) % n
         faces += [(i, j, j + n), (i, j + n, i + n)]
     shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
-    assert Counter(shape.surfaces["kind"]) == {"plane": 6, "facets": 1}
+    assert Counter(shape.surfaces["kind"]) == {"plane": 6, "cylinder": 1}
 
 
 def test_sheets_and_edges_of_four_facets_are_taken() -> None:
@@ -207,3 +314,27 @@ def test_known_meshes_load(data_dir: Path) -> None:
     assert cube.shapes[0].arcs["length"][lines] == pytest.approx([84] * 12)
     soup = read_mesh(data_dir / "mesh" / "soup.stl", "mm")
     assert soup.shapes[0].volume is None
+    truck = read_mesh(data_dir / "mesh" / "CesiumMilkTruck.glb")
+    wheels = [p for p in truck.parts if "heel" in p.name]
+    assert len(wheels) == 1
+    placed = [
+        i for a in truck.assemblies for i in a.instances if i.kind == "part" and truck.parts[i.child] is wheels[0]
+    ]
+    assert len(placed) == 2
+    counter = read_mesh(data_dir / "mesh" / "counterXP.3MF")
+    assert sum(i.kind == "part" for a in counter.assemblies for i in a.instances) > len(counter.shapes)
+
+
+@pytest.mark.data
+def test_the_mesh_of_a_part_has_the_surfaces_of_its_model(data_dir: Path) -> None:
+    (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
+    exact = read_step(data_dir / "step" / "featuretype.STEP").shapes[0].surfaces
+    for kind, share in (("cylinder", 0.95), ("plane", 0.95)):
+        found = np.flatnonzero(np.asarray(shape.surfaces["kind"]) == kind)
+        true = np.flatnonzero(np.asarray(exact["recognised_kind"]) == kind)
+        area = [np.asarray(t["area"])[rows].sum() for t, rows in ((shape.surfaces, found), (exact, true))]
+        assert area[0] == pytest.approx(area[1], rel=0.02)
+        if kind == "cylinder":
+            radii = np.unique(np.round(np.asarray(exact["radius"], float)[true], 2))
+            right = np.abs(np.asarray(shape.surfaces["radius"])[found][:, None] - radii).min(axis=1) < 0.01
+            assert right.mean() >= share
