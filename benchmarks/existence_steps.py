@@ -23,7 +23,7 @@ FITTED = (1000, 2000, 5000, 10_000)
 
 def boxes_of(case: str, count: int, rng: np.random.Generator) -> Floats:
     if case == "clustered":
-        clusters = rng.uniform(-20000, 20000, (max(1, count // 300), 3))
+        clusters = rng.uniform(-20000, 20000, (30, 3))
         centre = rng.choice(clusters, count) + rng.normal(0, 400, (count, 3))
         half = rng.lognormal(2, 1, (count, 3))
     elif case == "nested":

@@ -27,6 +27,7 @@ VERBS = (
     "world",
     "where",
     "find",
+    "index",
     "extract",
     "inspect",
     "runs",

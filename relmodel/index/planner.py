@@ -11,42 +11,48 @@ import numpy.typing as npt
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices
 from relmodel.index.find import BOX_COLUMNS, LEVELS, Level, world_named
-from relmodel.index.rtree import PackedRTree
+from relmodel.index.kinds import Integers, build
 from relmodel.index.volumes import Box, Volume, VolumeTable, volumes_met
 from relmodel.store import Store
-
-Integers = npt.NDArray[np.int64]
 
 
 class WorldIndex:
     """The boxes of a world's parts, features, surfaces and arcs: the answers of `in_volume` without the store.
 
-    Placed parts lie in a packed R-tree.  Elements are kept once a shape, in its frame and in the pages of the store:
-    a query carries the volume into the frame of each part that it meets.
+    Placed parts lie in an index of the kind asked for.  Elements are kept once a shape, in its frame and in the pages
+    of the store: a query carries the volume into the frame of each part that it meets.
     """
 
     def __init__(
-        self, parts: dict[str, npt.NDArray[Any]], elements: Mapping[Level, dict[str, npt.NDArray[Any]]]
+        self,
+        parts: dict[str, npt.NDArray[Any]],
+        elements: Mapping[Level, dict[str, npt.NDArray[Any]]],
+        kind: str = "rtree",
     ) -> None:
+        self.kind = kind
         self._occurrence_id = parts["occurrence_id"].astype(np.int64)
         self._world_from_part = matrices(parts)
         self._shape_box = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
-        self._tree = PackedRTree(np.stack([parts[name] for name in BOX_COLUMNS], axis=1))
+        self._tree = build(kind, np.stack([parts[name] for name in BOX_COLUMNS], axis=1))
         shapes, self._part_shape = np.unique(parts["shape_id"].astype(np.int64), return_inverse=True)
         self._elements = {str(level): _ShapePages(shapes, columns) for level, columns in elements.items()}
 
     @classmethod
-    def load(cls, store: Store, world: str | None = None) -> WorldIndex:
-        """The newest revision of a world of a store; the only one needs no name."""
+    def load(cls, store: Store, world: str | None = None, kind: str | None = None) -> WorldIndex:
+        """The newest revision of a world of a store; the only one needs no name.
+
+        kind: one of `kinds.KINDS`; without it, that which `compare` has found best for the world, or else `rtree`.
+        """
         with store.read() as connection:
             world_id = world_named(store, connection, world)[0]
+            chosen = [str(row.kind) for row in store.rows(connection, "index_choice", world_id=world_id)]
             parts = store.columns(connection, "index_parts", world_id=world_id)
             elements: dict[Level, dict[str, npt.NDArray[Any]]] = {
                 level: store.columns(connection, "index_elements", world_id=world_id, level=level)
                 for level in LEVELS
                 if level != "part"
             }
-        return cls(parts, elements)
+        return cls(parts, elements, kind or next(iter(chosen), "rtree"))
 
     def in_volume(self, volume: Volume, level: str = "part") -> tuple[Integers, Integers]:
         """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""

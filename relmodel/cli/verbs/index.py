@@ -1,0 +1,56 @@
+"""Compare the kinds of index on the placed parts of a world, and store which is best.
+
+Planners that hold the world in process use the one that is stored.  Without an option: say which that is.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from relmodel.cli.options import add_format, store_target
+from relmodel.cli.output import print_rows, say
+
+EXAMPLE = "relmodel index --compare --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--compare", action="store_true", help="measure every kind on this store, and recommend one")
+    words = "write the oct-tree of the world as tables, for queries/find_parts_by_octree.sql"
+    parser.add_argument("--octree", action="store_true", help=words)
+    parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.index.find import world_named
+    from relmodel.store import Store
+
+    if args.octree:
+        from relmodel.index.octree_tables import write_octree
+
+        with Store.open(store_target(args)) as store:
+            say(f"the oct-tree has {write_octree(store, args.world)} cells")
+        if not args.compare:
+            return 0
+    if not args.compare:
+        with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
+            world_id, name = world_named(store, connection, args.world)
+            chosen = [row.kind for row in store.rows(connection, "index_choice", world_id=world_id)]
+        kept = [(name, chosen[0] if chosen else "rtree", "compared" if chosen else "default")] if name else []
+        print_rows(("world", "kind", "because"), kept, args.format)
+        return 0
+    from relmodel.index.compare import HITS, compare
+
+    with Store.open(store_target(args)) as store:
+        found = compare(store, args.world)
+    names = ("kind", "build_ms", "size_mb", *(f"hits_{hits}_ms" for hits in HITS), "any_ms", "thousand_ms", "score")
+    rows = []
+    for f in found.figures:
+        times = (f.build_ms, f.size_mb, *f.one_ms.values(), f.any_ms, f.thousand_ms, f.score)
+        rows.append((f.kind, *(round(v, 4) for v in times)))
+    print_rows(names, rows, args.format)
+    say(
+        f"world {found.world}, {found.parts} parts: {found.recommended} is recommended and stored; "
+        f"the grid's cells are {found.cell_mm:.4g} mm wide"
+    )
+    return 0
