@@ -8,32 +8,36 @@ import numpy.typing as npt
 from vision.extraction._compiled import kernel
 
 FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
 
 # The order of `topography.LABELS`.
 PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADDLE_HILL = range(11)
 
 
-@kernel("u1[:, ::1](f8[:, ::1], f8[:, ::1], f8, f8, f8[::1], f8, f8, f8, f8)")
+@kernel("Tuple((u1[:, ::1], f8[:, ::1]))(f4[:, ::1], f4[:, ::1], f8[::1], f8, f8, f8, f8)")
 def classify(
-    grey: FloatArray,
-    kernels: FloatArray,
-    alpha: float,
-    beta: float,
+    grey: SingleArray,
+    kernels: SingleArray,
     noise: FloatArray,
     slope_sigma: float,
     bend_sigma: float,
     min_slope: float,
     min_bend: float,
-) -> npt.NDArray[np.uint8]:
+) -> tuple[npt.NDArray[np.uint8], FloatArray]:
     """Label of every pixel of a picture mirrored already by k rows and columns on each side.
 
-    `slope_sigma` and `bend_sigma` are the standard deviations of a slope and of a second derivative at unit noise.
+    Beside the labels, (m, 6) of each ridge and ravine pixel: its flat index, the sub-pixel step along x and y to the
+    crest, the unit normal across it, and the second derivative there.  `slope_sigma` and `bend_sigma` are the standard
+    deviations of a slope and of a second derivative at unit noise.  Single precision: it rounds far below the noise.
     """
     k = kernels.shape[1] // 2
     rows, columns = grey.shape[0] - 2 * k, grey.shape[1] - 2 * k
     labels = np.empty((rows, columns), np.uint8)
-    down = np.empty((4, grey.shape[1]))
-    a = np.empty((10, columns))
+    down = np.empty((4, grey.shape[1]), np.float32)
+    a = np.empty((10, columns), np.float32)
+    crests = np.empty((rows * columns, 6))
+    count = 0
+    bends, steps = np.zeros(2), np.zeros(2)
     signs, hill = np.zeros(2, np.int64), np.zeros(2, np.int64)
     for r in range(rows):
         for i in range(4):
@@ -71,9 +75,9 @@ def classify(
                 at += 1
         # a: 00 01 02 03 10 11 12 20 21 30
         for c in range(columns):
-            gr = a[4, c] - beta * a[9, c] - alpha * a[6, c]
-            gc = a[1, c] - beta * a[3, c] - alpha * a[8, c]
-            rr, rc, cc = 2.0 * a[7, c], a[5, c], 2.0 * a[2, c]
+            # Derivatives of the smoothed picture: these follow Taylor's series, as the cubic's own slope does not.
+            gr, gc = np.float64(a[4, c]), np.float64(a[1, c])
+            rr, rc, cc = 2.0 * np.float64(a[7, c]), np.float64(a[5, c]), 2.0 * np.float64(a[2, c])
             level = min(max(int(a[0, c]), 0), 255)
             bend = max(min_bend, 3.0 * bend_sigma * noise[level])
             steep = max(min_slope, 3.0 * slope_sigma * noise[level])
@@ -88,7 +92,7 @@ def classify(
             if norm > 1e-12:
                 er, ec = er / norm, ec / norm
             else:
-                er, ec = 1.0, 0.0
+                er, ec = np.float64(1.0), np.float64(0.0)
             signs[:] = 0
             hill[:] = 0
             # where neither bends half enough no root can
@@ -108,10 +112,11 @@ def classify(
                 q = -0.5 * (second + (sqrt(discriminant) if second >= 0.0 else -sqrt(discriminant)))
                 if q == 0.0:
                     continue
-                t = first / q
-                if abs(t) * max(abs(vr), abs(vc)) > 0.5:
+                root_at = first / q
+                if abs(root_at) * max(abs(vr), abs(vc)) > 0.5:
                     continue
-                there = second + 2.0 * third * t
+                there = second + 2.0 * third * root_at
+                bends[side], steps[side] = there, root_at
                 if there > bend:
                     signs[side] = 1
                 elif there < -bend:
@@ -136,4 +141,13 @@ def classify(
             else:
                 label = SLOPE
             labels[r, c] = label
-    return labels
+            if label in (RIDGE, RAVINE):
+                side = 0 if signs[0] != 0 else 1
+                vr, vc = (er, ec) if side == 0 else (-ec, er)
+                row = crests[count]
+                row[0] = r * columns + c
+                row[1], row[2] = steps[side] * vc, steps[side] * vr
+                row[3], row[4] = vc, vr
+                row[5] = bends[side]
+                count += 1
+    return labels, crests[:count].copy()

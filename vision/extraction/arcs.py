@@ -5,6 +5,7 @@ taken as correlated over the operator's reach; dynamic programming over break po
 different chains are then joined wherever one arc describes both for less; ellipses arise there, from circular pieces.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -80,6 +81,14 @@ class Arcs:
         members = self.chains.take(kept)
         columns = {f.name: getattr(self, f.name)[kept] for f in fields(self) if f.name not in ("offsets", "elements")}
         return Arcs(**columns, offsets=members.offsets, elements=members.elements)
+
+
+def concatenate(parts: Sequence[Arcs]) -> Arcs:
+    """The arcs of several fits on the same elements, one after the other."""
+    columns = {f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Arcs)}
+    counts = np.concatenate([np.diff(part.offsets) for part in parts])
+    columns["offsets"] = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    return Arcs(**columns)
 
 
 def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0) -> Arcs:

@@ -16,11 +16,11 @@ from vision.extraction.marks import ArcMarks, arc_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
-from vision.extraction.topography import label_histogram, topographic_labels
+from vision.extraction.topography import Crests, crest_arcs, label_histogram, topographic_labels
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "2"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "3"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class ExtractionParameters:
     `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
     linked; chains shorter than `min_elements` or weaker than `min_strength` (mean contrast times fourth root of the
     number of elements) are cleared; `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof`
-    or `plain`; `relation_radius` in px.  `mask`: SHA-256 of the region of interest, set by `extract`; empty where the
-    whole picture is looked at.
+    or `plain`; ridges and ravines of height `min_crest` and `min_crest_elements` become arcs; `relation_radius` in px.
+    `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
     """
 
     scale: float = 1.4
@@ -47,6 +47,8 @@ class ExtractionParameters:
     join_reach: float = 40.0
     regions: str = "leak-proof"
     min_region_area: int = 40
+    min_crest: float = 6.0
+    min_crest_elements: int = 20
     relation_radius: float = 80.0
     mask: str = ""
 
@@ -65,7 +67,8 @@ class Extraction:
 
     `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
-    (regions, 11) counts them; `timings_s` says what each stage took.
+    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`; `timings_s`
+    says what each stage took.
     """
 
     shape: tuple[int, int]
@@ -79,6 +82,8 @@ class Extraction:
     region_arcs: RegionArcs
     labels: npt.NDArray[np.uint8]
     topography: npt.NDArray[np.int64]
+    crests: Crests
+    crest_arcs: Arcs
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
@@ -146,10 +151,32 @@ def extract(
     find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
     regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
     lap("regions")
-    labels = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
+    linked_edges = edges.take(np.unique(chains.elements))
+    labels, crests = topographic_labels(grey, noise, linked_edges, sigma=p.topography_scale)
+    if mask is not None:
+        crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
+    courses = crest_arcs(
+        crests, shape, scale=p.topography_scale, min_height=p.min_crest, min_elements=p.min_crest_elements
+    )
     histogram = label_histogram(labels, regions.labels, len(regions))
     lap("topography")
     borders = region_arcs(edges, arcs, regions)
     found = relations(arcs, regions, borders, radius=p.relation_radius)
     lap("relations")
-    return Extraction(shape, p, noise, edges, chains, arcs, marks, regions, borders, labels, histogram, found, timings)
+    return Extraction(
+        shape,
+        p,
+        noise,
+        edges,
+        chains,
+        arcs,
+        marks,
+        regions,
+        borders,
+        labels,
+        histogram,
+        crests,
+        courses,
+        found,
+        timings,
+    )

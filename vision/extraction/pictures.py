@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vision.extraction.edges import EdgeElements
 from vision.extraction.extract import Extraction
 from vision.extraction.linking import Chains, link
 from vision.extraction.relations import KINDS as _RELATIONS
@@ -19,6 +20,7 @@ _SHIFT = 4  # cv2 draws at fixed-point places
 # RGB: lines, circular, free, elliptic arcs; then a colour for each topographic label.
 _KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
 _TEXTURE_COLOUR = (150, 150, 150)
+_CREST_COLOUR = (255, 120, 0)
 _LABEL_COLOURS = {
     "peak": (255, 255, 255),
     "pit": (0, 0, 0),
@@ -58,7 +60,7 @@ def _linked(found: Extraction) -> Chains:
 def _draw_chains(grey: FloatArray, found: Extraction, chains: Chains) -> Picture:
     """Chains, each in a colour of its own, over the faded picture."""
     colours = _palette(len(chains))
-    return _strokes(_faded(grey), found, chains, [colours[i].tolist() for i in range(len(chains))])
+    return _strokes(_faded(grey), found.edges, chains, [colours[i].tolist() for i in range(len(chains))])
 
 
 def _arcs(grey: FloatArray, found: Extraction) -> Picture:
@@ -66,7 +68,7 @@ def _arcs(grey: FloatArray, found: Extraction) -> Picture:
     surely_edge = found.marks.texture <= 0.5
     kinds = found.arcs.kind.tolist()
     colours = [_KIND_COLOURS[k] if edge else _TEXTURE_COLOUR for k, edge in zip(kinds, surely_edge, strict=True)]
-    return _strokes(np.full((*found.shape, 3), 255, np.uint8), found, found.arcs.chains, colours)
+    return _strokes(np.full((*found.shape, 3), 255, np.uint8), found.edges, found.arcs.chains, colours)
 
 
 def _regions(grey: FloatArray, found: Extraction) -> Picture:
@@ -76,15 +78,17 @@ def _regions(grey: FloatArray, found: Extraction) -> Picture:
 
 
 def _topography(grey: FloatArray, found: Extraction) -> Picture:
-    """The label of every pixel."""
-    return np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
+    """The label of every pixel, and the arcs along ridges and ravines."""
+    canvas = np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
+    crests = found.crest_arcs.chains
+    return _strokes(canvas, found.crests.elements, crests, [_CREST_COLOUR] * len(crests))
 
 
 def _relations(grey: FloatArray, found: Extraction) -> Picture:
     """Arcs, and lines between the middles of those that are parallel (blue) or collinear (red)."""
     import cv2
 
-    canvas = _strokes(_faded(grey), found, found.arcs.chains, [(120, 120, 120)] * len(found.arcs))
+    canvas = _strokes(_faded(grey), found.edges, found.arcs.chains, [(120, 120, 120)] * len(found.arcs))
     arcs, related = found.arcs, found.relations
     middle = np.column_stack([arcs.start_x + arcs.end_x, arcs.start_y + arcs.end_y]) / 2
     between = (related.a < related.b) & (related.b < len(arcs))
@@ -107,11 +111,11 @@ def _palette(count: int) -> Picture:
     return np.asarray(np.clip(light + 65 * wave, 0, 255).astype(np.uint8))
 
 
-def _strokes(canvas: Picture, found: Extraction, chains: Chains, colours: Sequence[Sequence[int]]) -> Picture:
+def _strokes(canvas: Picture, elements: EdgeElements, chains: Chains, colours: Sequence[Sequence[int]]) -> Picture:
     import cv2
 
     canvas = np.ascontiguousarray(canvas)
-    points = np.rint(np.column_stack([found.edges.x, found.edges.y]) * 2**_SHIFT).astype(np.int32)
+    points = np.rint(np.column_stack([elements.x, elements.y]) * 2**_SHIFT).astype(np.int32)
     for i, colour in enumerate(colours):
         course = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
         cv2.polylines(canvas, [course], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)

@@ -12,6 +12,7 @@ from relmodel.store.columns import Columns, Ragged
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
 from vision.extraction import relations as relation_columns
+from vision.extraction.arcs import concatenate
 from vision.extraction.extract import VERSION, Extraction, ExtractionParameters
 from vision.extraction.topography import LABELS
 
@@ -78,7 +79,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     linked = np.unique(extraction.chains.elements)  # loose elements are not worth their room
     arc_of_element = np.full(len(edges), -1, np.int32)
     arc_of_element[arcs.elements] = arcs.chains.chain_of_member
-    arc_no = np.arange(len(arcs), dtype=np.int32)
     region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
     labelled, label = np.nonzero(extraction.topography)
@@ -94,34 +94,9 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "sigma": _one(edges.sigma[linked]),
             "arc_no": _one(arc_of_element[linked], np.int32),
         },
-        "image_arc": {
-            "arc_no": arc_no,
-            "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
-            "topography": "edge",
-            "start_x": arcs.start_x,
-            "start_y": arcs.start_y,
-            "end_x": arcs.end_x,
-            "end_y": arcs.end_y,
-            "centre_x": arcs.centre_x,
-            "centre_y": arcs.centre_y,
-            "radius": arcs.radius,
-            "radius2": arcs.radius2,
-            "axis_angle": arcs.axis_angle,
-            "length": arcs.length,
-            "closed": arcs.closed,
-            "bright_side": "left",
-            "contrast": arcs.contrast,
-            "width": arcs.width,
-            "sigma": arcs.sigma,
-            "residual": arcs.residual,
-            "element_count": arcs.chains.counts,
-        },
+        "image_arc": _arcs(extraction),
         "image_arc_mark": _marks(extraction),
-        "image_arc_polyline": {
-            "arc_no": arc_no,
-            "x": _packed(edges.x[arcs.elements], arcs.offsets),
-            "y": _packed(edges.y[arcs.elements], arcs.offsets),
-        },
+        "image_arc_polyline": _polylines(extraction),
         "image_region": {
             "region_no": region_no,
             "area": regions.area,
@@ -155,6 +130,48 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "label": np.array(LABELS, dtype=object)[label],
             "pixels": extraction.topography[labelled, label],
         },
+    }
+
+
+def _arcs(extraction: Extraction) -> Columns:
+    """Edge arcs first, numbered as in the extraction; then ridges and ravines, which are no units of matching."""
+    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
+    crests = extraction.crest_arcs
+    hollow = extraction.crests.ravine[crests.elements[crests.offsets[:-1]]]
+    kinds = np.concatenate([np.zeros(len(extraction.arcs), np.intp), np.where(hollow, 2, 1)])
+    return {
+        "arc_no": np.arange(len(arcs), dtype=np.int32),
+        "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
+        "topography": np.array(["edge", "ridge", "ravine"], dtype=object)[kinds],
+        "start_x": arcs.start_x,
+        "start_y": arcs.start_y,
+        "end_x": arcs.end_x,
+        "end_y": arcs.end_y,
+        "centre_x": arcs.centre_x,
+        "centre_y": arcs.centre_y,
+        "radius": arcs.radius,
+        "radius2": arcs.radius2,
+        "axis_angle": arcs.axis_angle,
+        "length": arcs.length,
+        "closed": arcs.closed,
+        "bright_side": "left",
+        "contrast": arcs.contrast,
+        "width": arcs.width,
+        "sigma": arcs.sigma,
+        "residual": arcs.residual,
+        "element_count": arcs.chains.counts,
+    }
+
+
+def _polylines(extraction: Extraction) -> Columns:
+    parts = ((extraction.edges, extraction.arcs), (extraction.crests.elements, extraction.crest_arcs))
+    x = np.concatenate([elements.x[arcs.elements] for elements, arcs in parts])
+    y = np.concatenate([elements.y[arcs.elements] for elements, arcs in parts])
+    offsets = concatenate([arcs for _, arcs in parts]).offsets
+    return {
+        "arc_no": np.arange(len(offsets) - 1, dtype=np.int32),
+        "x": _packed(x, offsets),
+        "y": _packed(y, offsets),
     }
 
 

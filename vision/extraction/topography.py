@@ -5,11 +5,15 @@ Hessian the extremum nearest to the pixel's centre is looked for; one inside the
 the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
+from vision.extraction.arcs import Arcs, concatenate, fit_arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels
+from vision.extraction.linking import Chains, link
 
 FloatArray = npt.NDArray[np.float64]
 ByteArray = npt.NDArray[np.uint8]
@@ -29,6 +33,28 @@ LABELS = (
 )
 
 
+@dataclass(frozen=True)
+class Crests:
+    """Ridge and ravine elements, thinned by construction: an extremum across lies within its pixel.
+
+    `elements` is of the form of edge elements, so that it links and fits like them: the unit normal runs across, in the
+    same half plane, `contrast` (grey) is the height of a Gaussian crest of the facet's scale with that bend, `width`
+    the scale (px), `sigma` (px) the standard deviation of the place across.  `ravine` marks the hollow ones.
+    """
+
+    elements: EdgeElements
+    ravine: npt.NDArray[np.bool_]
+
+    def take(self, kept: npt.NDArray[np.bool_]) -> "Crests":
+        """The crests that the mask selects."""
+        return Crests(self.elements.take(kept), self.ravine[kept])
+
+
+# rad: across a crest both normals are alike; the one within a right angle of this direction is given.  Few crests run
+# across it, where a chain is cut.
+_HALF_PLANE = 0.35
+
+
 def topographic_labels(
     grey: FloatArray,
     noise: FloatArray,
@@ -37,8 +63,9 @@ def topographic_labels(
     sigma: float = 2.0,
     min_slope: float = 0.5,
     min_bend: float = 1.0,
-) -> ByteArray:
-    """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `sigma` px.
+) -> tuple[ByteArray, Crests]:
+    """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `sigma` px, and the
+    ridges and ravines as elements.
 
     A slope counts from `min_slope` grey/px and a second derivative from `min_bend` grey/px^2, or from three standard
     deviations under `noise` (256,), the curve over grey.  Pixels of `edges` are inflections unless a stronger label
@@ -47,15 +74,14 @@ def topographic_labels(
     from vision.extraction import _topography_kernels
 
     kernels = gaussian_kernels(sigma)
-    variance = np.diag(kernels.coefficient_covariance)
-    mirrored = np.ascontiguousarray(np.pad(grey, kernels.radius, mode="symmetric"))
-    labels: ByteArray = _topography_kernels.classify(
+    variance = np.diag(kernels.moment_covariance)
+    slope_sigma = float(np.sqrt(variance[1]))
+    mirrored = np.pad(grey.astype(np.float32), kernels.radius, mode="symmetric")
+    labels, crests = _topography_kernels.classify(
         mirrored,
-        kernels.one_d,
-        kernels.alpha,
-        kernels.beta,
+        kernels.one_d.astype(np.float32),
         noise,
-        float(np.sqrt(variance[1])),
+        slope_sigma,
         float(2.0 * np.sqrt(variance[3])),
         min_slope,
         min_bend,
@@ -64,7 +90,42 @@ def topographic_labels(
         flat = labels.reshape(-1)
         weak = edges.pixel[flat[edges.pixel] > LABELS.index("ravine")]
         flat[weak] = LABELS.index("inflection")
-    return labels
+    return labels, _crests(crests, grey, noise, slope_sigma, sigma)
+
+
+def _crests(rows: FloatArray, grey: FloatArray, noise: FloatArray, slope_sigma: float, scale: float) -> Crests:
+    pixel = rows[:, 0].astype(np.int32)
+    bend = np.abs(rows[:, 5])
+    half = np.where(rows[:, 3] * np.cos(_HALF_PLANE) + rows[:, 4] * np.sin(_HALF_PLANE) < 0.0, -1.0, 1.0)
+    level = np.clip(grey.reshape(-1)[pixel], 0, 255).astype(np.intp)
+    elements = EdgeElements(
+        x=pixel % grey.shape[1] + rows[:, 1],
+        y=pixel // grey.shape[1] + rows[:, 2],
+        nx=half * rows[:, 3],
+        ny=half * rows[:, 4],
+        contrast=bend * scale**2,
+        width=np.full(len(rows), scale),
+        sigma=noise[level] * slope_sigma / bend,
+        pixel=pixel,
+    )
+    return Crests(elements, rows[:, 5] > 0)
+
+
+def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_height: float, min_elements: int) -> Arcs:
+    """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
+
+    Fillets show so: no step, but a crest of light along them.  `offsets` and `elements` of the arcs refer to
+    `crests.elements`.  Kept are chains of `min_elements` elements and `min_height` grey.
+    """
+    found = []
+    for hollow in (False, True):
+        which = np.flatnonzero((crests.ravine == hollow) & (crests.elements.contrast >= min_height)).astype(np.int32)
+        part = crests.elements.take(which)
+        chains = link(part, shape)
+        chains = chains.take(chains.counts >= min_elements)
+        chains = Chains(which[chains.elements], chains.offsets, chains.closed)
+        found.append(fit_arcs(crests.elements, chains, scale=scale, min_elements=min_elements // 2))
+    return concatenate(found)
 
 
 def label_histogram(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:

@@ -98,7 +98,7 @@ COMMENT ON TABLE image_arc IS 'Arcs of an image: fitted to linked edge elements.
 COMMENT ON COLUMN image_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc.arc_no IS 'ordinal in the extraction, from 0';
 COMMENT ON COLUMN image_arc.kind IS 'line, circular, elliptic or free';
-COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine';
+COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine; ridges and ravines are crests of grey, such as fillets show, and have no bright side';
 COMMENT ON COLUMN image_arc.start_x IS 'x of the first end, px';
 COMMENT ON COLUMN image_arc.start_y IS 'y of the first end, px';
 COMMENT ON COLUMN image_arc.end_x IS 'x of the last end, px';

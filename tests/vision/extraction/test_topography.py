@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from vision.extraction.edges import edge_elements
-from vision.extraction.topography import LABELS, label_histogram, topographic_labels
+from vision.extraction.extract import extract
+from vision.extraction.topography import LABELS, crest_arcs, label_histogram, topographic_labels
 
 from .synthetic import step
 
@@ -29,12 +30,12 @@ U, V = np.cos(0.5) * X + np.sin(0.5) * Y, -np.sin(0.5) * X + np.cos(0.5) * Y
     ],
 )
 def test_the_middle_pixel_has_the_label_of_its_surface(surface: np.ndarray, label: str) -> None:
-    labels = topographic_labels(surface, QUIET)
+    labels, _ = topographic_labels(surface, QUIET)
     assert LABELS[labels[20, 20]] == label
 
 
 def test_a_ridge_is_a_line_one_pixel_wide() -> None:
-    labels = topographic_labels(100 - 0.9 * (X - 0.2) ** 2, QUIET)
+    labels, _ = topographic_labels(100 - 0.9 * (X - 0.2) ** 2, QUIET)
     assert np.all(labels[12:29, 20] == LABELS.index("ridge"))
     assert not np.any(labels[12:29, 14:20] == LABELS.index("ridge"))
 
@@ -42,10 +43,10 @@ def test_a_ridge_is_a_line_one_pixel_wide() -> None:
 def test_edges_are_inflections_and_noise_stays_flat() -> None:
     image = step(0.4, 0.0) + np.random.default_rng(0).normal(0, 2.0, (64, 64))
     edges = edge_elements(image, min_contrast=30)
-    labels = topographic_labels(image, np.full(256, 2.0), edges)
+    labels, _ = topographic_labels(image, np.full(256, 2.0), edges)
     assert np.mean(labels.reshape(-1)[edges.pixel] == LABELS.index("inflection")) > 0.9
     noise = 100 + np.random.default_rng(1).normal(0, 2.0, (100, 100))
-    assert np.mean(topographic_labels(noise, np.full(256, 2.0)) == LABELS.index("flat")) > 0.95
+    assert np.mean(topographic_labels(noise, np.full(256, 2.0))[0] == LABELS.index("flat")) > 0.95
 
 
 def test_histogram_counts_by_region() -> None:
@@ -55,3 +56,33 @@ def test_histogram_counts_by_region() -> None:
     assert histogram[0, 6] == 2
     assert histogram[1, 7] == 3
     assert histogram.sum() == 5
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2, 2.5])
+def test_a_crest_is_one_straight_arc_at_its_place(sign: float, angle: float) -> None:
+    y, x = np.mgrid[:80, :80] - 39.5
+    across = x * np.cos(angle) + y * np.sin(angle) - 3.3
+    image = 100 + sign * 60 * np.exp(-(across**2) / (2 * 2.5**2))
+    image += np.random.default_rng(2).normal(0.0, 1.0, image.shape)
+    _, crests = topographic_labels(image, np.full(256, 1.0))
+    arcs = crest_arcs(crests, (80, 80), scale=2.0, min_height=10.0, min_elements=20)
+    assert len(arcs) == 1
+    assert crests.ravine[arcs.elements].all() == (sign < 0)
+    found = crests.elements.take(arcs.elements)
+    inner = (np.abs(found.x - 39.5) < 30) & (np.abs(found.y - 39.5) < 30)  # the picture's mirror image bends the rest
+    off = ((found.x - 39.5) * np.cos(angle) + (found.y - 39.5) * np.sin(angle) - 3.3)[inner]
+    assert abs(off.mean()) < 0.02
+    assert 0.5 < off.std() / np.sqrt(np.mean(found.sigma[inner] ** 2)) < 1.5
+    ends = np.array([[arcs.start_x[0], arcs.start_y[0]], [arcs.end_x[0], arcs.end_y[0]]]) - 39.5
+    assert np.abs(ends @ [np.cos(angle), np.sin(angle)] - 3.3).max() < 0.2
+
+
+def test_a_fillet_gives_a_ridge_and_a_sharp_step_none() -> None:
+    x = np.arange(120) - 60.0
+    fillet = np.tile(100 + 50 / (1 + (x / 6) ** 2), (100, 1))
+    noise = np.random.default_rng(3).normal(0.0, 1.0, fillet.shape)
+    ridge = extract(fillet + noise).crest_arcs
+    assert len(ridge) == 1
+    assert np.allclose([ridge.start_x[0], ridge.end_x[0]], 60.0, atol=0.1)
+    assert len(extract(step(0.3, 0.0, fillet.shape) + noise).crest_arcs) == 0
