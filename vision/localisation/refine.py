@@ -18,7 +18,7 @@ STEPS = 6
 # Consensus: draws, arcs in each, and how near (px) a measurement agrees.
 SEED, DRAWS, DRAWN_ARCS, CONSENSUS_PX = 1981, 300, 5, 1.5
 # A body loses its vote when it pulls the pose by more than this many sigma of the pose without it.  Were it where the
-# model says, one that knows as much as all others together would pull by less in 97 of 100 cases.  To first order,
+# model says, one that knows as much as all others together would pull by less in 98 of 100 cases.  To first order,
 # robust weights hide most of a pull.
 MAX_PULL_SIGMA, SUSPECT_SIGMA = 2.0, 0.5
 SAMPLES = 3000
