@@ -1,0 +1,88 @@
+"""Loaded objects as files for other programs: GLB with shared geometry, and tables as Parquet or CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.errors import UsageError
+from relmodel.geometry.transforms import inverse, matrix_columns
+from relmodel.objects.tree import Tree
+from relmodel.store import Store
+
+_METRES = 1e-3  # GLB is in metres
+
+
+def export_glb(store: Store, connection: Connection, tree: Tree, path: Path) -> None:
+    """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres."""
+    import trimesh
+
+    scene = trimesh.Scene(base_frame="world")
+    shapes = [int(s) for s in np.unique(tree.shape_id[tree.shape_id >= 0])]
+    parts = store.rows(
+        connection, "object/parts", part_ids=[int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
+    )
+    colours = {int(p.shape_id): p.colour for p in parts}
+    names = {int(p.shape_id): f"{p.number} {p.shape_id}" for p in parts}
+    for row in store.rows(connection, "scene_meshes", shape_ids=shapes):
+        mesh = trimesh.Trimesh(
+            np.reshape(row.vertices, (-1, 3)) * _METRES, np.reshape(row.triangles, (-1, 3)), process=False
+        )
+        rgb = colours[int(row.shape_id)] or "#b0b4b8"
+        base = [*(int(rgb[i : i + 2], 16) for i in (1, 3, 5)), 255]
+        mesh.visual = trimesh.visual.TextureVisuals(
+            material=trimesh.visual.material.PBRMaterial(baseColorFactor=base, metallicFactor=0.3, roughnessFactor=0.6)
+        )
+        scene.geometry[names[int(row.shape_id)]] = mesh
+    pose = tree.pose.copy()
+    pose[:, :3, 3] *= _METRES
+    row_of = {p: i for i, p in enumerate(tree.path)}
+    for i, name in enumerate(tree.path):
+        parent = name.rpartition("/")[0]
+        above = row_of.get(parent)
+        local = pose[i] if above is None else inverse(pose[above]) @ pose[i]
+        shape = int(tree.shape_id[i])
+        geometry = names[shape] if shape >= 0 and names[shape] in scene.geometry else None
+        scene.graph.update(
+            frame_to=name, frame_from=parent if above is not None else "world", matrix=local, geometry=geometry
+        )
+    path.write_bytes(scene.export(file_type="glb"))
+
+
+def export_tables(store: Store, connection: Connection, tree: Tree, folder: Path, form: str) -> list[Path]:
+    """Write placed parts, parts, features, surfaces and arcs as files of `form` (parquet or csv); returns them."""
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    if form not in ("parquet", "csv"):
+        raise UsageError(f"there is no table format {form}: name parquet or csv")
+    folder.mkdir(parents=True, exist_ok=True)
+    placed = np.flatnonzero(tree.part_id >= 0)
+    part_ids = [int(i) for i in np.unique(tree.part_id[placed])]
+    shape_ids = [int(i) for i in np.unique(tree.shape_id[placed])]
+    tables: dict[str, Mapping[str, Any]] = {
+        "placed_part": {
+            "path": [tree.path[i] for i in placed.tolist()],
+            "part_id": tree.part_id[placed],
+            "shape_id": tree.shape_id[placed],
+            **matrix_columns(tree.pose[placed]),
+        },
+        "part": store.columns(connection, "object/parts", part_ids=part_ids),
+        "feature": store.columns(connection, "object/export_features", shape_ids=shape_ids),
+        "surface": store.columns(connection, "object/export_surfaces", shape_ids=shape_ids),
+        "arc": store.columns(connection, "object/export_arcs", shape_ids=shape_ids),
+    }
+    files = []
+    for name, columns in tables.items():
+        table = pa.table({c: pa.array(v, from_pandas=True) for c, v in columns.items()})
+        file = folder / f"{name}.{form}"
+        if form == "parquet":
+            parquet.write_table(table, file)
+        else:
+            csv.write_csv(table, file)
+        files.append(file)
+    return files

@@ -1,0 +1,99 @@
+"""The tree of a loaded object: what stands in it, where and how often."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.errors import UsageError
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
+from relmodel.store import Store
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Tree:
+    """All objects and parts placed in an object, parents before children.
+
+    part_id, child_object_id and shape_id are -1 where a row is not that; pose (n, 4, 4): object_from_occurrence, mm.
+    """
+
+    object_id: int
+    name: str
+    variant: str
+    revision: int
+    path: list[str]
+    depth: Ints
+    child_object_id: Ints
+    part_id: Ints
+    shape_id: Ints
+    pose: Floats
+
+
+def read_tree(store: Store, connection: Connection, name: str, variant: str = "") -> Tree:
+    """Tree of the newest revision of a variant.  Raises UsageError where it is not loaded."""
+    found = store.rows(connection, "load/latest_variant", name=name, variant=variant)
+    if not found:
+        known = [
+            f"{r.name} variant {r.variant}" if r.variant else r.name for r in store.rows(connection, "newest_objects")
+        ]
+        asked = f"{name} variant {variant}" if variant else name
+        raise UsageError(
+            f"there is no object {asked}: name one of those loaded: {', '.join(known) or 'there are none'}"
+        )
+    object_id = int(found[0].object_id)
+    rows = store.columns(connection, "object_expansion", object_id=object_id)
+    depth, child, part, shape = (np.asarray(rows[c], np.int64) for c in ("depth", "object_id", "part_id", "shape_id"))
+    pose = matrices({c: rows[c] for c in MATRIX_COLUMNS})
+    path = [str(p) for p in rows["path"]]
+    return Tree(object_id, name, variant, int(found[0].revision), path, depth, child, part, shape, pose)
+
+
+def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
+    """One row an object or part in the tree: depth, path, level, number, material, size (mm), surfaces, features by
+    kind, attributes."""
+    part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
+    objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]
+    parts = {int(r.id): r for r in store.rows(connection, "object/parts", part_ids=part_ids)}
+    kinds: dict[int, list[str]] = {}
+    for r in store.rows(connection, "object/features", shape_ids=sorted({int(p.shape_id) for p in parts.values()})):
+        kinds.setdefault(int(r.shape_id), []).append(f"{r.kind} {r.how_many}")
+    attributes: dict[tuple[str, int], list[str]] = {}
+    for r in store.rows(connection, "object/attributes", object_ids=[tree.object_id, *objects], part_ids=part_ids):
+        attributes.setdefault((r.level, int(r.id)), []).append(f"{r.name}={r.value}{' ' + r.unit if r.unit else ''}")
+    rows = [
+        {
+            "depth": 0,
+            "path": "",
+            "level": "object",
+            "parts": int((tree.part_id >= 0).sum()),
+            "attributes": ", ".join(attributes.get(("object", tree.object_id), [])),
+        }
+    ]
+    for i, path in enumerate(tree.path):
+        if tree.part_id[i] < 0:
+            inside = [
+                p for p, part in zip(tree.path, tree.part_id, strict=True) if part >= 0 and p.startswith(path + "/")
+            ]
+            known = ("object", int(tree.child_object_id[i]))
+            row: dict[str, Any] = {"level": "object", "parts": len(inside)}
+        else:
+            part = parts[int(tree.part_id[i])]
+            known = ("part", int(part.id))
+            row = {
+                "level": "part",
+                "number": part.number,
+                "material": part.material,
+                "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",
+                "surfaces": int(part.surface_count),
+                "features": ", ".join(kinds.get(int(part.shape_id), [])),
+            }
+        row["attributes"] = ", ".join(attributes.get(known, []))
+        rows.append({"depth": int(tree.depth[i]), "path": path, **row})
+    return rows
