@@ -22,6 +22,7 @@ _MOST_AXES = 6  # of surfaces around a core, that a torus may share
 _MOST_PATCHES = 40  # of a core
 _SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the distance of their facets' middles
 _LITTLE_OF_GAP = 0.02  # the same, of surfaces that hold them less exactly
+_LEAST_STEEP = 0.05  # cosine of a cone's half angle: less is a plane
 _LEAST_ROUND = 0.05  # major radius of a torus in minor ones: less is a sphere
 _UNEVEN = 0.05  # three strips are a core where their widths differ by less: any symmetric three lie on a cylinder
 _ACROSS = 0.5  # share of its longest crease that a strip must have with a neighbour along it
@@ -593,6 +594,8 @@ def grow_surfaces(
                     continue
                 s = refine(kind, s, points, allowed)
                 if worst(kind, s, points) > allowed or (kind == TORUS and not s[6] > _LEAST_ROUND * abs(s[7])):
+                    continue
+                if kind == CONE and abs(s[8]) < _LEAST_STEEP:
                     continue
                 n, total = _grown(
                     kind, s, core, size, owner, seen, stamp, members, mark, patch_start, patch_triangle, area,

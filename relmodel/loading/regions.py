@@ -19,6 +19,7 @@ _LITTLE_RAD = np.radians(30)
 _FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
 _WEAK_RIM = 0.6  # the same, of a free-form or another such surface
 _FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
+_EXACT_MM = 5e-5  # kernels hold a cylinder that they keep as a spline about as exactly
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 _WIDE = 3.0  # how much wider than its smooth neighbours a flat region must be, to be a plane that they run into
 
@@ -148,7 +149,7 @@ def _patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) 
     fine = rounding(vertices)
     thin = slim(vertices, triangles)
     height = np.minimum(double[a], double[b]) / length
-    flat = (height * np.sin(angle) < 4 * fine) & (angle < FLAT_RAD) & ~thin[a] & ~thin[b]
+    flat = (height * np.sin(angle) < 4 * fine) & (angle < FREE_RAD) & ~thin[a] & ~thin[b]
     patch = components(len(triangles), a[flat], b[flat])
     bad = mean_planes(vertices, triangles, patch)[0] > tolerance
     flat &= ~bad[patch[a]] | (angle < FLAT_RAD / 10)
@@ -230,7 +231,7 @@ def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: flo
         patches.length,
         smooth,
         order[bends[order] > 0],
-        rounding(vertices),
+        max(_EXACT_MM, rounding(vertices)),
         tolerance,
         np.cos(_LEAN_RAD),
         _WIDE,
