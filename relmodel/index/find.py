@@ -69,8 +69,10 @@ def in_volumes(
     if precision not in PRECISIONS:
         raise UsageError(f"there is no precision {precision!r}: use one of {', '.join(PRECISIONS)}")
     bounds = np.array([volume.bounds for volume in volumes], float).reshape(-1, 6)
-    asked: dict[str, Any] = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)}
-    asked["volume_no"] = list(range(len(volumes)))
+    # As text: DuckDB's client takes 0.2 ms to bind each number of a list where pandas is not installed.
+    opening, closing = "[]" if store.dialect == "duckdb" else "{}"
+    columns = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)} | {"volume_no": range(len(volumes))}
+    asked = {name: opening + ",".join(map(repr, numbers)) + closing for name, numbers in columns.items()}
     if level != "part":
         asked["level"] = level
     query = "find_parts_in_boxes" if level == "part" else "find_elements_in_boxes"
