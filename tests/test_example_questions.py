@@ -1,0 +1,182 @@
+"""The questions of `queries/examples` on both engines, against the generator's lists and NumPy."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.geometry.transforms import matrices
+from relmodel.loading.load import load
+from relmodel.resources import resource_dir
+from relmodel.store import Store, sql
+from relmodel.store.ask import ask
+from relmodel.variants.compare import compare
+from relmodel.world import place_world
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
+FEATURES = {v: GOLDEN[v]["features"] for v in "AB"}
+Answers = dict[str, list[Any]]
+
+
+def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
+    return [f for f in FEATURES[variant] if f["kind"] in kinds]
+
+
+def fill(store: Store) -> None:
+    for variant in "AB":
+        load(store, EXAMPLES / f"demo/bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
+    place_world(store, EXAMPLES / "demo/world.yaml")
+    compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
+    with store.write() as connection:
+        shape = connection.execute(sa.select(store.table("shape").c.id)).first()
+        assert shape is not None
+        row: dict[str, Any] = {"id": [10**9], "content_key": ["x"], "number": ["P-1"], "name": ["plate"]}
+        store.append(connection, "part", {**row, "material": ["Al 7075-T6"], "shape_id": [int(shape.id)]})
+
+
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
+    if request.param == "duckdb":
+        target = str(tmp_path_factory.mktemp("questions") / "s.duckdb")
+    else:
+        target = request.getfixturevalue("questions_database")
+    with Store.create(target) as opened:
+        fill(opened)
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def questions_database(postgresql_server: str) -> Any:
+    server = sa.create_engine(postgresql_server, isolation_level="AUTOCOMMIT")
+    with server.connect() as connection:
+        connection.exec_driver_sql("CREATE DATABASE questions")
+    yield server.url.set(database="questions").render_as_string(hide_password=False)
+    with server.connect() as connection:
+        connection.exec_driver_sql("DROP DATABASE questions WITH (FORCE)")
+    server.dispose()
+
+
+def columns(store: Store, table: str) -> list[dict[str, Any]]:
+    with store.read() as connection:
+        return [dict(r._mapping) for r in connection.execute(store.table(table).select())]
+
+
+def body_shape(store: Store) -> int:
+    variant = next(r for r in columns(store, "object_variant") if r["variant"] == "A")
+    placed = columns(store, "object_part")
+    part = next(r["part_id"] for r in placed if r["object_id"] == variant["object_id"] and r["name"] == "BODY")
+    return int(next(r["shape_id"] for r in columns(store, "part") if r["id"] == part))
+
+
+def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
+    answers: Answers = {}
+    for file in sorted((resource_dir("queries") / "examples").glob("*.sql")):
+        with store.read() as connection:
+            answers[file.stem] = [tuple(r) for r in connection.execute(sa.text(file.read_text()))]
+    assert len(answers) >= 20
+    holes = by_kind("A", "lightening_hole", "tooling_hole", "bolt_hole")
+
+    lugs = [f["bore_centre"] for f in by_kind("A", "lug")]
+    apart = {tuple(f["centre"]): min(np.hypot(*np.subtract(f["centre"], c)) for c in lugs) for f in holes}
+    small = [f for f in holes if 8 <= 2 * f["radius"] <= 9]
+    near = {(round(f["centre"][0]), round(f["centre"][1])) for f in small if apart[tuple(f["centre"])] <= 150}
+    assert {(round(r[2]), round(r[3])) for r in answers["holes_near_lugs"]} == near
+
+    thin = [f for f in by_kind("A", "rib") if f["thickness"] < 6.2]
+    assert len(answers["thin_ribs"]) == len(thin) == 3
+    assert [r[1] for r in answers["thin_ribs"]] == pytest.approx([f["thickness"] for f in thin], abs=1e-6)
+
+    kept = {f["name"] for f in FEATURES["B"]}
+    gone = sorted(f["centre"] for f in holes if f["name"] not in kept)
+    assert [[round(r[2]), round(r[3])] for r in answers["features_that_b_lacks"]] == gone
+    assert answers["parts_of_a_material"] == [("P-1", "plate", "Al 7075-T6")]
+
+    depth = Counter(round(f["depth"], 6) for f in by_kind("A", "pocket") if f["depth"] > 40)
+    assert Counter(round(r[1], 6) for r in answers["deep_pockets"]) == depth
+    corner = [f for f in by_kind("A", "pocket") if f["corner_radius"] < 12]
+    assert [r[1] for r in answers["sharp_pocket_corners"]] == pytest.approx([f["corner_radius"] for f in corner])
+    sizes = Counter(round(2 * f["radius"], 3) for f in holes) + Counter(2 * f["bore"] for f in by_kind("A", "boss"))
+    sizes += Counter({42.0: len(lugs), 184.0: 1})  # the lugs' bores and the round duct
+    assert {float(d): n for d, n in answers["hole_sizes"]} == {float(d): n for d, n in sizes.items()}
+
+    moved = {r[0] for r in answers["parts_that_moved"]}
+    assert moved == {"CLIP_2/CLIP", "CLIP_2/BOLT_1", "CLIP_2/BOLT_2"}
+    turn = {c["name"]: c["turn_deg"] for c in GOLDEN["A"]["components"]}["CLIP_2"]
+    after = {c["name"]: c["turn_deg"] for c in GOLDEN["B"]["components"]}["CLIP_2"]
+    assert [r[5] for r in answers["parts_that_moved"]] == pytest.approx([abs(after - turn)] * 3)
+    assert dict(answers["parts_by_use"]) == GOLDEN["A"]["solids_of_each_part"]
+    masses = {v: GOLDEN[v]["body_mass_kg"] for v in "AB"}
+    assert dict(answers["mass_of_a_part"]) == pytest.approx(masses, rel=1e-4)  # the kernel integrates less well
+    assert len(answers["faces_of_one_radius"]) == len(lugs)
+    found = sorted((round(x, 3), round(y, 3)) for _, x, y in answers["faces_of_one_radius"])
+    assert found == sorted((round(x, 3), round(y, 3)) for x, y in lugs)
+    ring = [c for c in GOLDEN["A"]["components"] if c["product"] == "BOLT_M8"]
+    close = {f"bulkhead/{c['name']}" for c in ring if np.hypot(c["origin"][0] - 618, c["origin"][1] - 428) < 120}
+    assert {r[0] for r in answers["bolts_near_a_duct"]} == close
+    assert len(close) == 8
+    assert [(r[1], r[3]) for r in answers["loads"]] == [(v, f"bulkhead_{v}.step.gz") for v in "AB"]
+    assert answers["matched_arcs"] == answers["rejected_arcs"] == []  # nothing was inspected
+
+    # The others against the rows themselves, by plain Python.
+    shape = body_shape(store)
+    listed: dict[str, set[int]] = {}
+    shape_surfaces = columns(store, "shape_surface")
+    by_shape = Counter(r["shape_id"] for r in shape_surfaces)
+    bodies = sorted(s for s, n in by_shape.items() if n > 500)
+    for variant, number in zip("AB", bodies, strict=True):
+        listed[variant] = {r["surface_id"] for r in shape_surfaces if r["shape_id"] == number}
+    assert answers["surfaces_shared_by_variants"] == [(len(listed["A"] & listed["B"]),)]
+    surfaces = {r["id"]: r for r in columns(store, "surface")}
+    faces = {r["surface_no"]: surfaces[r["surface_id"]] for r in shape_surfaces if r["shape_id"] == shape}
+    arcs = {r["id"]: r for r in columns(store, "arc")}
+    edges = [r for r in columns(store, "shape_arc") if r["shape_id"] == shape]
+    long = {r["arc_no"] for r in edges if r["convexity"] == "convex" and arcs[r["arc_id"]]["length"] > 500}
+    assert {r[0] for r in answers["long_sharp_edges"]} == long
+    sides = [({r["surface_a"], r["surface_b"]}, r["convexity"]) for r in edges if r["angle"] is not None]
+    beside = Counter((next(iter(pair - {0})), kind) for pair, kind in sides if 0 in pair and len(pair - {0, None}) == 1)
+    assert {(n, kind): count for n, kind, count in answers["neighbours_of_a_face"]} == beside
+    top = {n for n, f in faces.items() if f["recognised_kind"] == "plane" and f["z0"] > 60 - 1e-6}
+    assert {r[0] for r in answers["faces_at_a_height"]} == top
+    around = {
+        n
+        for n, f in faces.items()
+        if f["recognised_kind"] in ("cylinder", "cone")
+        and np.hypot(f["origin_x"] + 1170, f["origin_y"] - 330) < 1e-3
+        and abs(f["axis_z_z"]) > 1 - 1e-9
+    }
+    datum = {n for n in around if abs(faces[n]["radius"] - 9) < 1e-6 or abs(faces[n]["radius"] - 15) < 1e-6}
+    answered = {r[0] for r in answers["faces_coaxial_with_a_hole"]}
+    assert answered <= around
+    assert around - datum <= answered
+
+    features = [r for r in columns(store, "feature") if r["shape_id"] == shape]
+    place = next(r for r in columns(store, "occurrence") if r["path"] == "bulkhead/BODY")
+    pose = matrices({c: np.array([v]) for c, v in place.items() if c.startswith("m")})[0]
+    inside = set()
+    for f in features:
+        box = [f["x0"], f["y0"], f["z0"], f["x1"], f["y1"], f["z1"]]
+        corners = np.array(
+            [[box[3 * i], box[1 + 3 * j], box[2 + 3 * k]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+        )
+        world = corners @ pose[:3, :3].T + pose[:3, 3]
+        if (world.max(0) >= [1800, -500, 900]).all() and (world.min(0) <= [2000, -400, 1100]).all():
+            inside.add(f["feature_no"])
+    assert {r[1] for r in answers["features_in_a_box"] if r[0] == "bulkhead/BODY"} == inside
+
+
+def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:
+    names = sql.query_names("examples")
+    with Store.open(duckdb_template, read_only=True) as store:
+        for name in names:
+            text = (resource_dir("queries") / f"{name}.sql").read_text()
+            assert "?" in text.splitlines()[0]
+            assert ":" not in text  # nothing to bind: a person edits the literals
+    with Store.open(duckdb_template, read_only=True) as store:
+        assert ask(store, (resource_dir("queries") / "examples/thin_ribs.sql").read_text())[1] == []
