@@ -122,7 +122,7 @@ def score(
             p, w = chosen[name]
             q = chosen[other][0]
             away = cKDTree(q).query(p)[0] if len(p) and len(q) else np.full(len(p), np.inf)
-            out[kind, name] += w.sum()  # type: ignore[assignment]
+            out[kind, name] += w.sum()
             out[kind, name + " right"] += w[away < 1.0 + chord].sum()
     return out
 
