@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.errors import InputError
+from relmodel.geometry.transforms import rotation_matrix, rotation_vector
 
 Floats = NDArray[np.float64]
 
@@ -28,45 +29,11 @@ MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
 
 
-def skew(v: Floats) -> Floats:
-    """Cross-product matrices (..., 3, 3) of vectors (..., 3): `skew(a) @ b = a x b`."""
-    v = np.asarray(v, float)
-    out = np.zeros((*v.shape[:-1], 3, 3))
-    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    return out - np.swapaxes(out, -1, -2)
-
-
-def rotation_exp(r: Floats) -> Floats:
-    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues)."""
-    r = np.asarray(r, float)
-    angle = np.linalg.norm(r, axis=-1)[..., None, None]
-    k = skew(r)
-    # np.sinc(x / pi) = sin x / x, good at zero; (1 - cos x) / x^2 = sinc^2(x / 2) / 2.
-    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (k @ k))
-
-
-def rotation_log(rotation: Floats) -> Floats:
-    """The rotation vector (3,) of a rotation matrix, radians; inverse of `rotation_exp` for angles below pi."""
-    v = 0.5 * np.array(
-        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
-    )
-    sine, cosine = float(np.linalg.norm(v)), 0.5 * (float(np.trace(rotation)) - 1)
-    angle = np.arctan2(sine, cosine)
-    if sine > 1e-8:
-        return np.asarray(v * (angle / sine))
-    if cosine > 0:
-        return np.asarray(v)
-    # Half a turn: the axis is the column of (R + I) that is longest.
-    m = rotation + np.eye(3)
-    column = m[:, int(np.argmax(np.linalg.norm(m, axis=0)))]
-    return np.asarray(column / np.linalg.norm(column) * angle)
-
-
 def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
     """`world_from_rig @ [Exp(r), t]` for perturbations `delta` (..., 6) = (t mm, r rad); (..., 4, 4)."""
     delta = np.asarray(delta, float)
     step = np.zeros((*delta.shape[:-1], 4, 4))
-    step[..., :3, :3] = rotation_exp(delta[..., 3:])
+    step[..., :3, :3] = rotation_matrix(delta[..., 3:])
     step[..., :3, 3] = delta[..., :3]
     step[..., 3, 3] = 1
     return np.asarray(world_from_rig @ step)
@@ -75,7 +42,7 @@ def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
 def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:
     """The perturbation (6,) = (t mm, r rad) that takes pose a to pose b: `perturb(a, it) = b`."""
     d = np.linalg.inv(world_from_a) @ world_from_b
-    return np.concatenate([d[:3, 3], rotation_log(d[:3, :3])])
+    return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])
 
 
 @dataclass(frozen=True)

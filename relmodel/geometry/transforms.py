@@ -44,31 +44,38 @@ def apply(a_from_b: Array, points: Array) -> Array:
     return np.asarray(points @ a_from_b[:3, :3].T + a_from_b[:3, 3])
 
 
-def rotation_matrix(vector: npt.ArrayLike) -> Array:
-    """Rotation (3, 3) about the direction of a rotation vector (3,) by its length, rad (Rodrigues)."""
-    v = np.asarray(vector, float)
-    angle = float(np.linalg.norm(v))
-    k = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    a = np.sinc(angle / np.pi)
-    b = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
-    return np.asarray(np.eye(3) + a * k + b * (k @ k))
+def skew(v: npt.ArrayLike) -> Array:
+    """Cross-product matrices (..., 3, 3) of vectors (..., 3): `skew(a) @ b = a x b`."""
+    v = np.asarray(v, float)
+    out = np.zeros((*v.shape[:-1], 3, 3))
+    out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    return out - np.swapaxes(out, -1, -2)
+
+
+def rotation_matrix(r: npt.ArrayLike) -> Array:
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues)."""
+    r = np.asarray(r, float)
+    angle = np.linalg.norm(r, axis=-1)[..., None, None]
+    k = skew(r)
+    # np.sinc(x / pi) = sin x / x, good at zero; (1 - cos x) / x^2 = sinc^2(x / 2) / 2.
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (k @ k))
 
 
 def rotation_vector(rotation: Array) -> Array:
-    """Rotation vector (3,), rad, of a rotation (3, 3); inverse of `rotation_matrix` for angles below pi."""
-    skew = 0.5 * np.array(
+    """The rotation vector (3,) of a rotation matrix, radians; inverse of `rotation_matrix` for angles below pi."""
+    v = 0.5 * np.array(
         [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
     )
-    sine = float(np.linalg.norm(skew))
-    angle = float(np.arctan2(sine, (np.trace(rotation) - 1) / 2))
-    if sine > 1e-9:
-        return np.asarray(skew * (angle / sine))
-    if angle < 1:
-        return skew
-    # Half a turn: the axis is the column of R + I of greatest length.
-    columns = rotation + np.eye(3)
-    axis = columns[:, int(np.argmax(np.linalg.norm(columns, axis=0)))]
-    return np.asarray(angle * axis / np.linalg.norm(axis))
+    sine, cosine = float(np.linalg.norm(v)), 0.5 * (float(np.trace(rotation)) - 1)
+    angle = np.arctan2(sine, cosine)
+    if sine > 1e-8:
+        return np.asarray(v * (angle / sine))
+    if cosine > 0:
+        return np.asarray(v)
+    # Half a turn: the axis is the column of (R + I) that is longest.
+    m = rotation + np.eye(3)
+    column = m[:, int(np.argmax(np.linalg.norm(m, axis=0)))]
+    return np.asarray(column / np.linalg.norm(column) * angle)
 
 
 def nearest_rotation(matrix: Array) -> Array:

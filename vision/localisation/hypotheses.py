@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from vision.cameras import Prior, Rig, rotation_exp, skew
+from relmodel.geometry.transforms import rotation_matrix, skew
+from vision.cameras import Prior, Rig
 from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
 from vision.localisation.scene import Floats, Ints, Scene
 from vision.localisation.visibility import VisibleArcs, in_picture, visible_arcs
@@ -74,7 +75,7 @@ def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tupl
     """Pixels (n, 2) of the samples and their derivatives (n, 2, 6) by a right perturbation (t, r) of the rig's pose."""
     point = prediction.point
     if delta is not None:
-        point = (point - delta[:3]) @ rotation_exp(delta[3:])
+        point = (point - delta[:3]) @ rotation_matrix(delta[3:])
     r, view = prediction.rotation[prediction.view], prediction.view
     p = np.einsum("nij,nj->ni", r, point) + prediction.offset[view]
     k = prediction.matrix[view]
@@ -91,7 +92,7 @@ def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tupl
 def image_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
     """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
     delta = np.zeros(6) if delta is None else delta
-    turn = rotation_exp(delta[3:])
+    turn = rotation_matrix(delta[3:])
     r = prediction.rotation[prediction.view]
     p = np.einsum("nij,nj->ni", r, (prediction.point - delta[:3]) @ turn) + prediction.offset[prediction.view]
     t = np.einsum("nij,nj->ni", r, prediction.tangent @ turn)
@@ -210,7 +211,7 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
     run: Any = kernels.scan
     run(
         *_samples(prediction), field, start, shape, origin, SCAN_CELL, SCAN_WINDOW, ORIENTATIONS,
-        rotation_exp(delta[:, 3:]), np.ascontiguousarray(delta[:, :3]), shifts, penalty, score, best,
+        rotation_matrix(delta[:, 3:]), np.ascontiguousarray(delta[:, :3]), shifts, penalty, score, best,
     )  # fmt: skip
     delta[:, 3:] += turns[best]
     return delta, score

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.cameras import Prior, perturbation, skew
+from relmodel.geometry.transforms import skew
+from vision.cameras import Prior, perturbation
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import CORRELATION_PX, Prediction, evidence_at, image_directions, image_jacobians
 from vision.localisation.refine import Refined

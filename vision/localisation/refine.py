@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from vision.cameras import Prior, Rig, perturb, perturbation, rotation_exp
+from relmodel.geometry.transforms import rotation_matrix
+from vision.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
 from vision.localisation.scene import Bools, Floats, Ints, Scene
@@ -246,7 +247,7 @@ def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, own
     hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
     away = perturbation(prior.world_from_rig, world_from_rig)
     turn = np.eye(6)
-    turn[:3, :3] = rotation_exp(away[3:])
+    turn[:3, :3] = rotation_matrix(away[3:])
     information = turn.T @ np.linalg.inv(prior.covariance)
     hessian[:6, :6] += information @ turn
     gradient[:6] -= information @ away
