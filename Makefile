@@ -13,7 +13,7 @@ cell: $(READY)  ## the cell of two arms, table and bulkhead, in the store cell.d
 	$(BIN)/python -m examples.cell cell.duckdb --picture cell.png
 
 test: $(READY)  ## all tests; those over the test data too where RELMODEL_TEST_DATA names its folder
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto
 
 lint: $(READY)  ## ruff and mypy
 	$(BIN)/ruff check .

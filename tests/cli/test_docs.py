@@ -17,6 +17,8 @@ PAGES = sorted([CHECKOUT / "README.md", CHECKOUT / "examples/README.md", *(CHECK
 TARGETS = re.findall(r"^([a-z]+):", (CHECKOUT / "Makefile").read_text(), re.MULTILINE)
 
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+# A block of one command, and the block after it with what it prints.
+_ANSWERED = re.compile(r"^```sh\n(relmodel [^\n]+)\n```\n\n```\n(.*?)^```", re.MULTILINE | re.DOTALL)
 _INDENTED = re.compile(r"(?:^ {4}.*\n)+", re.MULTILINE)
 _INLINE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
 
@@ -93,7 +95,8 @@ def test_readme_runs(
         shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
-    blocks = shell_blocks((CHECKOUT / "README.md").read_text())
+    page = (CHECKOUT / "README.md").read_text()
+    blocks = shell_blocks(page)
     run = [words for block in blocks if not block.startswith("# not run") for words in commands(block)]
     assert run
     for words in run:
@@ -101,3 +104,8 @@ def test_readme_runs(
         if words[0] == "relmodel":
             assert main(words[1:]) == 0, words
             assert capsys.readouterr().out.strip(), f"{shlex.join(words)} prints nothing"
+    shown = _ANSWERED.findall(page)
+    assert shown
+    for command, answer in shown:
+        main(shlex.split(command)[1:])
+        assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
