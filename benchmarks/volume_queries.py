@@ -138,7 +138,7 @@ class Libspatialindex:
         return np.fromiter(self.index.intersection(box.tolist()), np.int64)
 
     def many(self, boxes: Floats) -> int:
-        return len(self.index.intersection_v(boxes[:, :3], boxes[:, 3:])[0])  # type: ignore[no-untyped-call]
+        return len(self.index.intersection_v(boxes[:, :3], boxes[:, 3:])[0])
 
 
 class Shapely:
