@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import UsageError
-from relmodel.index.kinds import BoxIndex, Integers, among, as_boxes, build
+from relmodel.index.kinds import BoxIndex, build
+from relmodel.index.pairs import Integers, among, as_boxes
 from relmodel.index.volumes import VolumeTable
 
 Floats = npt.NDArray[np.float64]

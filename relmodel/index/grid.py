@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.index.kinds import Integers, among, as_boxes
+from relmodel.index.pairs import Integers, among, as_boxes
 from relmodel.index.volumes import VolumeTable
 
 Floats = npt.NDArray[np.float64]

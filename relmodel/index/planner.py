@@ -11,7 +11,8 @@ import numpy.typing as npt
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices
 from relmodel.index.find import BOX_COLUMNS, LEVELS, Level, world_named
-from relmodel.index.kinds import Integers, build
+from relmodel.index.kinds import build
+from relmodel.index.pairs import Integers
 from relmodel.index.volumes import Box, Volume, VolumeTable, volumes_met
 from relmodel.store import Store
 
