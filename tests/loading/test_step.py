@@ -351,7 +351,7 @@ def test_a_file_cut_off_or_robbed_of_a_face_is_refused(data_dir: Path, tmp_path:
     robbed = tmp_path / "robbed.step"
     at = text.rindex("#", 0, text.index("ADVANCED_FACE"))
     robbed.write_text(text[:at] + text[text.index(";", at) + 1 :])
-    with pytest.raises(InputError, match="damaged: it refers to #"):
+    with pytest.raises(InputError, match="damaged, for it refers to #"):
         read_step(robbed)
     assert read_step(robbed, allow_partial=True).faces_loaded == 5
     # A face whose surface is nonsense is there in the text, but does not come through.

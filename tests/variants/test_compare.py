@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -42,6 +43,8 @@ def write_plate(path: Path, outline: Sequence[Point], holes: Sequence[tuple[floa
     writer = STEPControl_Writer()
     writer.Transfer(part, STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(path))
+    # The kernel numbers the products that a process writes: one part has one name.
+    path.write_text(re.sub(r"'Open CASCADE STEP translator [^']*'", "'PLATE'", path.read_text()))
     return path
 
 
