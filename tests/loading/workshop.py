@@ -603,6 +603,8 @@ def wedge(rng: Rng) -> Part:
     for s in holes:  # through, square to the slope: the far end leans, with a counterbore, a countersink or neither
         r = _u(rng, 2, 0.25 * s.half[0])
         depth = s.p(0, 0, 0)[2] / up[2] + r * float(np.tan(lean))
+        if s.p(-2 * r, 0, -depth)[0] < 1:  # it would leave through the end
+            continue
         part.cut(s.put(cylinder((0, 0, -FAR), r, 2 * FAR)))
         more, kind = {}, int(rng.integers(3))
         wide_ = r * 1.8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -28,31 +29,66 @@ _BESIDE = 0.2  # share of a floor's extent that a wall has at least
 _SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does
 
 
+@dataclass
+class Floor:
+    """Surfaces that are one floor: cut up, yet one plane, or a curved one; up: out of the material; level: its lowest."""
+
+    faces: list[int]
+    up: Floats
+    level: float
+
+
 def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
-    """Planes whose whole outer boundary rises into walls, at once or through a fillet, or falls into such a pocket."""
-    open_floors, found, walls = [], [], set()
+    """Floors whose whole outer boundary rises into walls, at once or through a fillet, or falls into such a pocket.
+
+    taken: surfaces of holes; one that cuts into a wall of a pocket opens its floor no more than another pocket does.
+    """
+    open_floors, found = [], []
     for floor in _floors(b, taken):
-        if all(_rises(b, set(floor), i, x) for i in floor for x in b.sides[i] if x.outer):
-            pocket = _pocket(b, floor)
+        if all(_rises(b, floor, i, x) for i in floor.faces for x in b.sides[i] if x.outer):
+            pocket = _pocket(b, [floor])
             if pocket is not None:
                 found.append(pocket)
-                walls |= {i for i, role in pocket.surfaces if role == "wall"}
         else:
             open_floors.append(floor)
-    # What is open only where another pocket cuts into it is a pocket all the same.
+    pocket_of = {i: n for n, pocket in enumerate(found) for i, role in pocket.surfaces if role == "wall"}
+    for floor in _curved_floors(b, taken | pocket_of.keys()):
+        pocket = _pocket(b, [floor])
+        if pocket is not None:
+            found.append(pocket)
+    # What is open only where a hole or another pocket cuts into it is a pocket all the same.
+    cut: dict[tuple[float, ...], list[tuple[Floor, set[int], set[tuple[float, ...]]]]] = {}
     for floor in open_floors:
-        outer = [(i, x) for i in floor for x in b.sides[i] if x.outer]
-        rising = [_rises(b, set(floor), i, x) for i, x in outer]
-        cut = [up or x.other in walls for up, (_, x) in zip(rising, outer, strict=True)]
+        outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
+        rising = [_rises(b, floor, i, x) for i, x in outer]
+        falls = {x.other for up, (_, x) in zip(rising, outer, strict=True) if not up}
         share = sum(x.length for up, (_, x) in zip(rising, outer, strict=True) if up) / sum(x.length for _, x in outer)
-        if all(cut) and share > _MOSTLY and not walls & set(floor):
-            pocket = _pocket(b, floor)
+        if falls <= pocket_of.keys() | taken and share > _MOSTLY and not pocket_of.keys() & set(floor.faces):
+            walls = {plane_key(b, [i]) for i, role in _walls(b, floor).items() if role == "wall"}
+            own = {pocket_of[i] for i in falls & pocket_of.keys()}
+            cut.setdefault(plane_key(b, floor.faces[:1]), []).append((floor, own, walls))
+    for pieces in cut.values():
+        for joined in _across_another(pieces):
+            pocket = _pocket(b, joined)
             if pocket is not None:
                 found.append(pocket)
     return sorted(found, key=lambda feature: feature.surfaces)
 
 
-def _floors(b: Boundary, taken: set[int]) -> list[list[int]]:
+def _across_another(pieces: list[tuple[Floor, set[int], set[tuple[float, ...]]]]) -> list[list[Floor]]:
+    """Pieces of one plane that are one floor: between walls of one plane, parted by a deeper pocket."""
+    import networkx as nx
+
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_nodes_from(range(len(pieces)))
+    for i, (_, own, walls) in enumerate(pieces):
+        for j, (_, others, more) in enumerate(pieces[:i]):
+            if own & others and walls & more:
+                graph.add_edge(i, j)
+    return [[pieces[i][0] for i in sorted(component)] for component in nx.connected_components(graph)]
+
+
+def _floors(b: Boundary, taken: set[int]) -> list[Floor]:
     """Planes that may be floors; one may be cut into several faces."""
     import networkx as nx
 
@@ -63,43 +99,69 @@ def _floors(b: Boundary, taken: set[int]) -> list[list[int]]:
     flat.add_edges_from(
         (i, x.other) for i in planes for x in b.sides[i] if x.convexity == "smooth" and x.other in planes
     )
-    return sorted(sorted(component) for component in nx.connected_components(flat))
+    found = sorted(sorted(component) for component in nx.connected_components(flat))
+    return [Floor(faces, s.axis[faces[0]], float(s.origin[faces[0]] @ s.axis[faces[0]])) for faces in found]
 
 
-def _rises(b: Boundary, floor: set[int], face: int, side: Side) -> bool:
+def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:
+    """Curved surfaces with a wall at every side, up along what all the walls run along."""
+    import networkx as nx
+
+    s, found = b.surfaces, []
+    curved = {i for i in b.sides if s.kind[i] != "plane" and s.start[i] < s.start[i + 1]} - b.blends.keys() - taken
+    pieces: nx.Graph[int] = nx.Graph()
+    pieces.add_nodes_from(curved)
+    pieces.add_edges_from(
+        (i, x.other) for i in curved for x in b.sides[i] if x.convexity == "smooth" and x.other in curved
+    )
+    for faces in sorted(sorted(component) for component in nx.connected_components(pieces)):
+        crossed = [b.across(i, x) for i in faces for x in b.sides[i] if x.convexity not in ("seam", "degenerate")]
+        crossed = [(kind, others) for kind, others in crossed if not (kind == "smooth" and set(others) <= set(faces))]
+        walls = sorted({j for kind, others in crossed for j in others if kind == "concave"})
+        if not walls or any(kind != "concave" for kind, _ in crossed) or taken & set(walls):
+            continue
+        normal = np.concatenate([s.normals(j) for j in walls])
+        if len(normal) == 0:
+            continue
+        spread, along = np.linalg.eigh(normal.T @ normal / len(normal))
+        own = np.concatenate([s.normals(i) for i in faces])
+        up = along[:, 0] * np.sign(own.mean(axis=0) @ along[:, 0])
+        if spread[0] < _STEEP**2 and spread[1] > _STEEP**2 and (own @ up).min() > _STEEP:
+            found.append(Floor(faces, up, min(s.along(i, up)[0] for i in faces)))
+    return found
+
+
+def _rises(b: Boundary, floor: Floor, face: int, side: Side) -> bool:
     """Whether what lies beyond a side of a face of a floor is a wall, a fillet that leads up to one, or more floor."""
     other = side.other
-    if side.convexity == "degenerate" or (side.convexity == "smooth" and other != face and other in floor):
+    if side.convexity == "degenerate" or (side.convexity == "smooth" and other != face and other in floor.faces):
         return True
-    if other < 0 or other in floor or side.convexity not in ("concave", "smooth"):
+    if other < 0 or other in floor.faces or side.convexity not in ("concave", "smooth"):
         return False
-    return bool(side.convexity == "concave" or (b.surfaces.kind[other] != "plane" and _above(b, face, other)))
+    return bool(side.convexity == "concave" or (b.surfaces.kind[other] != "plane" and _above(b, floor, other)))
 
 
-def _above(b: Boundary, floor: int, other: int) -> bool:
-    s = b.surfaces
-    low, high = s.along(other, s.axis[floor])
-    level = float(s.origin[floor] @ s.axis[floor])
-    return low - level > -LENGTH_TOLERANCE and high - level > LENGTH_TOLERANCE
+def _above(b: Boundary, floor: Floor, other: int) -> bool:
+    low, high = b.surfaces.along(other, floor.up)
+    return low - floor.level > -LENGTH_TOLERANCE and high - floor.level > LENGTH_TOLERANCE
 
 
-def _walls(b: Boundary, floor: list[int]) -> dict[int, str]:
+def _walls(b: Boundary, floor: Floor) -> dict[int, str]:
     """Roles of the surfaces of a depression: its floor, the walls that rise from it, the blends between."""
     s = b.surfaces
-    up = s.axis[floor[0]]
-    roles = dict.fromkeys(floor, "floor")
-    todo = list(floor)
+    roles = dict.fromkeys(floor.faces, "floor")
+    todo = list(floor.faces)
     while todo:
         i = todo.pop()
         sides = [x for x in b.sides.get(i, []) if x.outer or roles[i] != "floor"]
         for j in sorted({x.other for x in sides if x.other >= 0} - roles.keys()):
             crossed = {x.convexity for x in sides if x.other == j}
-            steep = float(np.abs(s.normals(j) @ up).max(initial=0.0)) < _STEEP
+            steep = float(np.abs(s.normals(j) @ floor.up).max(initial=0.0)) < _STEEP
             if ("concave" in crossed and roles[i] == "floor") or (
                 "smooth" in crossed and steep and roles[i] == "blend"
             ):
                 roles[j] = "wall"
-            elif "smooth" in crossed and not steep and s.kind[j] != "plane" and _above(b, floor[0], j):
+            elif "smooth" in crossed and not steep and s.kind[j] != "plane" and _above(b, floor, j):
                 roles[j] = "blend"
                 todo.append(j)
     return roles
@@ -118,10 +180,12 @@ def _top(b: Boundary, walls: Iterable[int], up: Floats) -> float:
     return max(heights)
 
 
-def _pocket(b: Boundary, floor: list[int]) -> Feature | None:
+def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
     s = b.surfaces
-    up, level = s.axis[floor[0]], float(s.origin[floor[0]] @ s.axis[floor[0]])
-    roles = _walls(b, floor)
+    up, level = floors[0].up, floors[0].level
+    roles: dict[int, str] = {}
+    for floor in floors:
+        roles |= {i: role for i, role in _walls(b, floor).items() if roles.get(i) != "floor"}
     walls = [i for i, role in roles.items() if role == "wall"]
     # A hollow closed on all sides has no mouth.
     if not any(
@@ -142,7 +206,7 @@ def _pocket(b: Boundary, floor: list[int]) -> Feature | None:
     corners = [float(s.radius[i]) for i in walls if _upright(b, i, up) and s.concave[i] and s.kind[i] == "cylinder"]
     if corners and slot is None:
         dimensions |= lengths(corner_radius=commonest(corners))
-    dimensions |= _fillet_radius(b, roles)
+    dimensions |= _fillet_radius(b, roles) | b.surfaces.draft(walls, up)
     shape_from_feature = frame(x, up, centre + (level - float(centre @ up)) * up)
     box = _box(b, sorted(roles), shape_from_feature, length, width, depth)
     kind = "pocket" if slot is None else "slot"
@@ -176,10 +240,10 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
     flanges, which are no steps.
     """
     s, candidates = b.surfaces, []
-    for floor in _floors(b, taken):
-        up = s.axis[floor[0]]
+    for base in _floors(b, taken):
+        floor, up = base.faces, base.up
         outer = [(i, x) for i in floor for x in b.sides[i] if x.outer]
-        rising = [(i, x) for i, x in outer if _rises(b, set(floor), i, x)]
+        rising = [(i, x) for i, x in outer if _rises(b, base, i, x)]
         if len(rising) == len(outer):  # a hollow
             continue
         walls: dict[int, float] = {}
@@ -197,7 +261,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
     for floor, sides, around in candidates:
         pairs = [] if used & set(floor) else _facing(b, floor, sides)
         for one, two in pairs:
-            key = _key(b, [floor[0], one, two])
+            key = plane_key(b, [floor[0], one, two])
             floors, members = slots.setdefault(key, ([], []))
             floors += floor
             members += [one, two]
@@ -205,10 +269,10 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
     found = [_slot(b, sorted(set(f)), sorted(set(w))) for f, w in slots.values()]
     steps: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
     for floor, sides, _ in candidates:
-        planes = {_key(b, [j]) for j in sides}
+        planes = {plane_key(b, [j]) for j in sides}
         if used & {*floor, *sides} or thin & {*floor, *sides} or len(planes) > 2:
             continue
-        floors, members = steps.setdefault(_key(b, [floor[0], *sides]), ([], []))
+        floors, members = steps.setdefault(plane_key(b, [floor[0], *sides]), ([], []))
         floors += floor
         members += sides
         used |= {*floor, *sides}
@@ -216,7 +280,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
     return sorted(found, key=lambda feature: feature.surfaces)
 
 
-def _key(b: Boundary, planes: list[int]) -> tuple[float, ...]:
+def plane_key(b: Boundary, planes: list[int]) -> tuple[float, ...]:
     """Equal for pieces of the same planes: a floor, then its walls in any order."""
     s = b.surfaces
     rows = [(*np.round(s.axis[i], 4), round(float(s.origin[i] @ s.axis[i]), 2)) for i in planes]
@@ -256,7 +320,7 @@ def _slot(b: Boundary, floor: list[int], walls: list[int]) -> Feature:
     length, width = float(np.ptp(ends)), max(places) - min(places)
     x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
     centre = (ends.min() + ends.max()) / 2 * run + (min(places) + max(places)) / 2 * across + level * up
-    roles = _walls(b, floor) | dict.fromkeys(walls, "wall")
+    roles = _walls(b, Floor(floor, up, level)) | dict.fromkeys(walls, "wall")
     pose = frame(x, up, centre)
     box = _box(b, sorted(roles), pose, length, width, depth)
     dimensions = lengths(length=length, width=width, depth=depth) | _fillet_radius(b, roles)
@@ -266,7 +330,7 @@ def _slot(b: Boundary, floor: list[int], walls: list[int]) -> Feature:
 def _step(b: Boundary, floor: list[int], walls: list[int]) -> Feature | None:
     s = b.surfaces
     up, level = s.axis[floor[0]], float(s.origin[floor[0]] @ s.axis[floor[0]])
-    roles = _walls(b, floor) | dict.fromkeys(walls, "wall")
+    roles = _walls(b, Floor(floor, up, level)) | dict.fromkeys(walls, "wall")
     points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
     for wall in walls:
         run = np.cross(up, s.axis[wall])
