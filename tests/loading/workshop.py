@@ -701,7 +701,8 @@ def round_end(part: Part, rng: Rng, x: float, wide: float, t: float) -> None:
 
 def notch(part: Part, rng: Rng, x: float, wide: float, t: float) -> None:
     """From one side, square, with rounded inner corners or not."""
-    w, reach, d = _u(rng, 8, 30), wide * _u(rng, 0.3, 0.7), _u(rng, 5, 0.6 * t)
+    w, reach = _u(rng, 8, 30), wide * _u(rng, 0.3, 0.7)
+    d = _u(rng, 5, min(0.6 * t, 0.9 * reach))
     corner = float(rng.choice([0.0, 0.2])) * w
     tool = box((x - w / 2, -1, t - d), (x + w / 2, reach, t + 1))
     if corner:
@@ -712,10 +713,13 @@ def notch(part: Part, rng: Rng, x: float, wide: float, t: float) -> None:
 
 
 def blind_step(part: Part, rng: Rng, x: float, wide: float, t: float) -> None:
-    """A wide ledge from one side, closed at both ends."""
+    """A wide ledge from one side, closed at both ends; its depth is the lesser of its two."""
     w, reach, d = _u(rng, 30, 45), wide * _u(rng, 0.2, 0.3), _u(rng, 5, 0.6 * t)
     part.cut(box((x - w / 2, -1, t - d), (x + w / 2, reach, t + 1)))
-    part.know("open_slot", (x, reach / 2, t - d), length=reach, width=w, depth=d)
+    if d < reach:
+        part.know("open_slot", (x, reach / 2, t - d), length=reach, width=w, depth=d)
+    else:
+        part.know("open_slot", (x, reach, t - d / 2), length=d, width=w, depth=reach)
 
 
 SECTIONS = (square_slot, v_slot, t_slot, dovetail, ball_slot, round_end, notch, blind_step)
@@ -921,7 +925,7 @@ def slotted_boss(part: Part, rng: Rng, s: Seat) -> None:
     r, height = _u(rng, 14, 25), _u(rng, 10, 20)
     part.fuse(s.put(cylinder((0, 0, 0), r, height)))
     w, d = _u(rng, 4, 8), _u(rng, 3, 8)
-    part.cut(s.put(box((-FAR, -w / 2, height - d), (FAR, w / 2, height + 1))))
+    part.cut(s.put(box((-r - 1, -w / 2, height - d), (r + 1, w / 2, height + 1))))
     part.know("boss", s.p(0, 0, 0), diameter=2 * r, height=height)
     part.know("open_slot", s.p(0, 0, height - d), length=2 * r, width=w, depth=d)
 

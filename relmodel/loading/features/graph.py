@@ -135,6 +135,12 @@ class Boundary:
                 found.update(others)
         return sorted(found - {surface})
 
+    def plane_key(self, planes: list[int]) -> tuple[float, ...]:
+        """Equal for pieces of the same planes: one, then others in any order."""
+        s = self.surfaces
+        rows = [(*np.round(s.axis[i], 4), round(float(s.origin[i] @ s.axis[i]), 2)) for i in planes]
+        return tuple(float(v) + 0.0 for row in [rows[0], *sorted(set(rows[1:]))] for v in row)
+
 
 def boundary(shape: Shape) -> Boundary:
     """The boundary of a shape, without blends and chamfers."""

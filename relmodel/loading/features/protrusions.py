@@ -27,7 +27,7 @@ _WIDER = 1.2  # radius of a flange to that of its shaft
 
 
 def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
-    """Ends rounded about the axis of a hole that goes through; a hole in line through several ears has a lug in each."""
+    """Ends rounded about the axis of a through hole; one in line through several ears has a lug in each."""
     s, found = b.surfaces, []
     rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
     for hole in holes:
