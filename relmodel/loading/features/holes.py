@@ -199,6 +199,12 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
 
     dimensions = {"diameter": (2 * float(s.radius[narrow[0]]), "mm"), "depth": (high - low, "mm")}
     counterbores = [i for i in members if roles[i] == "counterbore"]
+    enclosed = [i for i in counterbores if _enclosed(s, i, core, axis)]
+    if enclosed:
+        counterbores = [i for i in counterbores if i not in enclosed]
+        roles |= dict.fromkeys(enclosed, "groove")
+        dimensions["groove_diameter"] = (2 * max(float(s.radius[i]) for i in enclosed), "mm")
+        dimensions["groove_width"] = (float(np.ptp([s.along(i, axis) for i in enclosed[:1]])), "mm")
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
         ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
@@ -220,6 +226,13 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
         box=union(s.boxes[members]),
         surfaces=sorted(roles.items()),
     )
+
+
+def _enclosed(s: Surfaces, wide: int, core: list[tuple[float, float]], axis: Floats) -> bool:
+    """Whether the bore goes on on either side of what is wider: a groove for a ring."""
+    low, high = s.along(wide, axis)
+    below = any(e[1] < low + LENGTH_TOLERANCE for e in core)
+    return below and any(e[0] > high - LENGTH_TOLERANCE for e in core)
 
 
 def _topmost(extents: list[tuple[float, float]]) -> float:

@@ -1,4 +1,4 @@
-"""What stands out: bosses on a face, lugs with a bore, flanges around a shaft."""
+"""What stands out: bosses on a face and lugs with a bore."""
 
 from __future__ import annotations
 
@@ -22,8 +22,6 @@ Ints = npt.NDArray[np.int64]
 _END_OF_A_LUG = np.pi * np.array([0.6, 1.9])  # turn of the rounded end; a full turn is a boss
 _WHOLE_TURN = np.pi * 1.9
 _LONG = 5.0  # length to width of an island that is a rib, however low
-_FLAT = 0.5  # thickness of a flange to its radius
-_WIDER = 1.2  # radius of a flange to that of its shaft
 
 
 def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
@@ -34,13 +32,13 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
         if hole.kind != "through_hole":
             continue
         z, mouth = hole.shape_from_feature[:3, 2], hole.shape_from_feature[:3, 3]
-        coaxial = _coaxial(b, rounds, z, mouth)
+        ends_of = coaxial(b, rounds, z, mouth)
         deep = float(mouth @ z), float(mouth @ z) - hole.dimensions["depth"][0]
-        radii = sorted({round(float(s.radius[i]), 3) for i in coaxial})
+        radii = sorted({round(float(s.radius[i]), 3) for i in ends_of})
         for radius in radii:
             ears = [
                 ear
-                for ear in _ears(b, [i for i in coaxial if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
+                for ear in _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
                 if _END_OF_A_LUG[0] < s.turn(ear[0]) < _END_OF_A_LUG[1] and ear[1] < deep[0] and ear[2] > deep[1]
             ]
             if ears:
@@ -85,36 +83,44 @@ def _lug(b: Boundary, hole: Feature, ends: list[int], low: float, high: float) -
     return Feature("lug", "", dimensions, pose, union(s.boxes[solid]), sorted(roles.items()))
 
 
-def bosses(b: Boundary, taken: set[int], standing: set[int]) -> list[Feature]:
+def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, int]) -> list[Feature]:
     """Islands: inner loops of a plane from which all sides rise; a long one is a rib.
 
-    standing: sides of ribs and lugs; an island with one of them is that.
+    taken: surfaces of holes and grooves; a hole may cut into a side.  standing: sides of ribs and lugs; an island with
+    one of them is that.  beyond: of a cylinder on one side of a groove, the one on the other.
     """
     s, found = b.surfaces, []
     for plane in sorted(b.sides):
         if s.kind[plane] != "plane" or plane in taken:
             continue
         loops: dict[int, list[tuple[str, list[int], int]]] = {}
+        rim: dict[int, float] = {}
         for x in b.sides[plane]:
             if not x.outer:
-                loops.setdefault(x.loop, []).append((*b.across(plane, x), x.other))
-        for _, crossed in sorted(loops.items()):
+                rim[x.loop] = rim.get(x.loop, 0.0) + (-x.length if x.other in taken else x.length)
+                if x.other not in taken:
+                    loops.setdefault(x.loop, []).append((*b.across(plane, x), x.other))
+        for loop, crossed in sorted(loops.items()):
             walls = sorted({i for _, others, _ in crossed for i in others})
-            if all(kind == "concave" for kind, _, _ in crossed) and walls and not standing & set(walls):
+            rises = rim[loop] > 0 and all(kind == "concave" for kind, _, _ in crossed)
+            if rises and walls and not standing & set(walls):
                 feet = {foot for _, _, foot in crossed}
-                boss = _boss(b, plane, walls, sorted(feet - set(walls)))
+                boss = _boss(b, plane, walls, sorted(feet - set(walls)), beyond)
                 if boss is not None:
                     found.append(boss)
     return found
 
 
-def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int]) -> Feature | None:
+def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:
     s = b.surfaces
     up, level = s.axis[plane], float(s.origin[plane] @ s.axis[plane])
     # Rounded corners are walls too; the round or chamfer of the rim adds to the height alone.
     corners = {x.other for i in walls for x in b.sides.get(i, []) if x.convexity == "smooth"} & b.blends.keys()
     corners = {i for i in corners if not s.concave[i] and np.abs(s.normals(i) @ up).max(initial=0.0) < 0.2}
     walls = sorted({*walls, *corners})
+    for i in walls:  # grows on the way: past each groove lies the next
+        if i in beyond and beyond[i] not in walls and s.along(beyond[i], up)[1] > s.along(i, up)[1]:
+            walls.append(beyond[i])
     rims = {x.other for i in walls for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
     heights = [s.along(i, up)[1] for i in {*walls, *rims} if s.start[i] < s.start[i + 1]]
     height = max(heights, default=level) - level
@@ -123,7 +129,7 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int]) -> Feature
     points = np.concatenate([s.points(i) for i in walls])
     round_ = [i for i in walls if s.kind[i] in ("cylinder", "cone") and not s.concave[i]]
     single = (
-        round_ == walls and s.turn(walls) > _WHOLE_TURN and len(_coaxial(b, np.array(walls), up, s.origin[walls[0]]))
+        round_ == walls and s.turn(walls) > _WHOLE_TURN and len(coaxial(b, np.array(walls), up, s.origin[walls[0]]))
     )
     kind = "boss"
     if single == len(walls):
@@ -138,6 +144,8 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int]) -> Feature
         dimensions = lengths(length=length, width=width, height=height)
         if length > _LONG * width:
             kind, dimensions = "rib", lengths(thickness=width, length=length, height=height)
+    if kind == "boss":
+        dimensions |= s.draft(walls, up)
     blends = [b.blends[i] for i in feet if i in b.blends]
     if blends:
         dimensions |= lengths(fillet_radius=min(blends))
@@ -155,42 +163,7 @@ def _is_top(b: Boundary, i: int, up: Floats, level: float) -> bool:
     return bool(s.kind[i] == "plane" and s.axis[i] @ up > 1 - ANGLE_TOLERANCE and abs(s.origin[i] @ up - level) < 1e-2)
 
 
-def shaft_flanges(b: Boundary) -> list[Feature]:
-    """Discs: short cylinders, convex at both rims, with a narrower one on the axis on at least one side."""
-    s, found = b.surfaces, []
-    rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
-    for i in rounds.tolist():
-        axis = s.axis[i]
-        low, high = s.along(i, axis)
-        if high - low > _FLAT * s.radius[i] or s.turn([i]) < _WHOLE_TURN:
-            continue
-        kinds = [b.across(i, x) for x in b.sides.get(i, []) if x.convexity != "seam"]
-        beside = sorted({k for _, others in kinds for k in others})
-        if any(kind != "convex" for kind, _ in kinds):
-            continue
-        planes = [k for k in beside if s.kind[k] == "plane" and k not in b.chamfers]
-        planes += [x.other for k in beside if k in b.chamfers for x in b.sides[k] if s.kind[x.other] == "plane"]
-        narrower = _coaxial(b, rounds, axis, s.origin[i])
-        shafts = {
-            k
-            for p in planes
-            for k in b.neighbours(p, "concave")
-            if k in narrower and s.radius[k] * _WIDER < s.radius[i]
-        }
-        if not shafts:
-            continue
-        reach = [s.along(k, axis) for k in [i, *planes]]
-        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
-        dimensions = lengths(diameter=2 * float(s.radius[i]), thickness=high - low)
-        foot = s.origin[i] + (low - float(s.origin[i] @ axis)) * axis
-        pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, foot)
-        members = sorted({i, *planes})
-        roles = [(k, "rim" if k == i else "face") for k in members]
-        found.append(Feature("flange", "", dimensions, pose, union(s.boxes[members]), roles))
-    return found
-
-
-def _coaxial(b: Boundary, rows: Ints, axis: Floats, point: Floats) -> list[int]:
+def coaxial(b: Boundary, rows: Ints, axis: Floats, point: Floats) -> list[int]:
     s = b.surfaces
     parallel = np.linalg.norm(np.cross(s.axis[rows], axis), axis=1) < ANGLE_TOLERANCE
     near = np.linalg.norm(np.cross(s.origin[rows] - point, axis), axis=1) < LENGTH_TOLERANCE
