@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.edges import EdgeElements
-from vision.extraction.ellipses import Ellipse, fit_ellipse
+from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.linking import Chains
 
 FloatArray = npt.NDArray[np.float64]
@@ -161,9 +161,9 @@ def _join(
     first, last = members.elements[members.offsets[:-1]], members.elements[members.offsets[1:] - 1]
     starts = np.column_stack([edges.x[first], edges.y[first]])
     ends = np.column_stack([edges.x[last], edges.y[last]])
-    near = cKDTree(ends[usable]).query_ball_tree(cKDTree(starts[usable]), reach)
-    tail = np.repeat(usable, [len(found) for found in near])
-    head = usable[np.concatenate([np.sort(found) for found in near]).astype(np.intp)]
+    near = cKDTree(ends[usable]).sparse_distance_matrix(cKDTree(starts[usable]), reach, output_type="coo_matrix")
+    order = np.lexsort((near.col, near.row))
+    tail, head = usable[near.row[order]], usable[near.col[order]]
     gap = starts[head] - ends[tail]
     ahead = gap[:, 0] * -edges.ny[last[tail]] + gap[:, 1] * edges.nx[last[tail]]
     agree = edges.nx[last[tail]] * edges.nx[first[head]] + edges.ny[last[tail]] * edges.ny[first[head]]
@@ -174,9 +174,8 @@ def _join(
 
     x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    for arc in np.flatnonzero(kinds == ELLIPTIC).tolist():
-        ellipse = _ellipse_of(x, y, w, members, arc)
-        alone[arc, 4] = ellipse.square if ellipse else np.inf
+    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    alone[ovals, 4] = np.nan_to_num(_ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
     apart = _PRICE[kinds] + alone[:, 4] * alone[:, 5] / (2.0 * correlation)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, pairs, correlation)
     line = joint[:, 0] + _PRICE[LINE]
@@ -186,11 +185,9 @@ def _join(
     bent = (kinds[tail] != LINE) & (kinds[head] != LINE) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
     bent &= (circle > apart[tail] + apart[head]) & (distance < 0.5 * together)
     oval = np.full(len(pairs), np.inf)
-    for at in np.flatnonzero(bent):
-        ellipse = _ellipse_of(x, y, w, members, tail[at], head[at])
-        if ellipse and ellipse.minor > 0.15 * ellipse.major:
-            total = alone[tail[at], 5] + alone[head[at], 5]
-            oval[at] = ellipse.square * total / (2.0 * correlation) + _PRICE[ELLIPTIC]
+    tried = _ellipses_of(x, y, w, members, pairs[bent])
+    price = tried.square * (alone[tail, 5] + alone[head, 5])[bent] / (2.0 * correlation) + _PRICE[ELLIPTIC]
+    oval[bent] = np.where(tried.minor > 0.15 * tried.major, price, np.inf)
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     least = costs.min(axis=1)
     saving = apart[tail] + apart[head] - least - 0.1 * distance
@@ -218,10 +215,15 @@ def _join(
     return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept]
 
 
-def _ellipse_of(x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, *arcs: int) -> Ellipse | None:
-    """Ellipse through the members of some arcs; `x`, `y`, `w` run beside `members.elements`."""
-    rows = np.concatenate([np.arange(members.offsets[arc], members.offsets[arc + 1]) for arc in arcs])
-    return fit_ellipse(x[rows], y[rows], w[rows])
+def _ellipses_of(
+    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer]
+) -> Ellipses:
+    """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
+    arcs = groups.ravel()
+    counts = members.counts[arcs]
+    begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    rows = np.repeat(members.offsets[arcs] - begins, counts) + np.arange(counts.sum())
+    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
 
 
 def _measure(
@@ -236,11 +238,12 @@ def _measure(
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)
     radius2, axis_angle = nan.copy(), nan.copy()
-    for arc in np.flatnonzero(kinds == ELLIPTIC).tolist():
-        ellipse = _ellipse_of(x, y, w, members, arc)
-        if ellipse:
-            fit[arc, [0, 1, 2, 4, 7]] = (*ellipse[:3], ellipse.square, ellipse.square)
-            radius2[arc], axis_angle[arc] = ellipse.minor, ellipse.angle
+    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    found = _ellipses_of(x, y, w, members, ovals[:, None])
+    good = np.isfinite(found.square)
+    columns = np.stack([found.centre_x, found.centre_y, found.major, found.square, found.square], axis=1)
+    fit[ovals[good, None], np.array([0, 1, 2, 4, 7])] = columns[good]
+    radius2[ovals], axis_angle[ovals] = found.minor, found.angle
     line, circular = (kinds == LINE)[:, None], (kinds == CIRCULAR)[:, None]
     centre, direction, radius = fit[:, :2], fit[:, 2:4], fit[:, 2]
     on_line = centre + np.sum((ends - centre) * direction, axis=2, keepdims=True) * direction
