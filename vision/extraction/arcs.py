@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from vision.extraction.courses import Course, Deviations, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.linking import Chains
@@ -27,6 +28,7 @@ _FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or f
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
 _MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
+_PACKED = ("elements", "x", "y", "point_sigma")
 _TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
 
 
@@ -39,7 +41,8 @@ class Arcs:
     `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
     direction; `residual` (px) the rms distance of its elements.  Arc i holds edge elements
-    `elements[offsets[i] : offsets[i + 1]]`, in order.
+    `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
+    measured with the elements around them to `point_sigma` (px) across.
     """
 
     kind: npt.NDArray[np.int8]
@@ -61,6 +64,9 @@ class Arcs:
     residual: FloatArray
     offsets: IntArray
     elements: IntArray
+    x: FloatArray
+    y: FloatArray
+    point_sigma: FloatArray
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -79,8 +85,10 @@ class Arcs:
     def take(self, kept: BoolArray) -> "Arcs":
         """The arcs that the mask selects."""
         members = self.chains.take(kept)
-        columns = {f.name: getattr(self, f.name)[kept] for f in fields(self) if f.name not in ("offsets", "elements")}
-        return Arcs(**columns, offsets=members.offsets, elements=members.elements)
+        of_member = np.repeat(kept, self.chains.counts)
+        columns = {f.name: getattr(self, f.name)[kept] for f in fields(self) if f.name not in ("offsets", *_PACKED)}
+        packed = {name: getattr(self, name)[of_member] for name in _PACKED}
+        return Arcs(**columns, **packed, offsets=members.offsets)
 
 
 def concatenate(parts: Sequence[Arcs]) -> Arcs:
@@ -261,14 +269,15 @@ def _measure(
 
     steps = np.hypot(np.diff(x, append=0.0), np.diff(y, append=0.0))
     steps[last] = 0.0
-    course = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
+    walked = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
     closing = np.hypot(*(ends[0] - ends[1]).T)
-    turn = course / np.maximum(radius, 1e-9)
-    round_trip = np.isin(kinds, (CIRCULAR, ELLIPTIC)) & (closing < 0.15 * course) & (turn > 4.5)
+    turn = walked / np.maximum(radius, 1e-9)
+    round_trip = np.isin(kinds, (CIRCULAR, ELLIPTIC)) & (closing < 0.15 * walked) & (turn > 4.5)
     closed = members.closed | round_trip
-    length = np.where(line[:, 0], np.hypot(*(end - start).T), course + np.where(closed, closing, 0.0))
+    length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     curved = circular[:, 0] | oval
+    course = _course(edges, members, kinds, fit, found, half_spread, scale)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
@@ -289,4 +298,31 @@ def _measure(
         residual=np.sqrt(fit[:, 7]),
         offsets=members.offsets,
         elements=members.elements,
+        x=course.x,
+        y=course.y,
+        point_sigma=course.sigma,
     )
+
+
+def _course(
+    edges: EdgeElements,
+    members: Chains,
+    kinds: IntArray,
+    fit: FloatArray,
+    ellipses: Ellipses,
+    half_spread: FloatArray,
+    scale: float,
+) -> Course:
+    """Courses of the fitted arcs; `ellipses` are those of the elliptic ones, in order, as seen."""
+    x, y, arc = edges.x[members.elements], edges.y[members.elements], members.chain_of_member
+    columns = np.full((4, len(x)), np.nan)
+    rank = np.cumsum(kinds == ELLIPTIC) - 1
+
+    def put(rows: npt.NDArray[np.intp], found: Deviations) -> None:
+        columns[:, rows] = found.distance, found.nx, found.ny, found.bias
+
+    straight, round_, oval = (np.flatnonzero(kinds[arc] == kind) for kind in (LINE, CIRCULAR, ELLIPTIC))
+    put(straight, from_lines(x[straight], y[straight], fit[arc[straight]]))
+    put(round_, from_circles(x[round_], y[round_], fit[arc[round_]], half_spread[arc[round_]]))
+    put(oval, from_ellipses(x[oval], y[oval], ellipses, rank[arc[oval]], half_spread[arc[oval]]))
+    return settle(edges, members, Deviations(*columns), scale)
