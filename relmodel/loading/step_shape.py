@@ -21,7 +21,7 @@ from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
-from OCP.TopExp import TopExp
+from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
@@ -96,9 +96,15 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
 
 
 def face_map(shape: Any) -> Any:
-    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1."""
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, keys)
+    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
+
+    A face that lost its boundary to damage has no extent, and is none.
+    """
+    every, keys = ShapeMap(), ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
+    for i in range(1, every.Extent() + 1):
+        if TopExp_Explorer(every.FindKey(i), Type.TopAbs_EDGE).More():
+            keys.Add(every.FindKey(i))
     return keys
 
 
