@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from relmodel.loading.features import blends, openings, patterns, pockets, protrusions, thin
+from relmodel.loading.features import blends, openings, patterns, pockets, protrusions, slots, thin
 from relmodel.loading.features.feature import Feature, feature_class_key, lengths, union
 from relmodel.loading.features.graph import Boundary, boundary
 from relmodel.loading.features.holes import holes
@@ -62,13 +62,13 @@ def _of_faces(b: Boundary, shape: Shape, found: list[Feature]) -> list[Feature]:
     sides = _surfaces(standing)
     discs = protrusions.shaft_flanges(b)
     through = openings.openings(b, bored | _surfaces(hollows))
-    slots = pockets.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides)
+    open_ = slots.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides)
     # The floor of an open slot may have looked like the side of a rib.
-    floors |= _with_role(slots, "floor")
+    floors |= _with_role(open_, "floor")
     standing = [f for f in standing if not floors & _surfaces([f])]
-    webs = thin.webs(b, pairs, [*hollows, *(f for f in slots if f.kind == "open_slot")])
+    webs = thin.webs(b, pairs, [*hollows, *(f for f in open_ if f.kind == "open_slot")])
     bosses = protrusions.bosses(b, bored, _surfaces(standing) | _surfaces(lugs))
-    return [*hollows, *slots, *through, *standing, *webs, *bosses, *lugs, *discs]
+    return [*hollows, *open_, *through, *standing, *webs, *bosses, *lugs, *discs]
 
 
 def _surfaces(features: Iterable[Feature]) -> set[int]:

@@ -21,6 +21,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
+_UPRIGHT = np.radians(0.5)
 _BINS = 720  # of the full turn, for the union of angles
 
 
@@ -58,6 +59,12 @@ class Surfaces:
         """Extent of a surface along a direction, from the frame's origin; (inf, -inf) where it has no triangle."""
         heights = self.points(surface) @ direction
         return float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
+
+    def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
+        """The dimension `draft_angle` of walls that all lean back by one angle from what is upright."""
+        leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
+        angle = float(np.arcsin(np.clip(leans.mean(), -1, 1))) if len(leans) else 0.0
+        return {"draft_angle": (angle, "rad")} if angle > _UPRIGHT and np.ptp(leans) < _UPRIGHT / 5 else {}
 
     def turn(self, members: list[int]) -> float:
         """Angle (rad) about the axis of the first of the members that all of them cover together."""
@@ -127,6 +134,12 @@ class Boundary:
             if kind == convexity:
                 found.update(others)
         return sorted(found - {surface})
+
+    def plane_key(self, planes: list[int]) -> tuple[float, ...]:
+        """Equal for pieces of the same planes: one, then others in any order."""
+        s = self.surfaces
+        rows = [(*np.round(s.axis[i], 4), round(float(s.origin[i] @ s.axis[i]), 2)) for i in planes]
+        return tuple(float(v) + 0.0 for row in [rows[0], *sorted(set(rows[1:]))] for v in row)
 
 
 def boundary(shape: Shape) -> Boundary:

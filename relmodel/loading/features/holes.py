@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
+_REACH = 10.0  # length of a gap, in diameters, that a drill crosses
+_WITHIN = 0.9  # of the radius
 _HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
 
 
@@ -53,7 +55,7 @@ def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
 def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, more than half a turn.
 
-    One that another bore crosses is one still: what it is cut into has that bore beside it.
+    One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
     """
     rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
     if len(rows) == 0:
@@ -68,7 +70,7 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
         extents = sorted((*s.along(i, s.axis[members[0]]), i) for i in members)
         bore, reach = [extents[0][2]], extents[0][1]
         for low, high, i in extents[1:]:
-            if low > reach + LENGTH_TOLERANCE and not _crossed(s, graph, bore[-1], i):
+            if low > reach + LENGTH_TOLERANCE and not _interrupted(s, bore[-1], reach, low):
                 bores.append(sorted(bore))
                 bore = []
             bore.append(i)
@@ -77,12 +79,39 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
     return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN)
 
 
-def _crossed(s: Surfaces, graph: nx.MultiGraph[int], one: int, other: int) -> bool:
-    """Whether two bores in line end in one concave cylinder across them."""
-    return any(
-        s.kind[k] == "cylinder" and s.concave[k] and s.radius[k] >= s.radius[one] and not _on_axis(s, one, k)
-        for k in set(graph.neighbors(one)) & set(graph.neighbors(other))
-    )
+def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
+    """Whether nothing but air, of no more than a drill reaches, lies between two lengths of a bore."""
+    axis, radius = s.axis[bore], s.radius[bore]
+    if high - low > _REACH * 2 * radius:
+        return False
+    foot = s.origin[bore] - float(s.origin[bore] @ axis) * axis
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u *= _WITHIN * radius / np.linalg.norm(u)
+    v = np.cross(axis, u)
+    lines = foot + np.array([0 * u, u, -u, v, -v])
+    box = union(np.column_stack([np.minimum(lines + low * axis, lines + high * axis)] * 2))
+    box[3:] = np.maximum(lines + low * axis, lines + high * axis).max(axis=0)
+    near = np.flatnonzero(np.all((s.boxes[:, :3] <= box[3:]) & (s.boxes[:, 3:] >= box[:3]), axis=1))
+    corner = np.concatenate([s.corner[s.start[i] : s.start[i + 1]] for i in near.tolist()] or [np.empty((0, 3, 3))])
+    return not _pierced(corner, lines, axis, low, high)
+
+
+def _pierced(corner: Floats, lines: Floats, axis: Floats, low: float, high: float) -> bool:
+    """Whether lines (n, 3) along an axis meet a triangle (m, 3 corners, 3) between two heights.
+
+    T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1), 1997.
+    """
+    one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    p = np.cross(axis, two)
+    det = np.sum(one * p, axis=1)
+    flat = np.abs(det) < 1e-12
+    det = np.where(flat, 1.0, det)
+    arm = lines[:, None] - corner[None, :, 0]
+    u = np.sum(arm * p, axis=2) / det
+    q = np.cross(arm, one)
+    v = q @ axis / det
+    height = np.sum(q * two, axis=2) / det + np.sum(lines * axis, axis=1)[:, None]
+    return bool(np.any(~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (height > low) & (height < high)))
 
 
 def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
@@ -172,9 +201,9 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     counterbores = [i for i in members if roles[i] == "counterbore"]
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
-        ends = [s.along(i, axis) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
+        ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
         dimensions["counterbore_diameter"] = (2 * widest, "mm")
-        dimensions["counterbore_depth"] = (max(e[1] for e in ends) - min(e[0] for e in ends), "mm")
+        dimensions["counterbore_depth"] = (_topmost(ends), "mm")
     if cones:
         radius, cone = max(cones)
         dimensions["countersink_diameter"] = (2 * radius, "mm")
@@ -191,6 +220,15 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
         box=union(s.boxes[members]),
         surfaces=sorted(roles.items()),
     )
+
+
+def _topmost(extents: list[tuple[float, float]]) -> float:
+    """Length of the highest run of extents that touch: the other side may be widened too."""
+    low, high = max(extents, key=lambda e: e[1])
+    for e in sorted(extents, key=lambda e: -e[1]):
+        if e[1] > low - LENGTH_TOLERANCE:
+            low = min(low, e[0])
+    return high - low
 
 
 def _ends_at(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], plane: int) -> bool:

@@ -27,7 +27,7 @@ _WIDER = 1.2  # radius of a flange to that of its shaft
 
 
 def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
-    """Ends rounded about the axis of a hole that goes through."""
+    """Ends rounded about the axis of a through hole; one in line through several ears has a lug in each."""
     s, found = b.surfaces, []
     rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
     for hole in holes:
@@ -38,20 +38,34 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
         deep = float(mouth @ z), float(mouth @ z) - hole.dimensions["depth"][0]
         radii = sorted({round(float(s.radius[i]), 3) for i in coaxial})
         for radius in radii:
-            ends = [i for i in coaxial if abs(s.radius[i] - radius) < LENGTH_TOLERANCE]
-            reach = [s.along(i, z) for i in ends]
-            low, high = min(r[0] for r in reach), max(r[1] for r in reach)
-            if not _END_OF_A_LUG[0] < s.turn(ends) < _END_OF_A_LUG[1] or low > deep[0] or high < deep[1]:
-                continue
-            found.append(_lug(b, hole, ends, low, high))
-            break
+            ears = [
+                ear
+                for ear in _ears(b, [i for i in coaxial if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
+                if _END_OF_A_LUG[0] < s.turn(ear[0]) < _END_OF_A_LUG[1] and ear[1] < deep[0] and ear[2] > deep[1]
+            ]
+            if ears:
+                found += [_lug(b, hole, *ear) for ear in ears]
+                break
     return found
+
+
+def _ears(b: Boundary, ends: list[int], z: Floats) -> list[tuple[list[int], float, float]]:
+    """Coaxial surfaces in runs that touch along z, each with its extent."""
+    ears: list[tuple[list[int], float, float]] = []
+    for low, high, i in sorted((*b.surfaces.along(i, z), i) for i in ends):
+        if ears and low < ears[-1][2] + LENGTH_TOLERANCE:
+            ears[-1] = ([*ears[-1][0], i], ears[-1][1], max(high, ears[-1][2]))
+        else:
+            ears.append(([i], low, high))
+    return ears
 
 
 def _lug(b: Boundary, hole: Feature, ends: list[int], low: float, high: float) -> Feature:
     s = b.surfaces
     z = hole.shape_from_feature[:3, 2]
-    roles = dict.fromkeys((i for i, _ in hole.surfaces), "bore") | dict.fromkeys(ends, "end")
+    reach = {i: s.along(i, z) for i, _ in hole.surfaces}
+    bore = [i for i, r in reach.items() if r[0] < high - LENGTH_TOLERANCE and r[1] > low + LENGTH_TOLERANCE]
+    roles = dict.fromkeys(bore, "bore") | dict.fromkeys(ends, "end")
     for i in ends:
         for x in b.sides.get(i, []):
             if x.other < 0 or x.other in roles or x.convexity not in ("smooth", "convex"):
@@ -62,7 +76,9 @@ def _lug(b: Boundary, hole: Feature, ends: list[int], low: float, high: float) -
                 roles[x.other] = "face"
     inner = hole.dimensions["diameter"][0]
     dimensions = lengths(bore_diameter=inner, width=2 * float(s.radius[ends[0]]), thickness=high - low)
+    # Of its bore the end that a counterbore may have raised, where that is its own.
     mouth = hole.shape_from_feature[:3, 3]
+    mouth = mouth + (min(float(mouth @ z), high) - float(mouth @ z)) * z
     arm = np.concatenate([s.points(i) for i in ends]).mean(axis=0) - mouth
     pose = frame(arm - (arm @ z) * z, z, mouth)
     solid = [i for i, role in roles.items() if role in ("end", "side", "bore")]
