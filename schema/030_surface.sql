@@ -272,8 +272,8 @@ CREATE TABLE loop (
 );
 COMMENT ON TABLE loop IS 'The closed loops of coedges that bound a surface''s domain.';
 COMMENT ON COLUMN loop.surface_id IS 'the surface';
-COMMENT ON COLUMN loop.loop_no IS 'ordinal of the loop; 0 is the outer one';
-COMMENT ON COLUMN loop.outer_loop IS 'whether the loop is the outer boundary';
+COMMENT ON COLUMN loop.loop_no IS 'ordinal of the loop; the outer ones come first';
+COMMENT ON COLUMN loop.outer_loop IS 'whether the loop is the outer boundary; several where loops go around a periodic surface';
 
 CREATE TABLE coedge (
     surface_id BIGINT NOT NULL,

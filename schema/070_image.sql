@@ -136,14 +136,16 @@ CREATE TABLE image_arc_polyline (
     arc_no INTEGER NOT NULL,
     x REAL[] NOT NULL,
     y REAL[] NOT NULL,
+    sigma REAL[] NOT NULL,
     PRIMARY KEY (extraction_id, arc_no),
     FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
 );
-COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its linked edge elements in order.';
+COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its edge elements in order, each moved across the arc to where its neighbours along it agree.';
 COMMENT ON COLUMN image_arc_polyline.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_polyline.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_polyline.x IS 'x of the points, px';
 COMMENT ON COLUMN image_arc_polyline.y IS 'y of the points, px';
+COMMENT ON COLUMN image_arc_polyline.sigma IS 'standard deviation of each point across the arc, px';
 
 CREATE TABLE image_region (
     extraction_id BIGINT NOT NULL REFERENCES extraction (id),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,25 +43,10 @@ def fill(store: Store) -> None:
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    if request.param == "duckdb":
-        target = str(tmp_path_factory.mktemp("questions") / "s.duckdb")
-    else:
-        target = request.getfixturevalue("questions_database")
-    with Store.create(target) as opened:
+def store(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> Iterator[Store]:
+    with Store.open(new_store(request.param)) as opened:
         fill(opened)
         yield opened
-
-
-@pytest.fixture(scope="module")
-def questions_database(postgresql_server: str) -> Any:
-    server = sa.create_engine(postgresql_server, isolation_level="AUTOCOMMIT")
-    with server.connect() as connection:
-        connection.exec_driver_sql("CREATE DATABASE questions")
-    yield server.url.set(database="questions").render_as_string(hide_password=False)
-    with server.connect() as connection:
-        connection.exec_driver_sql("DROP DATABASE questions WITH (FORCE)")
-    server.dispose()
 
 
 def columns(store: Store, table: str) -> list[dict[str, Any]]:

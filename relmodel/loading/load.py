@@ -9,6 +9,7 @@ from pathlib import Path
 from relmodel.errors import InputError
 from relmodel.loading import mesh, urdf
 from relmodel.loading.neutral import LoadedModel
+from relmodel.loading.step import TIME_LIMIT_S, read_step
 from relmodel.loading.write import LoadReport, SourceFile, store_model
 from relmodel.store import Run, Store
 
@@ -23,6 +24,7 @@ def load(
     variant: str = "",
     unit: str | None = None,
     allow_partial: bool = False,
+    time_limit_s: float = TIME_LIMIT_S,
 ) -> LoadReport:
     """Load a STEP, mesh or URDF file under a name and a variant.
 
@@ -50,7 +52,7 @@ def load(
     with Run.begin(store, "load", parameters, inputs=inputs, packages=(*packages, "numpy", "duckdb")) as run:
         try:
             began = time.perf_counter()
-            model = _read(path, suffix, unit, allow_partial)
+            model = _read(path, suffix, unit, allow_partial, time_limit_s)
             read = time.perf_counter()
             with run.write() as connection:
                 report = store_model(run, connection, model, name, variant, SourceFile(path.name, digest))
@@ -84,11 +86,9 @@ def _suffix(path: Path) -> str:
     raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
 
 
-def _read(path: Path, suffix: str, unit: str | None, allow_partial: bool) -> LoadedModel:
+def _read(path: Path, suffix: str, unit: str | None, allow_partial: bool, time_limit_s: float) -> LoadedModel:
     if suffix == urdf.SUFFIX:
         return urdf.read_urdf(path)
     if suffix not in STEP_SUFFIXES:
         return mesh.read_mesh(path, unit)
-    from relmodel.loading.step import read_step
-
-    return read_step(path, allow_partial=allow_partial)
+    return read_step(path, allow_partial=allow_partial, time_limit_s=time_limit_s)

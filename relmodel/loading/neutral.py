@@ -132,3 +132,4 @@ class LoadedModel:
     faces_in_file: int | None  # by the file's text; None where the format has no such count
     faces_loaded: int
     loader_version: str
+    damage: str | None = None  # what the file contradicts itself in, where it was taken all the same

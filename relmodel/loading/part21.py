@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,14 @@ from relmodel.errors import InputError
 
 # A string ends at a quote that is not doubled; a comment at the first */.
 _BLANKED = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
-_COUNTED = (b"ADVANCED_FACE", b"FACE_SURFACE", b"NEXT_ASSEMBLY_USAGE_OCCURRENCE", b"PRODUCT", b"EDGE_CURVE")
+_COUNTED = (
+    b"ADVANCED_FACE",
+    b"FACE_SURFACE",
+    b"NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+    b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
+    b"PRODUCT",
+    b"EDGE_CURVE",
+)
 _ENTITY = re.compile(rb"\b(" + b"|".join(_COUNTED) + rb")\s*\(")
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*([^;]*);")
 _DEFINED = re.compile(rb"#(\d+)\s*=")
@@ -25,7 +33,7 @@ _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
 class Summary:
     """schema_name: as written, with the numbers behind it left off.  Counts are of instances in the data section.
 
-    missing: an instance that is referred to but not there, by its number; None in a whole file.
+    damage: what shows that the text has lost or altered instances, as a clause ("it ..."); None in a whole file.
     numbers: identifier of each product by its name, where one product alone has that name.
     """
 
@@ -34,7 +42,7 @@ class Summary:
     edges: int
     products: int
     usages: int
-    missing: int | None
+    damage: str | None
     numbers: dict[str, str]
 
 
@@ -65,15 +73,25 @@ def summarise(path: Path, name: str | None = None) -> Summary:
         edges=counts[b"EDGE_CURVE"],
         products=counts[b"PRODUCT"],
         usages=counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"],
-        missing=_missing(blanked),
+        damage=_damage(blanked, counts),
         numbers={name: number for name, number in named.items() if number and names.count(name) == 1},
     )
 
 
-def _missing(blanked: bytes) -> int | None:
-    there = set(_DEFINED.findall(blanked))
+def _damage(blanked: bytes, counts: dict[bytes, int]) -> str | None:
+    defined = _DEFINED.findall(blanked)
+    there = set(defined)
     absent = set(_REFERENCE.findall(blanked)) - there
-    return min(map(int, absent), default=None)
+    if absent:
+        return f"it refers to #{min(map(int, absent))}, which it does not hold"
+    if len(there) < len(defined):
+        twice = min(int(number) for number, count in Counter(defined).items() if count > 1)
+        return f"it defines #{twice} more than once"
+    # Writers that place one use of a product by this entity place all of them by it.
+    usages, placed = counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"], counts[b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"]
+    if 0 < placed < usages:
+        return f"it does not say where {usages - placed} of {usages} components stand"
+    return None
 
 
 def _text(written: bytes) -> str:

@@ -125,7 +125,7 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     patches = _patches(vertices, triangles, edges, tolerance)
     owner, kind, surface = _curved(vertices, triangles, patches, tolerance)
     owner = _without_weak(patches, owner, kind, _turn(vertices, triangles, owner[patches.of_triangle]))
-    owner, plane = _rest(vertices, triangles, patches, owner, tolerance)
+    owner, plane = _rest(vertices, triangles, patches, owner, len(kind), tolerance)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.argsort(order)
@@ -284,8 +284,10 @@ def _without_weak(patches: _Patches, owner: Ints, kind: Ints, turn: Floats) -> I
     return owner
 
 
-def _rest(vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, tolerance: float) -> tuple[Ints, Bools]:
-    """Owner of each patch, now of all, and which patches are planes.
+def _rest(
+    vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, curved: int, tolerance: float
+) -> tuple[Ints, Bools]:
+    """Owner of each patch, now of all, and which patches are planes; owners from `curved` on are new.
 
     What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
     smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
@@ -316,7 +318,7 @@ def _rest(vertices: Floats, triangles: Ints, patches: _Patches, owner: Ints, tol
     plane = flat & ((size <= 2) | (width > _WIDE * neighbour))
     join = ~plane[one] & ~plane[two]
     merged = components(len(area), one[join], two[join])[sheet]
-    return np.where(owner >= 0, owner, int(owner.max(initial=-1)) + 1 + merged), plane[sheet]
+    return np.where(owner >= 0, owner, curved + merged), plane[sheet]
 
 
 def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:

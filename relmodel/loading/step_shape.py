@@ -19,16 +19,15 @@ from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
-from OCP.ShapeAnalysis import ShapeAnalysis
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
-from OCP.TopExp import TopExp
+from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from relmodel.geometry.curves import Array, Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import brep, masses, step_geometry
+from relmodel.loading import brep, loops, masses, step_geometry
 from relmodel.loading.neutral import Mesh, Shape, Table
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
@@ -60,12 +59,13 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         _add_edge(curve_rows, edge)
     surface_columns = support.columns()
     arc_columns, arc_splines = curve_rows.columns(), curve_rows.splines()
-    loops, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
+    bounds, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
 
     curves = Curves(arc_columns, arc_splines)
     basis_curves = Curves(support.basis_curves.columns(), support.basis_curves.splines())
     basis_surfaces = Surfaces(support.basis.columns(), support.basis.splines())
     surfaces = Surfaces(surface_columns, support.splines(), support.swept(), basis_curves, basis_surfaces)
+    loops.outer_first(surfaces, curves, bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     mass_columns, volume = _masses(faces, masses.face_integrals(surfaces, curves, coedges, pcurves))
     surface_columns |= mass_columns
@@ -83,7 +83,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         surface_swept=support.swept(),
         arcs=arc_columns,
         arc_splines=arc_splines,
-        loops=loops,
+        loops=bounds,
         coedges=coedges,
         pcurves=pcurves,
         basis_arcs=support.basis_curves.columns() | brep.arc_measures(basis_curves),
@@ -96,9 +96,15 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
 
 
 def face_map(shape: Any) -> Any:
-    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1."""
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, keys)
+    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
+
+    A face that lost its boundary to damage has no extent, and is none.
+    """
+    every, keys = ShapeMap(), ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
+    for i in range(1, every.Extent() + 1):
+        if TopExp_Explorer(every.FindKey(i), Type.TopAbs_EDGE).More():
+            keys.Add(every.FindKey(i))
     return keys
 
 
@@ -132,16 +138,12 @@ def _add_edge(rows: step_geometry.CurveRows, edge: Any) -> None:
 
 
 def _wires(face: Any) -> list[Any]:
-    """Wires of a face, the outer one first."""
     wires = []
     walk = TopoDS_Iterator(face)
     while walk.More():
         if walk.Value().ShapeType() == Type.TopAbs_WIRE:
             wires.append(TopoDS.Wire(walk.Value()))
         walk.Next()
-    if len(wires) > 1:
-        outer = ShapeAnalysis.OuterWire_s(face)
-        wires.sort(key=lambda wire: not wire.IsSame(outer))
     return wires
 
 
@@ -174,16 +176,15 @@ def _is_chain(edges: list[Any], against: bool) -> bool:
 
 
 def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, Table, Table]:
-    loops: Table = {"surface_no": [], "loop_no": [], "outer_loop": []}
+    bounds: Table = {"surface_no": [], "loop_no": []}
     coedges: Table = {name: [] for name in COEDGE_COLUMNS}
     pcurves = step_geometry.PcurveRows()
     for surface_no, face in enumerate(faces):
         forward = TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
         backwards = _is_reversed(face)
         for loop_no, wire in enumerate(_wires(forward)):
-            loops["surface_no"].append(surface_no)
-            loops["loop_no"].append(loop_no)
-            loops["outer_loop"].append(loop_no == 0)
+            bounds["surface_no"].append(surface_no)
+            bounds["loop_no"].append(loop_no)
             for coedge_no, edge in enumerate(_ordered_edges(wire, forward, backwards)):
                 coedges["surface_no"].append(surface_no)
                 coedges["loop_no"].append(loop_no)
@@ -195,10 +196,10 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
                     if curve is not None:
                         t0, t1 = BRep_Tool.Range_s(edge, forward)
                         pcurves.add(surface_no, loop_no, coedge_no, curve, t0, t1)
-    for table, flag in ((loops, "outer_loop"), (coedges, "reversed")):
+    for table in (bounds, coedges):
         for name, values in table.items():
-            table[name] = np.array(values, bool if name == flag else np.int64)
-    return loops, coedges, pcurves.columns()
+            table[name] = np.array(values, bool if name == "reversed" else np.int64)
+    return bounds, coedges, pcurves.columns()
 
 
 def _masses(faces: list[Any], integrals: Array) -> tuple[Table, float]:

@@ -33,7 +33,8 @@ class SourceFile:
 class LoadReport:
     """What a load found and added, as the row of `load_report` says it.
 
-    status: added, unchanged (the latest revision under this name and variant is just that), or partial.
+    status: added, unchanged (the latest revision under this name and variant is just that), or partial (added from a
+    damaged file).
     """
 
     run: int
@@ -95,10 +96,12 @@ def store_model(
                 "source_id": source_id,
             },
         )
-    message = None
+    flaws = [f"the file is damaged, for {model.damage}"] if model.damage else []
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
-        message = f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read"
-        status = "partial" if status == "added" else status
+        flaws.append(f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read")
+    message = "; ".join(flaws) or None
+    if message and status == "added":
+        status = "partial"
     report = LoadReport(
         run=run.id,
         status=status,

@@ -33,11 +33,11 @@ def scene() -> trimesh.Scene:
 
 
 @pytest.fixture
-def target(duckdb_template: Path, tmp_path: Path, scene: trimesh.Scene) -> str:
+def target(fresh_store: str, tmp_path: Path, scene: trimesh.Scene) -> str:
     (tmp_path / "scene.glb").write_bytes(scene.export(file_type="glb"))
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(fresh_store) as store:
         load(store, tmp_path / "scene.glb", name="thing", variant="X")
-    return str(tmp_path / "s.duckdb")
+    return fresh_store
 
 
 def test_show_prints_the_tree(target: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -158,12 +158,10 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_found(name: str, duckdb_template: str, tmp_path: Any) -> None:
-    import shutil
-
+def test_fault_is_found(name: str, fresh_store: str) -> None:
     model = plate()
     FAULTS[name](model)
-    assert f"check/{name}" in findings(str(shutil.copy(duckdb_template, tmp_path / "a.duckdb")), model)
+    assert f"check/{name}" in findings(fresh_store, model)
 
 
 def test_run_without_a_beginning_is_found(fresh_store: str) -> None:

@@ -80,15 +80,17 @@ def edge_elements(
     at most `max_sigma` px.  `noise` (256,) is the curve of `noise_curve`, estimated when not given.  No element lies
     within the facet's radius (4 sigma) of the border.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import _edge_kernels, _facet_kernels
 
     grey = grey_image(image)
     kernels = gaussian_kernels(sigma)
+    taps = _facet_kernels.half_kernels(kernels.one_d)
     kappa, operator_variance = _calibration(sigma)
     curve = noise_curve(grey) if noise is None else np.ascontiguousarray(noise, dtype=np.float64)
     values, pixels = _edge_kernels.edge_candidates(
-        grey,
-        kernels.one_d,
+        _facet_kernels.mirrored(grey, taps),
+        taps,
+        kernels.radius,
         kernels.moment_covariance,
         curve,
         operator_variance,

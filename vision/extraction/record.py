@@ -164,14 +164,12 @@ def _arcs(extraction: Extraction) -> Columns:
 
 
 def _polylines(extraction: Extraction) -> Columns:
-    parts = ((extraction.edges, extraction.arcs), (extraction.crests.elements, extraction.crest_arcs))
-    x = np.concatenate([elements.x[arcs.elements] for elements, arcs in parts])
-    y = np.concatenate([elements.y[arcs.elements] for elements, arcs in parts])
-    offsets = concatenate([arcs for _, arcs in parts]).offsets
+    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     return {
-        "arc_no": np.arange(len(offsets) - 1, dtype=np.int32),
-        "x": _packed(x, offsets),
-        "y": _packed(y, offsets),
+        "arc_no": np.arange(len(arcs), dtype=np.int32),
+        "x": _packed(arcs.x, arcs.offsets),
+        "y": _packed(arcs.y, arcs.offsets),
+        "sigma": _packed(arcs.point_sigma, arcs.offsets),
     }
 
 

@@ -146,7 +146,13 @@ def boundary(shape: Shape) -> Boundary:
     """The boundary of a shape, without blends and chamfers."""
     sides: dict[int, list[Side]] = {}
     if shape.coedges and shape.loops:
-        outer = _outer_loops(shape)
+        outer = dict(
+            zip(
+                zip(*(np.asarray(shape.loops[c]).tolist() for c in ("surface_no", "loop_no")), strict=True),
+                np.asarray(shape.loops["outer_loop"]).tolist(),
+                strict=True,
+            )
+        )
         a, b = (np.asarray(shape.arcs[c], np.int64).tolist() for c in ("surface_a", "surface_b"))
         angle = np.asarray(shape.arcs["angle"], float).tolist()
         length = np.asarray(shape.arcs["length"], float).tolist()
@@ -155,33 +161,9 @@ def boundary(shape: Shape) -> Boundary:
             *(np.asarray(shape.coedges[c]).tolist() for c in ("surface_no", "loop_no", "arc_no")), strict=True
         ):
             other = b[arc] if a[arc] == surface else a[arc]
-            side = Side(arc, loop, outer[surface] == loop, other, str(convexity[arc]), angle[arc], length[arc])
+            side = Side(arc, loop, outer[surface, loop], other, str(convexity[arc]), angle[arc], length[arc])
             sides.setdefault(surface, []).append(side)
     return Boundary(describe(shape), adjacency_graph(shape), sides)
-
-
-def _outer_loops(shape: Shape) -> dict[int, int]:
-    """Number of the outer loop of each surface; of a plane it is the one of the greatest extent.
-
-    The kernel takes an inner one for it where a boolean operation has left the sense of a wire wrong.
-    """
-    surface, loop = (np.asarray(shape.loops[c], np.int64) for c in ("surface_no", "loop_no"))
-    flagged = np.asarray(shape.loops["outer_loop"], bool)
-    outer = dict(zip(surface[flagged].tolist(), loop[flagged].tolist(), strict=True))
-    kinds = shape.surfaces["recognised_kind"]
-    several = {i for i in surface[loop > 0].tolist() if kinds[i] == "plane"}
-    own, loops, arcs = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no", "arc_no"))
-    keep = np.isin(own, sorted(several))
-    if not keep.any():
-        return outer
-    own, loops, arcs = own[keep], loops[keep], arcs[keep]
-    box = np.stack([np.asarray(shape.arcs[c], float)[arcs] for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
-    start = np.flatnonzero(np.append(True, (np.diff(own) != 0) | (np.diff(loops) != 0)))
-    low, high = np.minimum.reduceat(box[:, :3], start), np.maximum.reduceat(box[:, 3:], start)
-    extent = np.round(np.linalg.norm(high - low, axis=1), 6)
-    order = np.lexsort((-loops[start], extent, own[start]))  # the greatest, and of equal ones the first, comes last
-    outer.update(zip(own[start][order].tolist(), loops[start][order].tolist(), strict=True))
-    return outer
 
 
 def describe(shape: Shape) -> Surfaces:

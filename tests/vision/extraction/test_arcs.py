@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, fit_arcs
 from vision.extraction.edges import edge_elements
-from vision.extraction.ellipses import fit_ellipse
+from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.linking import clear, fill_gaps, link
 
 from .synthetic import FloatArray, disc, render, step
@@ -82,12 +82,19 @@ def test_ellipse_through_part_of_its_course() -> None:
         300 + 80 * np.cos(t) * np.sin(0.5) + 50 * np.sin(t) * np.cos(0.5),
     )
     rng = np.random.default_rng(0)
-    ellipse = fit_ellipse(x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120), np.ones(120))
-    assert ellipse is not None
-    assert ellipse[:4] == pytest.approx((500, 300, 80, 50), abs=0.5)
-    assert ellipse.angle == pytest.approx(0.5, abs=0.01)
-    assert np.sqrt(ellipse.square) == pytest.approx(0.05, rel=0.2)
-    assert fit_ellipse(t, 2 * t, np.ones(120)) is None
+    noisy_x, noisy_y = x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120)
+    # a line determines none, and spoils none of its neighbours
+    found = fit_ellipses(
+        np.concatenate([t, noisy_x, t]),
+        np.concatenate([2 * t, noisy_y, 2 * t]),
+        np.ones(360),
+        np.array([120, 120, 120]),
+    )
+    assert np.isfinite(found.square).tolist() == [False, True, False]
+    assert (found.centre_x[1], found.centre_y[1]) == pytest.approx((500, 300), abs=0.5)
+    assert (found.major[1], found.minor[1]) == pytest.approx((80, 50), abs=0.5)
+    assert found.angle[1] == pytest.approx(0.5, abs=0.01)
+    assert np.sqrt(found.square[1]) == pytest.approx(0.05, rel=0.2)
 
 
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
