@@ -163,7 +163,7 @@ def _runs_along(p: Floats, along: Floats, q: Floats, other: Floats, chord: float
     reach = np.sum(arm * along[:, None], axis=2)
     beside = np.linalg.norm(arm - reach[..., None] * along[:, None], axis=2)
     parallel = np.abs(np.sum(other[near] * along[:, None], axis=2)) > ALONG_COSINE
-    return np.any((beside <= 2 * chord) & (np.abs(reach) <= ALONG_MM) & parallel, axis=1)
+    return np.asarray(np.any((beside <= 2 * chord) & (np.abs(reach) <= ALONG_MM) & parallel, axis=1), bool)
 
 
 def bodies(parts: tuple[str, ...], seeds: range) -> Iterator[tuple[str, list[Shape]]]:
@@ -213,7 +213,13 @@ def print_ratios(total: Counter[tuple[str, str]]) -> None:
     for k in KINDS:
         recall, precision = (total[k, x] / max(total[k, y], 1) for x, y in (("found", "faces"), ("true", "surfaces")))
         ratios.append(
-            {"kind": k, "truth": total[k, "faces"], "recall": recall, "precision": precision, "false": total[k, "false"]}
+            {
+                "kind": k,
+                "truth": total[k, "faces"],
+                "recall": recall,
+                "precision": precision,
+                "false": total[k, "false"],
+            }
         )
     for k in CURVES:
         recall, precision = (total[k, f"{n} mm right"] / max(total[k, f"{n} mm"], 1) for n in ("edge", "arc"))
