@@ -18,6 +18,7 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 XYZ = ("x", "y", "z")
+BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
 
@@ -34,8 +35,16 @@ def vector_columns(name: str, values: Array) -> dict[str, Array]:
 
 def box_columns(boxes: Array) -> dict[str, Array]:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) as columns x0 .. z1."""
-    names = ("x0", "y0", "z0", "x1", "y1", "z1")
-    return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(names)}
+    return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(BOX)}
+
+
+def groups(labels: Index) -> list[tuple[int, Index]]:
+    """Each label that occurs in (n,), in order, and where."""
+    if not len(labels):
+        return []
+    order = np.argsort(labels, kind="stable")
+    start = np.flatnonzero(np.append(True, np.diff(labels[order]) != 0))
+    return list(zip(labels[order[start]].tolist(), np.split(order, start[1:]), strict=True))
 
 
 @dataclass(frozen=True)
@@ -97,10 +106,10 @@ class Curves:
         points = np.full((len(row), 3), np.nan)
         derivatives = np.zeros((len(row), 3))
         kind = self.kind[row]
-        for name in np.unique(kind.astype(str)):
+        for name in sorted(set(kind.tolist())):
             at = np.flatnonzero(kind == name)
-            if name in _ANALYTIC:
-                a, b, a_by, b_by = _ANALYTIC[name](t[at], self.radius[row[at]], self.radius2[row[at]])
+            if name in CONICS:
+                a, b, a_by, b_by = CONICS[name](t[at], self.radius[row[at]], self.radius2[row[at]])
                 x = self.x[row[at]]
                 y = np.cross(self.z[row[at]], x)
                 points[at] = self.origin[row[at]] + a[:, None] * x + b[:, None] * y
@@ -111,39 +120,27 @@ class Curves:
             elif name == "degenerate":
                 points[at] = self.origin[row[at]]
             else:
-                for one in np.unique(row[at]):
-                    here = at[row[at] == one]
-                    points[here], derivatives[here] = self.splines[int(one)].evaluate(t[here])
+                for one, where in groups(row[at]):
+                    here = at[where]
+                    points[here], derivatives[here] = self.splines[one].evaluate(t[here])
         return points, derivatives
 
     def spans(self) -> tuple[Index, Array, Array]:
         """Smooth pieces of all arcs in order of rows and parameter: row, start and end of each."""
-        rows, starts, ends = [], [], []
-        for row in range(len(self)):
-            if row in self.splines:
-                basis = self.splines[row].basis
-                knots = basis.knots
-                if basis.periodic:
-                    period = knots[-1] - knots[0]
-                    first = np.floor((self.t0[row] - knots[0]) / period)
-                    last = np.ceil((self.t1[row] - knots[0]) / period)
-                    turns = np.arange(first, last + 1)
-                    knots = np.unique(knots[None, :-1] + turns[:, None] * period)
-                inner = knots[(knots > self.t0[row]) & (knots < self.t1[row])]
-                cuts = np.concatenate([[self.t0[row]], inner, [self.t1[row]]])
-            elif self.kind[row] in ("circle", "ellipse", "parabola", "hyperbola"):
-                pieces = max(
-                    1 if self.kind[row] == "circle" else 4, int(np.ceil((self.t1[row] - self.t0[row]) / (np.pi / 4)))
-                )
-                cuts = np.linspace(self.t0[row], self.t1[row], min(pieces, 64) + 1)
-            else:
-                cuts = np.array([self.t0[row], self.t1[row]])
-            rows.append(np.full(len(cuts) - 1, row))
-            starts.append(cuts[:-1])
-            ends.append(cuts[1:])
-        if not rows:
+        cuts = [self.cuts(row, self.t0[row], self.t1[row]) for row in range(len(self))]
+        if not cuts:
             return np.empty(0, np.int64), np.empty(0), np.empty(0)
-        return np.concatenate(rows).astype(np.int64), np.concatenate(starts), np.concatenate(ends)
+        rows = np.repeat(np.arange(len(cuts)), [len(c) - 1 for c in cuts])
+        return rows, np.concatenate([c[:-1] for c in cuts]), np.concatenate([c[1:] for c in cuts])
+
+    def cuts(self, row: int, t0: float, t1: float) -> Array:
+        """Ends of an interval of an arc's parameter with those of the smooth pieces within."""
+        if row in self.splines:
+            return self.splines[row].basis.cuts(t0, t1)
+        if self.kind[row] in CONICS:
+            pieces = max(1 if self.kind[row] == "circle" else 4, int(np.ceil((t1 - t0) / (np.pi / 4))))
+            return np.linspace(t0, t1, min(pieces, 64) + 1)
+        return np.array([t0, t1])
 
     def lengths(self) -> Array:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
@@ -232,4 +229,4 @@ def _hyperbola(t: Array, radius: Array, radius2: Array) -> tuple[Array, Array, A
 
 
 # Coordinates along X and Y of the curve's frame, and their derivatives.
-_ANALYTIC = {"circle": _circle, "ellipse": _ellipse, "parabola": _parabola, "hyperbola": _hyperbola}
+CONICS = {"circle": _circle, "ellipse": _ellipse, "parabola": _parabola, "hyperbola": _hyperbola}

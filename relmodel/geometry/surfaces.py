@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
-from relmodel.geometry.curves import Curves, vectors
+from relmodel.geometry.curves import Curves, groups, vectors
 
 Array = npt.NDArray[np.float64]
 
@@ -87,14 +87,14 @@ class Surfaces:
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
         out = SurfacePoints(*(np.full((len(row), 3), np.nan) for _ in range(3)))
         kind = self.kind[row]
-        for name in np.unique(kind.astype(str)):
+        for name in sorted(set(kind.tolist())):
             at = np.flatnonzero(kind == name)
             if name in ANALYTIC_KINDS:
                 _fill(out, at, self._analytic(name, row[at], u[at], v[at]))
             else:
-                for one in np.unique(row[at]):
-                    here = at[row[at] == one]
-                    _fill(out, here, self._one(int(one), u[here], v[here]))
+                for one, where in groups(row[at]):
+                    here = at[where]
+                    _fill(out, here, self._one(one, u[here], v[here]))
         return out
 
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
@@ -136,6 +136,29 @@ class Surfaces:
         ):
             v = np.where(kind == name, value, v)
         return u, v
+
+    def cuts(self, row: int, u0: float, u1: float, v0: float, v1: float) -> tuple[Array, Array]:
+        """Ends of the intervals of u and of v with those of the pieces within over which the surface is smooth."""
+        turn = [
+            np.linspace(a, b, int(np.clip(np.ceil((b - a) / (np.pi / 4)), 1, 64)) + 1) for a, b in ((u0, u1), (v0, v1))
+        ]
+        kind = self.kind[row]
+        if row in self.splines:
+            u_basis, v_basis, _, _ = self.splines[row]
+            return u_basis.cuts(u0, u1), v_basis.cuts(v0, v1)
+        if row in self.swept:
+            basis_arc, basis_surface, _, _ = self.swept[row]
+            if kind == "offset":
+                assert self.basis_surfaces is not None
+                return self.basis_surfaces.cuts(basis_surface, u0, u1, v0, v1)
+            assert self.basis_curves is not None
+            if kind == "extrusion":
+                return self.basis_curves.cuts(basis_arc, u0, u1), np.array([v0, v1])
+            return turn[0], self.basis_curves.cuts(basis_arc, v0, v1)
+        return (
+            np.array([u0, u1]) if kind == "plane" else turn[0],
+            turn[1] if kind in ("sphere", "torus") else np.array([v0, v1]),
+        )
 
     def _analytic(self, kind: str, row: npt.NDArray[np.int64], u: Array, v: Array) -> SurfacePoints:
         o, x, y, z = self.origin[row], self.x[row], self.y[row], self.z[row]

@@ -102,7 +102,7 @@ class ArcNormals:
         points = self.curves.evaluate(arc[analytic], t[analytic])[0]
         u[analytic], v[analytic] = self.surfaces.parameters(surface[analytic], points)
         drawn = np.flatnonzero(~analytic & (self._pcurve[coedge] >= 0))
-        uv = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[drawn])
+        uv = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[drawn])[0]
         u[drawn], v[drawn] = uv.T
         return self.surfaces.normals(surface, u, v)
 

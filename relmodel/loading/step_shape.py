@@ -25,16 +25,14 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
-from relmodel.geometry.curves import Array, Curves, box_columns, vector_columns
+from relmodel.geometry.curves import BOX, Array, Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import brep, loops, masses, step_geometry
 from relmodel.loading.neutral import Mesh, Shape, Table
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
-# The kernel's plain integrals are rough, its adaptive ones to this relative error are good but slow.
-_PLAUSIBLE = 0.05
-_KERNEL_EPS = 1e-9
+_KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its plain ones are rough
 
 CHORD_MM = 0.05
 CHORD_RAD = 0.15
@@ -67,7 +65,10 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     surfaces = Surfaces(surface_columns, support.splines(), support.swept(), basis_curves, basis_surfaces)
     loops.outer_first(surfaces, curves, bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
-    mass_columns, volume = _masses(faces, masses.face_integrals(surfaces, curves, coedges, pcurves))
+    box = np.stack([arc_columns[name] for name in BOX], axis=1)
+    middle = (box[:, :3].min(axis=0) + box[:, 3:].max(axis=0)) / 2 if len(box) else np.zeros(3)
+    integrals = masses.face_integrals(surfaces, curves, coedges, pcurves, middle)
+    mass_columns, volume = _masses(faces, integrals, middle)
     surface_columns |= mass_columns
     surface_columns |= box_columns(_boxes(faces, surface_columns["kind"], coedges, arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
@@ -202,21 +203,19 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
     return bounds, coedges, pcurves.columns()
 
 
-def _masses(faces: list[Any], integrals: Array) -> tuple[Table, float]:
+def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, float]:
     """Area and centroid of each face, and the volume that they enclose.
 
-    Of free-form faces, and of those where the boundary turns out not to close, by the kernel.
+    Of faces where the boundary turns out not to close in (u, v), by the kernel.
     """
-    for i, face in enumerate(faces):
-        plain = _kernel_area(face)
-        if not abs(integrals[i, 0] - plain) <= _PLAUSIBLE * plain:
-            props = GProp_GProps()
-            BRepGProp.SurfaceProperties_s(face, props, _KERNEL_EPS, False)
-            flux = BRepGProp_Vinert()
-            flux.SetLocation(gp_Pnt(0, 0, 0))
-            flux.Perform(BRepGProp_Face(face), BRepGProp_Domain(face), _KERNEL_EPS)
-            area, centroid = abs(props.Mass()), np.array(props.CentreOfMass().Coord())
-            integrals[i] = area, *(area * centroid), 3 * flux.Mass()
+    for i in np.flatnonzero(~(integrals[:, 0] > 0)).tolist():
+        props = GProp_GProps()
+        BRepGProp.SurfaceProperties_s(faces[i], props, _KERNEL_EPS, False)
+        flux = BRepGProp_Vinert()
+        flux.SetLocation(gp_Pnt(*about.tolist()))
+        flux.Perform(BRepGProp_Face(faces[i]), BRepGProp_Domain(faces[i]), _KERNEL_EPS)
+        area, centroid = abs(props.Mass()), np.array(props.CentreOfMass().Coord())
+        integrals[i] = area, *(area * centroid), 3 * flux.Mass()
     area = integrals[:, 0]
     centroid = integrals[:, 1:4] / np.where(area > 0, area, 1.0)[:, None]
     return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
@@ -231,8 +230,8 @@ def _kernel_area(face: Any) -> float:
 def _boxes(faces: list[Any], kinds: list[str], coedges: Table, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Boxes of the faces (n, 6): of their arcs, widened by the kernel where the surface can bulge beyond them."""
     low, high = np.full((len(faces), 3), np.inf), np.full((len(faces), 3), -np.inf)
-    arc_low = np.stack([arcs[name] for name in ("x0", "y0", "z0")], axis=1)
-    arc_high = np.stack([arcs[name] for name in ("x1", "y1", "z1")], axis=1)
+    arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
+    arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
     np.minimum.at(low, coedges["surface_no"], arc_low[coedges["arc_no"]])
     np.maximum.at(high, coedges["surface_no"], arc_high[coedges["arc_no"]])
     for i, face in enumerate(faces):
