@@ -17,6 +17,7 @@ _OPEN = 0.3  # rad without a point: more than one facet of a mesh spans
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
 _BENT = 0.02  # 1 - cos of the least turn that is worth rounding off, and of that to a full one
 _OPPOSED = -1 + ANGLE_TOLERANCE**2
+_SAME_LINE = 1e-3  # mm and rad
 _SAME_RADIUS = 1e-3  # mm
 
 
@@ -26,7 +27,7 @@ def rounded(b: Boundary) -> dict[int, float]:
     for i, sides in sorted(b.sides.items()):
         if s.kind[i] not in ("cylinder", "torus", "sphere") or s.start[i] == s.start[i + 1]:
             continue
-        beside = {x.other for x in sides if x.convexity == "smooth" and not _continues(s, i, x.other)}
+        beside = {x.other for x in sides if x.convexity == "smooth" and x.other not in (i, -1)}
         if len(beside) < 2 or (s.kind[i] == "cylinder" and s.turn([i]) > _LESS_THAN_HALF_A_TURN):
             continue
         found[i] = float(s.radius2[i] if s.kind[i] == "torus" else s.radius[i])
@@ -132,7 +133,10 @@ def _total(s: Surfaces, members: list[int]) -> float:
 
 
 def _in_line(s: Surfaces, one: int, members: list[int]) -> list[int]:
-    return [i for i in members if i == one or (s.kind[i] == "cylinder" and _continues(s, one, i))]
+    """Cylinders about one axis."""
+    arm, axis = s.origin[members] - s.origin[one], s.axis[one]
+    apart = np.linalg.norm(np.cross(arm, axis), axis=1) + np.linalg.norm(np.cross(s.axis[members], axis), axis=1)
+    return [i for i, d in zip(members, apart, strict=True) if i == one or (s.kind[i] == "cylinder" and d < _SAME_LINE)]
 
 
 def _extent(s: Surfaces, members: list[int], run: Floats) -> tuple[float, float]:
@@ -206,19 +210,6 @@ def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     middle = s.origin[i] + ((low + high) / 2 - s.origin[i] @ axis) * axis
     pose = frame(np.eye(3)[np.argmin(np.abs(axis))], s.axis[plane], middle)
     return Feature("chamfer", "", measures, pose, s.boxes[i], [(i, "chamfer")])
-
-
-def _continues(s: Surfaces, i: int, other: int) -> bool:
-    """Whether a surface is the other half of one that was cut in two."""
-    if other < 0 or other == i:
-        return True
-    if s.kind[i] != s.kind[other] or abs(s.radius[i] - s.radius[other]) > _SAME_RADIUS:
-        return False
-    arm = s.origin[other] - s.origin[i]
-    if s.kind[i] == "cylinder":
-        parallel = np.linalg.norm(np.cross(s.axis[i], s.axis[other])) < ANGLE_TOLERANCE
-        return bool(parallel and np.linalg.norm(np.cross(s.axis[i], arm)) < LENGTH_TOLERANCE)
-    return bool(np.linalg.norm(arm) < LENGTH_TOLERANCE)
 
 
 def _length(s: Surfaces, i: int) -> float:

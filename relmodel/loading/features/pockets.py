@@ -86,18 +86,10 @@ def _across_another(pieces: list[tuple[Floor, set[int], set[tuple[float, ...]]]]
 
 
 def plane_floors(b: Boundary, taken: set[int]) -> list[Floor]:
-    """Planes that may be floors; one may be cut into several faces."""
-    import networkx as nx
-
+    """Planes that may be floors."""
     s = b.surfaces
-    planes = {i for i in b.sides if s.kind[i] == "plane" and s.start[i] < s.start[i + 1] and i not in taken}
-    flat: nx.Graph[int] = nx.Graph()
-    flat.add_nodes_from(planes)
-    flat.add_edges_from(
-        (i, x.other) for i in planes for x in b.sides[i] if x.convexity == "smooth" and x.other in planes
-    )
-    found = sorted(sorted(component) for component in nx.connected_components(flat))
-    return [Floor(faces, s.axis[faces[0]], float(s.origin[faces[0]] @ s.axis[faces[0]])) for faces in found]
+    planes = [i for i in sorted(b.sides) if s.kind[i] == "plane" and s.start[i] < s.start[i + 1] and i not in taken]
+    return [Floor([i], s.axis[i], float(s.origin[i] @ s.axis[i])) for i in planes]
 
 
 def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:

@@ -259,62 +259,39 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
     """With a round bottom: a hollow cylinder alone below one plane, or half of one between two walls."""
     s, found = b.surfaces, []
     used = set(taken)
-    for i in sorted(b.sides):
+    for i, sides in sorted(b.sides.items()):
         if s.kind[i] != "cylinder" or not s.concave[i] or i in used or i in b.blends or s.start[i] == s.start[i + 1]:
             continue
-        halves = _halves(b, i)
-        around = [x for k in halves for x in b.sides[k] if x.other not in halves and x.other >= 0]
-        bottom = np.concatenate([s.normals(k) for k in halves])
-        up = bottom.mean(axis=0) - bottom.mean(axis=0) @ s.axis[i] * s.axis[i]
-        if np.linalg.norm(up) < ANGLE_TOLERANCE or used & set(halves):
+        around = [x for x in sides if x.other not in (i, -1)]
+        up = s.normals(i).mean(axis=0)
+        up -= (up @ s.axis[i]) * s.axis[i]
+        # Closed at both ends it is none, nor all around.
+        if np.linalg.norm(up) < ANGLE_TOLERANCE or len({x.other for x in around if x.convexity == "concave"}) > 1:
             continue
         up /= np.linalg.norm(up)
         smooth = {x.other for x in around if x.convexity == "smooth"}
         walls = sorted(k for k in smooth if s.kind[k] == "plane" and abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE)
-        edged = {k for x in around if x.convexity == "convex" for k in [x.other] if s.kind[k] == "plane"}
         if len(walls) == len(smooth) == 2 and s.axis[walls[0]] @ s.axis[walls[1]] < -1 + ANGLE_TOLERANCE:
             # The walls of a slot that is round at both ends lead to the other end.
-            ends = {x.other for k in walls for x in b.sides[k] if x.convexity == "smooth"} - set(halves)
+            ends = {x.other for k in walls for x in b.sides[k] if x.convexity == "smooth"} - {i}
             if used & set(walls) or any(s.kind[k] == "cylinder" and s.concave[k] for k in ends):
                 continue
-            up = np.cross(s.axis[i], s.axis[walls[0]]) * np.sign(np.cross(s.axis[i], s.axis[walls[0]]) @ up)
+            along = np.cross(s.axis[i], s.axis[walls[0]])
+            up = along * np.sign(along @ up)
         elif not smooth:
             mouths: dict[tuple[float, ...], list[int]] = {}
-            for k in edged:
+            for k in [x.other for x in around if x.convexity == "convex" and s.kind[x.other] == "plane"]:
                 if abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE and s.axis[k] @ up > 0:
                     mouths.setdefault(b.plane_key([k]), []).append(k)
-            mouth = next((m for _, m in sorted(mouths.items()) if _parallel_edges(b, halves, m) > 1), None)
+            mouth = next((m for _, m in sorted(mouths.items()) if len(m) > 1), None)
             if mouth is None:
                 continue
             up = s.axis[mouth[0]]
         else:
             continue
-        closed = {x.other for x in around if x.convexity == "concave"}
-        if len(closed) > 1:  # closed at both ends
-            continue
-        found.append(_groove(b, [*halves, *walls], halves, s.axis[i], up, lengths(fillet_radius=float(s.radius[i]))))
-        used |= {*halves, *walls}
+        found.append(_groove(b, [i, *walls], [i], s.axis[i], up, lengths(fillet_radius=float(s.radius[i]))))
+        used |= {i, *walls}
     return found
-
-
-def _halves(b: Boundary, cylinder: int) -> list[int]:
-    """A cylinder and what continues it."""
-    s, members, todo = b.surfaces, {cylinder}, [cylinder]
-    while todo:
-        for x in b.sides[todo.pop()]:
-            k = x.other
-            if k < 0 or k in members or x.convexity != "smooth" or s.kind[k] != "cylinder" or not s.concave[k]:
-                continue
-            apart = np.linalg.norm(np.cross(s.origin[k] - s.origin[cylinder], s.axis[cylinder]))
-            if abs(s.radius[k] - s.radius[cylinder]) < LENGTH_TOLERANCE and apart < LENGTH_TOLERANCE:
-                members.add(k)
-                todo.append(k)
-    return sorted(members)
-
-
-def _parallel_edges(b: Boundary, members: list[int], mouth: list[int]) -> int:
-    """Number of edges with a plane."""
-    return sum(x.other in mouth for i in members for x in b.sides[i])
 
 
 def _groove(
