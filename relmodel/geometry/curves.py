@@ -185,28 +185,30 @@ class Curves:
                 np.minimum.at(low[:, axis], at[inside], value)
                 np.maximum.at(high[:, axis], at[inside], value)
 
-    def _widen_free(self, low: Array, high: Array, samples: int = 17, halvings: int = 24) -> None:
-        """Extremes of other kinds: where a derivative changes its sign between samples, by bisection."""
+    def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
+        """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
         row, start, end = self.spans()
         free = ~np.isin(self.kind[row].astype(str), ("line", "circle", "ellipse", "degenerate"))
         row, start, end = row[free], start[free], end[free]
         if not len(row):
             return
-        t = start[:, None] + (end - start)[:, None] * np.linspace(0, 1, samples)
+        steps = np.linspace(0, 1, samples)
+        t = start[:, None] + (end - start)[:, None] * steps
         points, by = self.evaluate(np.repeat(row, samples), t.ravel())
         by = by.reshape(-1, samples, 3)
         np.minimum.at(low, np.repeat(row, samples), points)
         np.maximum.at(high, np.repeat(row, samples), points)
         span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
-        left, right = t[span, step], t[span, step + 1]
-        rising = by[span, step, axis] > 0
-        for _ in range(halvings):
-            middle = (left + right) / 2
-            before = (self.evaluate(row[span], middle)[1][np.arange(len(axis)), axis] > 0) == rising
-            left, right = np.where(before, middle, left), np.where(before, right, middle)
-        value = self.evaluate(row[span], left)[0][np.arange(len(axis)), axis]
-        np.minimum.at(low, (row[span], axis), value)
-        np.maximum.at(high, (row[span], axis), value)
+        row, left, right = row[span], t[span, step], t[span, step + 1]
+        every = np.arange(len(axis))
+        for _ in range(rounds):  # an error e of the parameter is one of e^2 in the extreme
+            t = left[:, None] + (right - left)[:, None] * steps
+            by = self.evaluate(np.repeat(row, samples), t.ravel())[1].reshape(-1, samples, 3)[every, :, axis]
+            step = np.argmax(by[:, :-1] * by[:, 1:] <= 0, axis=1)
+            left, right = t[every, step], t[every, step + 1]
+        value = self.evaluate(row, left)[0][every, axis]
+        np.minimum.at(low, (row, axis), value)
+        np.maximum.at(high, (row, axis), value)
 
 
 def _circle(t: Array, radius: Array, _: Array) -> tuple[Array, Array, Array, Array]:

@@ -105,7 +105,7 @@ def _surface_gaps(shape: Shape) -> Array:
         t = curves.t0 + share * (curves.t1 - curves.t0)
         points = curves.evaluate(np.arange(len(curves)), t)[0][arc]
         gaps[analytic] = np.maximum(gaps[analytic], _distance(surfaces, surface[analytic], points[analytic]))
-        uv = Pcurves(shape.pcurves).evaluate(pcurve[drawn], t[arc[drawn]])
+        uv = Pcurves(shape.pcurves).evaluate(pcurve[drawn], t[arc[drawn]])[0]
         on = surfaces.evaluate(surface[drawn], uv[:, 0], uv[:, 1]).points
         gaps[drawn] = np.maximum(gaps[drawn], np.linalg.norm(on - points[drawn], axis=1))
     return gaps

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from OCP.Bnd import Bnd_Box
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
@@ -19,15 +19,16 @@ from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
+from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Iterator
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
 
 from relmodel.geometry.curves import BOX, Array, Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import brep, loops, masses, step_geometry
+from relmodel.loading import brep, bulges, loops, masses, step_geometry
 from relmodel.loading.neutral import Mesh, Shape, Table
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
@@ -39,8 +40,8 @@ CHORD_RAD = 0.15
 # Of a part larger than 5 m the chord grows with it, so that its mesh stays bounded.
 CHORD_SHARE = 1e-5
 
-# Kinds whose greatest extents lie on their boundary: their box is that of their arcs.
-_BOUNDED_BY_ARCS = ("plane", "cylinder", "cone", "extrusion")
+# Kinds on which the normal at a vertex does not hang on the parameters that the mesher worked in.
+_KNOWN_NORMALS = ("plane", "cylinder")
 
 
 def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
@@ -70,7 +71,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     integrals = masses.face_integrals(surfaces, curves, coedges, pcurves, middle)
     mass_columns, volume = _masses(faces, integrals, middle)
     surface_columns |= mass_columns
-    surface_columns |= box_columns(_boxes(faces, surface_columns["kind"], coedges, arc_columns))
+    surface_columns |= box_columns(_boxes(faces, surfaces, surface_columns["area"], coedges, arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
     normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
@@ -227,20 +228,22 @@ def _kernel_area(face: Any) -> float:
     return abs(float(props.Mass()))
 
 
-def _boxes(faces: list[Any], kinds: list[str], coedges: Table, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Boxes of the faces (n, 6): of their arcs, widened by the kernel where the surface can bulge beyond them."""
+def _boxes(
+    faces: list[Any], surfaces: Surfaces, area: Array, coedges: Table, arcs: Table
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Boxes of the faces (n, 6): of their arcs, widened where the surface bulges beyond them."""
     low, high = np.full((len(faces), 3), np.inf), np.full((len(faces), 3), -np.inf)
     arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
     arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
     np.minimum.at(low, coedges["surface_no"], arc_low[coedges["arc_no"]])
     np.maximum.at(high, coedges["surface_no"], arc_high[coedges["arc_no"]])
-    for i, face in enumerate(faces):
-        if kinds[i] not in _BOUNDED_BY_ARCS:
-            box = Bnd_Box()
-            BRepBndLib.AddOptimal_s(face, box, False, False)
-            low[i] = np.minimum(low[i], box.CornerMin().Coord())
-            high[i] = np.maximum(high[i], box.CornerMax().Coord())
-    return np.concatenate([low, high], axis=1)
+    boxes = np.concatenate([low, high], axis=1)
+    for i in bulges.widen(boxes, surfaces, area).tolist():
+        box = Bnd_Box()
+        BRepBndLib.AddOptimal_s(faces[i], box, False, False)
+        boxes[i, :3] = np.minimum(boxes[i, :3], box.CornerMin().Coord())
+        boxes[i, 3:] = np.maximum(boxes[i, 3:], box.CornerMax().Coord())
+    return boxes
 
 
 def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Any) -> Mesh:
@@ -249,37 +252,61 @@ def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Any) -> Mesh:
     BRepBndLib.Add_s(shape, box, False)
     chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
     BRepTools.Clean_s(shape)
-    BRepMesh_IncrementalMesh(shape, chord, False, CHORD_RAD, False)
-    vertices, parameters, owner, triangles, triangle_surfaces = [], [], [], [], []
-    start = 0
+    _triangulate(shape, [face for face, kind in zip(faces, surfaces.kind, strict=True) if kind == "plane"], chord)
+    vertices, parameters, triangles = [], [], []
     for surface_no, face in enumerate(faces):
         location = TopLoc_Location()
         mesh = BRep_Tool.Triangulation_s(face, location) or _whole_domain_mesh(face, area[surface_no], chord)
         if mesh is None or not mesh.HasUVNodes():
-            continue
-        count = mesh.NbNodes()
-        points = np.array([mesh.Node(i).Coord() for i in range(1, count + 1)])
+            mesh, points, corners = None, np.empty((0, 3)), np.empty((0, 3), np.int32)
+        else:
+            points = np.array([node.Coord() for node in mesh.MapNodeArray()])
+            corners = np.array([triangle.Get() for triangle in mesh.InternalTriangles()], np.int32) - 1
         if not location.IsIdentity():
             matrix = step_geometry.matrix(location.Transformation())
             points = points @ matrix[:3, :3].T + matrix[:3, 3]
-        corners = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)], np.int32) - 1
         vertices.append(points)
-        parameters.append(np.array([mesh.UVNode(i).Coord() for i in range(1, count + 1)]))
-        owner.append(np.full(count, surface_no))
-        triangles.append((corners[:, ::-1] if _is_reversed(face) else corners) + start)
-        triangle_surfaces.append(np.full(len(corners), surface_no, np.int32))
-        start += count
-    if not vertices:
+        if mesh is None or surfaces.kind[surface_no] in _KNOWN_NORMALS:
+            parameters.append(np.zeros((len(points), 2)))
+        else:
+            parameters.append(np.array([node.Coord() for node in mesh.MapUVNodeArray()]))
+        triangles.append(corners[:, ::-1] if _is_reversed(face) else corners)
+    every = np.arange(len(faces))
+    owner = np.repeat(every, [len(points) for points in vertices])
+    points, uv = np.concatenate(vertices), np.concatenate(parameters)
+    if not len(points):
         raise ValueError("the kernel made no triangle of any face")
-    uv = np.concatenate(parameters)
+    turned = np.flatnonzero(surfaces.kind[owner] == "cylinder")
+    uv[turned, 0] = surfaces.parameters(owner[turned], points[turned])[0]
+    counts = np.array([len(corners) for corners in triangles])
+    first = np.searchsorted(owner, every)
     return Mesh(
         chord_mm=chord,
         chord_rad=CHORD_RAD,
-        vertices=np.concatenate(vertices),
-        normals=surfaces.normals(np.concatenate(owner), uv[:, 0], uv[:, 1]).astype(np.float32),
-        triangles=np.concatenate(triangles).astype(np.int32),
-        triangle_surfaces=np.concatenate(triangle_surfaces),
+        vertices=points,
+        normals=surfaces.normals(owner, uv[:, 0], uv[:, 1]).astype(np.float32),
+        triangles=(np.concatenate(triangles) + np.repeat(first, counts)[:, None]).astype(np.int32),
+        triangle_surfaces=np.repeat(every, counts).astype(np.int32),
     )
+
+
+def _triangulate(shape: Any, planes: list[Any], chord: float) -> None:
+    """Triangulate a shape within the kernel.
+
+    Its default algorithm takes a second for a plane with thousands of vertices, the other one a tenth of that, but
+    that one gives up on some long curved faces: so each does what it is good at.
+    """
+    settings = IMeshTools_Parameters()
+    settings.Deflection, settings.Angle = chord, CHORD_RAD
+    flat = TopoDS_Compound()
+    builder = BRep_Builder()
+    builder.MakeCompound(flat)
+    for face in planes:
+        builder.Add(flat, face)
+    settings.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
+    BRepMesh_IncrementalMesh(flat, settings)
+    settings.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Watson
+    BRepMesh_IncrementalMesh(shape, settings)
 
 
 def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
