@@ -27,7 +27,6 @@ from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol, BRepPrimAPI_MakeSphere
 from OCP.GC import GC_MakeArcOfCircle
 from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
 from .parts_generator import (
@@ -227,15 +226,15 @@ def polygon_pocket(part: Part, rng: Rng, s: Seat) -> None:
         mids.append(m - m / np.linalg.norm(m) * tall / 2)
     if s.below is not None and rng.random() < 0.4:
         part.cut(s.put(prism([(*c, -s.below - 1) for c in corners], (0, 0, FAR))))
-        ends = tuple(s.p(*m, z) for m in mids for z in (0.0, -s.below))
+        ends = tuple(s.p(m[0], m[1], z) for m in mids for z in (0.0, -s.below))
         part.know("duct", ends, length=length, width=width, depth=s.below)
         return
     depth = _u(rng, 0.3, 0.7) * s.safe
     part.cut(s.put(prism([(*c, -depth) for c in corners], (0, 0, FAR))))
-    part.know("pocket", tuple(s.p(*m, -depth) for m in mids), length=length, width=width, depth=depth)
+    part.know("pocket", tuple(s.p(m[0], m[1], -depth) for m in mids), length=length, width=width, depth=depth)
     if s.below is not None and s.below - depth <= THIN_WEB * width:
         left = s.below - depth
-        at = tuple(s.p(*m, -depth - left / 2) for m in mids)
+        at = tuple(s.p(m[0], m[1], -depth - left / 2) for m in mids)
         part.know("web", at, thickness=left, length=length, width=width)
 
 
@@ -356,12 +355,11 @@ def round_boss(part: Part, rng: Rng, s: Seat) -> None:
         part.fuse(s.put(cylinder((0, 0, 0), r, height)))
     if finish == 1:
         c, middle = min(0.2 * r, 0.5 * height), np.array(s.p(0, 0, 0))
-        ring = (
-            lambda a, b: bool(  # noqa: E731
-                max(abs(np.linalg.norm(a - middle) - r), abs(np.linalg.norm(b - middle) - r)) < 1e-5
-                and abs((a - middle) @ s.pose[:3, 2]) < 1e-5
-            )
-        )
+
+        def ring(a: Floats, b: Floats) -> bool:
+            away = max(abs(np.linalg.norm(a - middle) - r), abs(np.linalg.norm(b - middle) - r))
+            return bool(away < 1e-5 and abs((a - middle) @ s.pose[:3, 2]) < 1e-5)
+
         part.body = fillet(part.body, c, ring)
         more = {"fillet_radius": c}
     part.know("boss", s.p(0, 0, 0), diameter=2 * r, height=height, **more)
@@ -595,10 +593,7 @@ def wedge(rng: Rng) -> Part:
         along = slope * (2 * k + 1) / 6
         at = (along * down[0], wide / 2, high + along * down[2])
         seats.append(seat(at, up, down, half, None, 0.55 * at[2]))
-    holes: list[Seat] = []
-    for s in seats:
-        if rng.random() < 0.4:
-            holes.append(s)
+    holes = [s for s in seats if rng.random() < 0.4]
     _work(part, rng, [s for s in seats if s not in holes])
     for s in holes:  # through, square to the slope: the far end leans, with a counterbore, a countersink or neither
         r = _u(rng, 2, 0.25 * s.half[0])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.clusters import clusters
+from relmodel.loading.clusters import clusters, unsigned
 from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.loading.neutral import Shape, Table
 
@@ -67,6 +67,28 @@ class Surfaces:
         leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
         angle = float(np.arcsin(np.clip(leans.mean(), -1, 1))) if len(leans) else 0.0
         return {"draft_angle": (angle, "rad")} if angle > _UPRIGHT and np.ptp(leans) < _UPRIGHT / 5 else {}
+
+    def is_free(self, lines: Floats, axis: Floats, low: float, high: float) -> bool:
+        """Whether lines through points (n, 3) along an axis meet no triangle between two heights.
+
+        T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1), 1997.
+        """
+        foot = lines - np.outer(lines @ axis, axis)
+        ends = np.concatenate([foot + low * axis, foot + high * axis])
+        touched = np.all((self.boxes[:, :3] <= ends.max(axis=0)) & (self.boxes[:, 3:] >= ends.min(axis=0)), axis=1)
+        near = [self.corner[self.start[i] : self.start[i + 1]] for i in np.flatnonzero(touched).tolist()]
+        corner = np.concatenate([np.empty((0, 3, 3)), *near])
+        one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+        p = np.cross(axis, two)
+        det = np.sum(one * p, axis=1)
+        crossed = np.abs(det) > 1e-12
+        det = np.where(crossed, det, 1.0)
+        arm = foot[:, None] - corner[None, :, 0]
+        u = np.sum(arm * p, axis=2) / det
+        q = np.cross(arm, one)
+        v = q @ axis / det
+        height = np.sum(q * two, axis=2) / det
+        return not np.any(crossed & (u >= 0) & (v >= 0) & (u + v <= 1) & (height > low) & (height < high))
 
     def turn(self, members: list[int]) -> float:
         """Angle (rad) about the axis of the first of the members that all of them cover together."""
@@ -144,6 +166,17 @@ class Boundary:
         s = self.surfaces
         rows = [(*np.round(s.axis[i], 4), round(float(s.origin[i] @ s.axis[i]), 2)) for i in planes]
         return tuple(float(v) + 0.0 for row in [rows[0], *sorted(set(rows[1:]))] for v in row)
+
+    def support_key(self, i: int) -> tuple[float, ...]:
+        """Equal for pieces of the same plane or cylinder, or of one that runs along it; other kinds have none."""
+        s = self.surfaces
+        if s.kind[i] == "plane":
+            return (0.0, *self.plane_key([i]))
+        if s.kind[i] != "cylinder":
+            return (2.0, float(i))
+        axis = unsigned(s.axis[[i]])[0]
+        foot = s.origin[i] - float(s.origin[i] @ axis) * axis
+        return (1.0, *(np.round([*axis, *foot, s.radius[i]], 2) + 0.0).tolist())
 
 
 def boundary(shape: Shape) -> Boundary:
@@ -231,7 +264,7 @@ def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
     ends = np.array([[float(shape.arcs[n][x.arc]) for n in names] for x in sides]).reshape(-1, 2, 3)
     corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2).tolist()
     graph: nx.Graph[int] = nx.Graph()
-    graph.add_edges_from(corner)
+    graph.add_edges_from((one, two) for one, two in corner)
     loop_of = {c: n for n, loop in enumerate(nx.connected_components(graph)) for c in loop}
     loop = [loop_of[c] for c, _ in corner]
     box = np.array([[float(shape.arcs[n][x.arc]) for n in ("x0", "y0", "z0", "x1", "y1", "z1")] for x in sides])
@@ -286,7 +319,7 @@ def describe(shape: Shape, face: Ints, pieces: list[list[int]]) -> Surfaces:
         radius2=np.asarray(s["radius2"], float)[first],
         semi_angle=np.asarray(s["semi_angle"], float)[first],
         concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
-        area=np.bincount(face, np.asarray(s["area"], float), minlength=n),
+        area=np.bincount(face, np.asarray(s["area"], float), minlength=n).astype(np.float64),
         boxes=np.concatenate([low, high], axis=1),
         corner=corner,
         normal=normal,

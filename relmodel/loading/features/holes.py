@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 _REACH = 10.0  # length of a gap, in diameters, that a drill crosses
+_AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
 _WITHIN = 0.9  # of the radius
 _HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
 
@@ -68,50 +69,27 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
     for k in range(int(label.max()) + 1):
         members = rows[label == k].tolist()
         extents = sorted((*s.along(i, s.axis[members[0]]), i) for i in members)
-        bore, reach = [extents[0][2]], extents[0][1]
+        bore, reach, cut = [extents[0][2]], extents[0][1], extents[0][1] - extents[0][0]
         for low, high, i in extents[1:]:
-            if low > reach + LENGTH_TOLERANCE and not _interrupted(s, bore[-1], reach, low):
-                bores.append(sorted(bore))
-                bore = []
+            if low > reach + LENGTH_TOLERANCE:
+                most = min(_REACH * 2 * float(s.radius[i]), _AIR * (cut + high - low))
+                if low - reach > most or not _interrupted(s, i, reach, low):
+                    bores.append(sorted(bore))
+                    bore, cut = [], 0.0
             bore.append(i)
+            cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
     return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN)
 
 
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
-    """Whether nothing but air, of no more than a drill reaches, lies between two lengths of a bore."""
+    """Whether nothing but air lies between two lengths of a bore."""
     axis, radius = s.axis[bore], s.radius[bore]
-    if high - low > _REACH * 2 * radius:
-        return False
-    foot = s.origin[bore] - float(s.origin[bore] @ axis) * axis
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u *= _WITHIN * radius / np.linalg.norm(u)
     v = np.cross(axis, u)
-    lines = foot + np.array([0 * u, u, -u, v, -v])
-    box = union(np.column_stack([np.minimum(lines + low * axis, lines + high * axis)] * 2))
-    box[3:] = np.maximum(lines + low * axis, lines + high * axis).max(axis=0)
-    near = np.flatnonzero(np.all((s.boxes[:, :3] <= box[3:]) & (s.boxes[:, 3:] >= box[:3]), axis=1))
-    corner = np.concatenate([s.corner[s.start[i] : s.start[i + 1]] for i in near.tolist()] or [np.empty((0, 3, 3))])
-    return not _pierced(corner, lines, axis, low, high)
-
-
-def _pierced(corner: Floats, lines: Floats, axis: Floats, low: float, high: float) -> bool:
-    """Whether lines (n, 3) along an axis meet a triangle (m, 3 corners, 3) between two heights.
-
-    T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1), 1997.
-    """
-    one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    p = np.cross(axis, two)
-    det = np.sum(one * p, axis=1)
-    flat = np.abs(det) < 1e-12
-    det = np.where(flat, 1.0, det)
-    arm = lines[:, None] - corner[None, :, 0]
-    u = np.sum(arm * p, axis=2) / det
-    q = np.cross(arm, one)
-    v = q @ axis / det
-    height = np.sum(q * two, axis=2) / det + np.sum(lines * axis, axis=1)[:, None]
-    return bool(np.any(~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (height > low) & (height < high)))
+    return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
 
 
 def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
@@ -231,8 +209,8 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
 def _enclosed(s: Surfaces, wide: int, core: list[tuple[float, float]], axis: Floats) -> bool:
     """Whether the bore goes on on either side of what is wider: a groove for a ring."""
     low, high = s.along(wide, axis)
-    below = any(e[1] < low + LENGTH_TOLERANCE for e in core)
-    return below and any(e[0] > high - LENGTH_TOLERANCE for e in core)
+    below = any(abs(e[1] - low) < LENGTH_TOLERANCE for e in core)
+    return below and any(abs(e[0] - high) < LENGTH_TOLERANCE for e in core)
 
 
 def _topmost(extents: list[tuple[float, float]]) -> float:

@@ -19,6 +19,7 @@ from relmodel.loading.features.graph import Boundary
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+_GAP = 0.5  # rad without a point, more than a facet spans
 _END_OF_A_LUG = np.pi * np.array([0.6, 1.9])  # turn of the rounded end; a full turn is a boss
 _WHOLE_TURN = np.pi * 1.9
 _LONG = 5.0  # length to width of an island that is a rib, however low
@@ -40,11 +41,23 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
                 ear
                 for ear in _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
                 if _END_OF_A_LUG[0] < s.turn(ear[0]) < _END_OF_A_LUG[1] and ear[1] < deep[0] and ear[2] > deep[1]
+                if _is_one_arc(b, ear[0])
             ]
             if ears:
                 found += [_lug(b, hole, *ear) for ear in ears]
                 break
     return found
+
+
+def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
+    """Whether a round end is one arc, and no disc with notches: pieces one above the other are one."""
+    s = b.surfaces
+    axis = s.axis[ends[0]]
+    points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    angle = np.sort(np.arctan2(points @ np.cross(axis, u), points @ u))
+    gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
+    return bool((gaps > _GAP).sum() <= 1)
 
 
 def _ears(b: Boundary, ends: list[int], z: Floats) -> list[tuple[list[int], float, float]]:
@@ -108,7 +121,47 @@ def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, i
                 boss = _boss(b, plane, walls, sorted(feet - set(walls)), beyond)
                 if boss is not None:
                     found.append(boss)
+    islands = {i for f in found for i, _ in f.surfaces}
+    return found + _round_bosses(b, taken | standing | islands | beyond.keys())
+
+
+def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Round ones on what is not flat, or not all around: a whole turn, a flat top, and a hollow edge at the foot."""
+    s, found = b.surfaces, []
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] not in ("cylinder", "cone") or s.concave[i] or i in taken or s.start[i] == s.start[i + 1]:
+            continue
+        axis = s.axis[i]
+        rims = [(*b.across(i, x), x.other) for x in sides if x.convexity != "seam" and x.other not in taken]
+        tops = {
+            j for kind, others, _ in rims if kind == "convex" for j in others for j in (_past_bevel(b, i, j) or [j])
+        }
+        if s.turn([i]) < _WHOLE_TURN or not tops or any(kind not in ("convex", "concave") for kind, _, _ in rims):
+            continue
+        up = s.axis[min(tops)]
+        flat = all(s.kind[j] == "plane" and s.axis[j] @ up > 1 - ANGLE_TOLERANCE for j in tops)
+        feet = {foot for kind, _, foot in rims if kind == "concave"}
+        if not flat or not feet or abs(up @ axis) < 1 - ANGLE_TOLERANCE:
+            continue
+        blends = sorted(feet & b.blends.keys())
+        reach = [s.along(j, up) for j in [i, *blends, *tops]]
+        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
+        arm = s.points(i) - s.origin[i]
+        radius = float(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1).max())
+        dimensions = lengths(diameter=2 * radius, height=high - low) | s.draft([i], up)
+        if blends:
+            dimensions |= lengths(fillet_radius=min(b.blends[j] for j in blends))
+        foot = s.origin[i] + (low - float(s.origin[i] @ up)) * up
+        roles = [(i, "wall")] + [(j, "blend") for j in blends] + [(j, "top") for j in sorted(tops)]
+        members = [j for j, _ in roles]
+        pose = frame(np.eye(3)[np.argmin(np.abs(up))], up, foot)
+        found.append(Feature("boss", "", dimensions, pose, union(s.boxes[members]), sorted(roles)))
     return found
+
+
+def _past_bevel(b: Boundary, wall: int, rim: int) -> list[int]:
+    """What lies beyond a chamfered rim."""
+    return [j for j in b.neighbours(rim, "convex") if j != wall] if rim in b.chamfers else []
 
 
 def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:

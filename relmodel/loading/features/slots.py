@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 
 _STEEP = np.sin(np.radians(10))  # walls of a step may have this much draft
 _LEANING = np.sin(np.radians(60))  # walls of a slot may lean so much, back or over its floor
+_EVEN = np.radians(1)  # walls that lean back do so alike
 _BESIDE = 0.2  # share of a floor's extent that a wall has at least
 _SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does
 _FLAT = np.radians(170)  # walls of a V that open further are a bent face
@@ -44,7 +45,11 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
                 if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _LEANING:
                     walls[j] = walls.get(j, 0.0) + x.length
         points = np.concatenate([s.points(i) for i in floor.faces])
-        sides = [j for j, n in sorted(walls.items()) if n > _BESIDE * np.ptp(points @ _level(up, s.axis[j]))]
+        beside: dict[tuple[float, ...], float] = {}
+        for j, n in walls.items():
+            beside[b.plane_key([j])] = beside.get(b.plane_key([j]), 0.0) + n
+        extent = {j: float(np.ptp(points @ _level(up, s.axis[j]))) for j in sorted(walls)}
+        sides = [j for j in extent if beside[b.plane_key([j])] > _BESIDE * extent[j]]
         sides = [j for j in sides if abs(s.axis[j] @ up) < _STEEP or _keeps_to(b, j, points, _level(up, s.axis[j]))]
         if sides:
             candidates.append((floor, sides, set(walls)))
@@ -114,6 +119,9 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
         best: tuple[float, int] | None = None
         for two in walls:
             if _level(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
+                continue
+            leans = s.axis[[one, two]] @ floor.up
+            if leans.max() > _STEEP and np.ptp(leans) > _EVEN:
                 continue
             gap = _place(b, two, across, floor.up, floor.level) - at
             from_, to = s.along(two, run)
