@@ -14,13 +14,15 @@ from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE, TORUS, dis
 from relmodel.loading.refine_kernels import refine
 from relmodel.loading.start_kernels import directions, start
 
-_STAGES = ((4, True), (3, True), (4, False))  # least patches of a core, whether it must hold them as exactly as can be
+_STAGES = ((4, True), (3, True), (5, False))  # least patches of a core, whether it must hold them as exactly as can be
 _LEAST_POINTS = (0, 8, 10, 10, 12)  # of a core, by kind: more than a surface of the kind can always be drawn through
 _MOST_FITTED = 600  # points of a large region that the fit sees
 _MOST_AXES = 6  # of surfaces around a core, that a torus may share
 _MOST_PATCHES = 40  # of a core
 _SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the distance of their patches' middles
 _MOST_GAP = 6.0  # how much farther from a surface a patch's middle may lie than the bends about it let expect
+_EXACT_OF_GAP = 0.02  # the same, where a surface holds them exactly
+_LEAST_EXACT = 0.7  # share of the vertices that a surface must hold exactly
 _MOST_INEXACT = 5.0  # of vertices on borders, in tolerances
 _LEAST_STEEP = 0.05  # cosine of a cone's half angle: less is a plane
 _LEAST_ROUND = 0.05  # major radius of a torus in minor ones: less is a sphere
@@ -41,6 +43,7 @@ class Patches(NamedTuple):
     normal: Any
     middle: Any
     reach: Any
+    inside: Any
     area: Any
     width: Any
     bend: Any
@@ -53,7 +56,7 @@ class Patches(NamedTuple):
 @inner
 def _side(kind: int, s: Any, p: int, m: Patches) -> float:
     """1 where a patch faces away from the inside of a surface, -1 where towards it."""
-    gx, gy, gz = gradient(kind, s, m.middle[p, 0], m.middle[p, 1], m.middle[p, 2])
+    gx, gy, gz = gradient(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2])
     return 1.0 if gx * m.normal[p, 0] + gy * m.normal[p, 1] + gz * m.normal[p, 2] > 0 else -1.0
 
 
@@ -67,8 +70,8 @@ def _fits(
     What is narrower than `narrow` may lie askew.
     """
     sliver = m.width[p] < narrow
-    middle = distance(kind, s, m.middle[p, 0], m.middle[p, 1], m.middle[p, 2])
-    if not sliver and abs(middle) > _MOST_GAP * m.reach[p] * m.bend[p] / 4 + tolerance:
+    away = distance(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2])
+    if not sliver and abs(away) > _MOST_GAP * m.reach[p] * m.bend[p] / 4 + tolerance:
         return False
     nx, ny, nz = m.normal[p, 0], m.normal[p, 1], m.normal[p, 2]
     told = not sliver and nx * nx + ny * ny + nz * nz > 0
@@ -78,7 +81,7 @@ def _fits(
         if abs(distance(kind, s, x, y, z)) > tolerance:
             return False
         if told:  # a little inside: an apex has no normal
-            x, y, z = 0.9 * x + 0.1 * m.middle[p, 0], 0.9 * y + 0.1 * m.middle[p, 1], 0.9 * z + 0.1 * m.middle[p, 2]
+            x, y, z = 0.9 * x + 0.1 * m.inside[p, 0], 0.9 * y + 0.1 * m.inside[p, 1], 0.9 * z + 0.1 * m.inside[p, 2]
             gx, gy, gz = gradient(kind, s, x, y, z)
             if side * (gx * nx + gy * ny + gz * nz) < least_cosine and gx * gx + gy * gy + gz * gz > 0:
                 return False
@@ -109,7 +112,7 @@ def _points_of(members: Any, count: int, m: Patches, mark: Any, stamp: int, most
 
 @inner
 def _gap(kind: int, s: Any, members: Any, count: int, m: Patches) -> float:
-    """Mean distance of the middles of patches from a surface through their corners.
+    """Mean distance of points inside patches from a surface through their corners.
 
     The vertices of a tessellated cylinder or cone may lie on two rims, which a sphere and many tori hold as well: but
     then the facets stand off farther than facets of their own would.
@@ -117,7 +120,7 @@ def _gap(kind: int, s: Any, members: Any, count: int, m: Patches) -> float:
     total = 0.0
     for i in range(count):
         p = members[i]
-        total += abs(distance(kind, s, m.middle[p, 0], m.middle[p, 1], m.middle[p, 2]))
+        total += abs(distance(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2]))
     return total / max(count, 1)
 
 
@@ -198,9 +201,35 @@ def _spread(
 
 
 @inner
+def _share(kind: int, s: Any, points: Any, near: float) -> float:
+    """Share of points (n, 3) that are within a distance from a surface."""
+    n = 0
+    for i in range(len(points)):
+        if abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])) <= near:
+            n += 1
+    return n / len(points)
+
+
+@inner
+def _trim(kind: int, s: Any, points: Any, goal: float) -> None:
+    """Fit a surface, in place, to those of points (n, 3) that are nearer to it than their mean, thrice."""
+    kept = np.empty((len(points), 3))
+    for _ in range(3):
+        mean = 0.0
+        for i in range(len(points)):
+            mean += abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])) / len(points)
+        n = 0
+        for i in range(len(points)):
+            if abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])) <= mean:
+                kept[n, 0], kept[n, 1], kept[n, 2] = points[i, 0], points[i, 1], points[i, 2]
+                n += 1
+        refine(kind, s, kept[:n], goal)
+
+
+@inner
 def _grown(
     kind: int, s: Any, core: Any, size: int, m: Patches, tolerance: float, least_cosine: float, owner: Any, seen: Any,
-    mark: Any, stamp: int, members: Any,
+    mark: Any, stamp: int, members: Any, exact: bool,
 ) -> int:  # fmt: skip
     """Grow a surface from its core, three times, fitting it (`s`, in place) in between: how many members."""
     n = 0
@@ -215,7 +244,10 @@ def _grown(
         n = _spread(kind, s, side, m, tolerance, least_cosine, owner, seen, stamp + again, members, n)
         if n < size or again == 2:
             break
-        refine(kind, s, _points_of(members, n, m, mark, stamp + again, _MOST_FITTED), tolerance)
+        points = _points_of(members, n, m, mark, stamp + again, _MOST_FITTED)
+        refine(kind, s, points, tolerance)
+        if not exact:
+            _trim(kind, s, points, tolerance)
     return n
 
 
@@ -272,6 +304,7 @@ def _absorb(
 def grow_surfaces(
     m: Patches,
     order: Any,
+    fine: float,
     tight: float,
     tolerance: float,
     least_cosine: float,
@@ -303,10 +336,11 @@ def grow_surfaces(
                 _absorb(m, tolerance, least_cosine, owner, kinds, rows, sides, gaps, members)
         if owner[seed] >= 0 or tried[seed] > 1:
             continue
-        allowed = tight
+        sag = m.width[seed] * m.bend[seed] / 8
+        allowed = max(min(tight, _EXACT_OF_GAP * sag), fine)
         if not exact:
-            allowed = min(_SHARE_OF_GAP * m.width[seed] * m.bend[seed] / 8, _MOST_INEXACT * tolerance)
-            if allowed <= tight:
+            tighter, allowed = allowed, min(_SHARE_OF_GAP * sag, _MOST_INEXACT * tolerance)
+            if allowed <= tighter:
                 continue
         best_area, best_gap, best_kind, best_size, failures = 0.0, 0.0, 0, 0, 1
         failed[0] = seed
@@ -339,16 +373,20 @@ def grow_surfaces(
                 if not start(kind, points, middles, facing, guesses[max(attempt - 3, 0)], s):
                     continue
                 refine(kind, s, points, allowed)
+                if not exact:
+                    _trim(kind, s, points, allowed)
                 if not worst(kind, s, points) <= allowed or (kind == TORUS and not s[6] > _LEAST_ROUND * abs(s[7])):
                     continue
                 if kind == CONE and abs(s[8]) < _LEAST_STEEP:
                     continue
-                n = _grown(kind, s, core, size, m, allowed, least_cosine, owner, seen, mark, stamp + 1, members)
+                n = _grown(kind, s, core, size, m, allowed, least_cosine, owner, seen, mark, stamp + 1, members, exact)
                 stamp += 4
                 if n < max(size, least):
                     continue
                 gap = _gap(kind, s, members, n, m)
                 if worst(kind, s, points) > _SHARE_OF_GAP * gap:
+                    continue
+                if not exact and _share(kind, s, points, _EXACT_OF_GAP * gap) < _LEAST_EXACT:
                     continue
                 total = _area(members, 0, n, m)
                 truer = best_kind == SPHERE and total > 0.8 * best_area and gap < 0.7 * best_gap

@@ -222,8 +222,12 @@ def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: flo
     rows = np.full((count, 10), np.nan)
     of = np.repeat(np.arange(count), np.diff(patches.start))
     bends = np.bincount(of[smooth], minlength=count)
-    sag = np.zeros(count)
-    np.maximum.at(sag, of[smooth], (patches.area[of] / patches.length * patches.angle / 8)[smooth])
+    middle = np.add.reduceat(vertices[vertex], start[:-1]) / np.diff(start)[:, None]
+    by_area = np.lexsort((-np.linalg.norm(area, axis=1), ~known, patches.of_triangle))
+    largest = by_area[np.searchsorted(patches.of_triangle[by_area], np.arange(count))]
+    reach, bend = np.zeros(count), np.zeros(count)
+    np.maximum.at(reach, patch, np.linalg.norm(vertices[vertex] - middle[patch], axis=1))
+    np.maximum.at(bend, of[smooth], patches.angle[smooth])
     order = np.argsort(-patches.area, kind="stable")
     number = growth_kernels.grow_surfaces(
         growth_kernels.Patches(
@@ -231,16 +235,19 @@ def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: flo
             start,
             vertex,
             normal,
-            np.add.reduceat(vertices[vertex], start[:-1]) / np.diff(start)[:, None],
+            middle,
+            reach,
+            vertices[triangles[largest]].mean(axis=1),
             patches.area,
             patches.width,
-            sag,
+            bend,
             patches.start,
             patches.other,
             patches.length,
             smooth,
         ),
         order[bends[order] > 0],
+        rounding(vertices),
         max(_EXACT_MM, rounding(vertices)),
         tolerance,
         np.cos(_LEAN_RAD),
