@@ -38,7 +38,7 @@ class Surfaces:
     splines, swept: columns of `surface_spline` and `surface_swept`, with `key` saying whose row each is.
     rows: value of `key` -> row of `columns`; None where `key` counts the rows.
     basis_curves, basis_surfaces: what swept rows refer to by row in their columns `basis_arc`, `basis_surface`
-        (-1 is none).
+        (-1 is none); without basis surfaces these are earlier rows of the surfaces themselves.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Surfaces:
                 float(swept["distance"][i]),
             )
         self.basis_curves = basis_curves
-        self.basis_surfaces = basis_surfaces
+        self.basis_surfaces = basis_surfaces or self
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -100,14 +100,22 @@ class Surfaces:
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        normal, good = _unit_normals(self.evaluate(row, u, v))
+        normal = self._directed(row, u, v)[1]
+        return np.where(self.reversed[row][:, None], -normal, normal)
+
+    def _directed(self, row: npt.NDArray[np.int64], u: Array, v: Array) -> tuple[SurfacePoints, Array]:
+        """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""
+        points = self.evaluate(row, u, v)
+        normal, good = _unit_normals(points)
         if not good.all():
             at = np.flatnonzero(~good)
             domain = self.domain[row[at]]
-            inside_u = u[at] + 1e-5 * ((domain[:, 0] + domain[:, 1]) / 2 - u[at])
-            inside_v = v[at] + 1e-5 * ((domain[:, 2] + domain[:, 3]) / 2 - v[at])
-            normal[at] = _unit_normals(self.evaluate(row[at], inside_u, inside_v))[0]
-        return np.where(self.reversed[row][:, None], -normal, normal)
+            way_u, way_v = (domain[:, :2].mean(1) - u[at]) * 1e-4, (domain[:, 2:].mean(1) - v[at]) * 1e-4
+            near = [_unit_normals(self.evaluate(row[at], u[at] + k * way_u, v[at] + k * way_v))[0] for k in (1, 2, 3)]
+            limit = 3 * (near[0] - near[1]) + near[2]
+            length = np.linalg.norm(limit, axis=1, keepdims=True)
+            normal[at] = limit / np.where(length > 0, length, 1.0)
+        return points, normal
 
     def parameters(self, row: npt.ArrayLike, points: Array) -> tuple[Array, Array]:
         """Parameters u, v (n,) of the points (n, 3) on the analytic surfaces `row` (n,), angles in [-pi, pi].
@@ -149,7 +157,6 @@ class Surfaces:
         if row in self.swept:
             basis_arc, basis_surface, _, _ = self.swept[row]
             if kind == "offset":
-                assert self.basis_surfaces is not None
                 return self.basis_surfaces.cuts(basis_surface, u0, u1, v0, v1)
             assert self.basis_curves is not None
             if kind == "extrusion":
@@ -197,17 +204,15 @@ class Surfaces:
             point, by = self.basis_curves.evaluate(np.full(len(u), basis_arc), v)
             arm = _turned(point - self.origin[row], axis, u)
             return SurfacePoints(self.origin[row] + arm, np.cross(axis, arm), _turned(by, axis, u))
-        assert self.basis_surfaces is not None
         return self._offset(basis_surface, distance, u, v)
 
     def _offset(self, basis: int, distance: float, u: Array, v: Array) -> SurfacePoints:
         """Points exact; partial derivatives by central differences (relative error about 1e-8)."""
-        assert self.basis_surfaces is not None
         inner = self.basis_surfaces
 
         def points(u: Array, v: Array) -> Array:
-            at = inner.evaluate(np.full(len(u), basis), u, v)
-            return at.points + distance * _unit_normals(at)[0]
+            at, normal = inner._directed(np.full(len(u), basis), u, v)
+            return at.points + distance * normal
 
         domain = inner.domain[basis]
         h, k = 1e-5 * (domain[1] - domain[0]), 1e-5 * (domain[3] - domain[2])

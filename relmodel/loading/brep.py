@@ -8,7 +8,7 @@ import numpy.typing as npt
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.neutral import ArcSamples, Table
+from relmodel.loading.neutral import ArcSamples, Shape, Table
 from relmodel.store.columns import Ragged
 
 Array = npt.NDArray[np.float64]
@@ -17,6 +17,26 @@ Index = npt.NDArray[np.int64]
 SMOOTH = float(np.deg2rad(1.0))
 SAMPLE_SPACING_MM = 1.0
 MOST_SAMPLES = 2000
+
+
+def curves_of(shape: Shape) -> Curves:
+    """The arcs of a shape, to be evaluated."""
+    return Curves(shape.arcs, shape.arc_splines, offsets=shape.arc_offsets, basis=_basis_curves(shape))
+
+
+def surfaces_of(shape: Shape) -> Surfaces:
+    """The surfaces of a shape, to be evaluated."""
+    if not shape.basis_surfaces:  # not read from a boundary representation
+        return Surfaces(shape.surfaces, shape.surface_splines)
+    curves = _basis_curves(shape)
+    basis = Surfaces(shape.basis_surfaces, shape.basis_surface_splines, shape.basis_surface_swept, curves)
+    return Surfaces(shape.surfaces, shape.surface_splines, shape.surface_swept, curves, basis)
+
+
+def _basis_curves(shape: Shape) -> Curves | None:
+    if not shape.basis_arcs:
+        return None
+    return Curves(shape.basis_arcs, shape.basis_arc_splines, offsets=shape.basis_arc_offsets)
 
 
 def arc_measures(curves: Curves) -> Table:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.curves import Curves, vectors
+from relmodel.geometry.curves import vectors
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.brep import pcurve_of
+from relmodel.loading.brep import curves_of, pcurve_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
 
 Array = npt.NDArray[np.float64]
@@ -88,14 +88,7 @@ def _loop_gaps(shape: Shape) -> Array:
 
 def _surface_gaps(shape: Shape) -> Array:
     """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it."""
-    curves = Curves(shape.arcs, shape.arc_splines)
-    surfaces = Surfaces(
-        shape.surfaces,
-        shape.surface_splines,
-        shape.surface_swept,
-        Curves(shape.basis_arcs, shape.basis_arc_splines),
-        Surfaces(shape.basis_surfaces, shape.basis_surface_splines),
-    )
+    curves, surfaces = curves_of(shape), surfaces_of(shape)
     arc, surface = shape.coedges["arc_no"], shape.coedges["surface_no"]
     pcurve = pcurve_of(shape.coedges, shape.pcurves)
     analytic = np.isin(surfaces.kind[surface].astype(str), ANALYTIC_KINDS)

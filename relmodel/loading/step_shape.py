@@ -26,7 +26,7 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
 
-from relmodel.geometry.curves import BOX, Array, Curves, box_columns, vector_columns
+from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import brep, bulges, loops, masses, step_geometry
 from relmodel.loading.neutral import Mesh, Shape, Table
@@ -50,20 +50,19 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     face_keys, edge_keys = face_map(shape), edge_map(shape)
     faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
     edges = [TopoDS.Edge(edge_keys.FindKey(i)) for i in range(1, edge_keys.Extent() + 1)]
-    support = step_geometry.SurfaceRows()
+    basis_curve_rows = step_geometry.CurveRows()
+    basis_rows = step_geometry.SurfaceRows(basis_curve_rows)
+    support = step_geometry.SurfaceRows(basis_curve_rows, basis_rows)
     for face in faces:
         support.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), reversed_=_is_reversed(face), shape=face)
-    curve_rows = step_geometry.CurveRows()
+    curve_rows = step_geometry.CurveRows(basis_curve_rows)
     for edge in edges:
         _add_edge(curve_rows, edge)
     surface_columns = support.columns()
-    arc_columns, arc_splines = curve_rows.columns(), curve_rows.splines()
+    arc_columns = curve_rows.columns()
     bounds, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
 
-    curves = Curves(arc_columns, arc_splines)
-    basis_curves = Curves(support.basis_curves.columns(), support.basis_curves.splines())
-    basis_surfaces = Surfaces(support.basis.columns(), support.basis.splines())
-    surfaces = Surfaces(surface_columns, support.splines(), support.swept(), basis_curves, basis_surfaces)
+    curves, surfaces = curve_rows.curves(), support.surfaces()
     loops.outer_first(surfaces, curves, bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     box = np.stack([arc_columns[name] for name in BOX], axis=1)
@@ -84,14 +83,17 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         surface_splines=support.splines(),
         surface_swept=support.swept(),
         arcs=arc_columns,
-        arc_splines=arc_splines,
+        arc_splines=curve_rows.splines(),
         loops=bounds,
         coedges=coedges,
         pcurves=pcurves,
-        basis_arcs=support.basis_curves.columns() | brep.arc_measures(basis_curves),
-        basis_arc_splines=support.basis_curves.splines(),
-        basis_surfaces=support.basis.columns() | brep.surface_measures(basis_surfaces),
-        basis_surface_splines=support.basis.splines(),
+        basis_arcs=basis_curve_rows.columns() | brep.arc_measures(basis_curve_rows.curves()),
+        basis_arc_splines=basis_curve_rows.splines(),
+        basis_surfaces=basis_rows.columns() | brep.surface_measures(basis_rows.surfaces()),
+        basis_surface_splines=basis_rows.splines(),
+        arc_offsets=curve_rows.offsets(),
+        basis_arc_offsets=basis_curve_rows.offsets(),
+        basis_surface_swept=basis_rows.swept(),
         mesh=_mesh(shape, faces, surfaces, surface_columns["area"]),
         samples=brep.samples(normals, arc_columns["length"]),
     )

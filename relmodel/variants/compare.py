@@ -165,14 +165,25 @@ def _surfaces(store: Store, connection: Connection, shape: int) -> SurfaceSet:
     rows = store.columns(connection, "compare/surfaces", shape_id=shape)
     coedges = store.columns(connection, "compare/boundary", shape_id=shape)
     used, arc = np.unique(np.asarray(coedges["arc_id"], np.int64), return_inverse=True)
-    columns = store.columns(connection, "compare/arcs", arc_ids=used.tolist())
-    splines = store.columns(connection, "compare/arc_splines", arc_ids=used.tolist())
-    row_of = {int(i): row for row, i in enumerate(used.tolist())}
-    curves = Curves(columns, splines, "arc_id", row_of)
     boundary = boundary_integrals(
-        curves, np.asarray(coedges["surface_no"], np.int64), arc.astype(np.int64), len(rows["surface_no"])
+        _curves(store, connection, used.tolist()),
+        np.asarray(coedges["surface_no"], np.int64),
+        arc.astype(np.int64),
+        len(rows["surface_no"]),
     )
     return surface_set(rows, boundary)
+
+
+def _curves(store: Store, connection: Connection, arcs: list[int]) -> Curves:
+    """Arcs in order of their identities, with what offset ones are made from."""
+    columns = store.columns(connection, "compare/arcs", arc_ids=arcs)
+    splines = store.columns(connection, "compare/arc_splines", arc_ids=arcs)
+    row_of = {arc: row for row, arc in enumerate(arcs)}
+    if "offset" not in columns["kind"]:
+        return Curves(columns, splines, "arc_id", row_of)
+    offsets: dict[str, Any] = dict(store.columns(connection, "compare/arc_offsets", arc_ids=arcs))
+    basis, offsets["basis_arc"] = np.unique(np.asarray(offsets["basis_arc_id"], np.int64), return_inverse=True)
+    return Curves(columns, splines, "arc_id", row_of, offsets, _curves(store, connection, basis.tolist()))
 
 
 def _features(store: Store, connection: Connection, shape: int) -> FeatureSet:

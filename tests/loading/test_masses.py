@@ -14,11 +14,11 @@ import pytest
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import step_shape
-from relmodel.loading.brep import pcurve_of
+from relmodel.loading.brep import pcurve_of, surfaces_of
 from relmodel.loading.neutral import Shape
 
 from .test_features import box, cut, cylinder
-from .test_step import loaded, surfaces_of
+from .test_step import loaded
 
 Floats = npt.NDArray[np.float64]
 pytest.importorskip("OCP")

@@ -12,10 +12,9 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.geometry.curves import Curves
 from relmodel.geometry.pcurves import Pcurves
-from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import part21
+from relmodel.loading.brep import curves_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
 from relmodel.loading.step import read_step
 
@@ -170,16 +169,6 @@ def every_file(data_dir: Path) -> list[Path]:
     return [data_dir / "step" / name for name in (*FILES, *more)]
 
 
-def surfaces_of(shape: Shape) -> Surfaces:
-    return Surfaces(
-        shape.surfaces,
-        shape.surface_splines,
-        shape.surface_swept,
-        Curves(shape.basis_arcs, shape.basis_arc_splines),
-        Surfaces(shape.basis_surfaces, shape.basis_surface_splines),
-    )
-
-
 @pytest.mark.data
 def test_measures_are_those_of_the_kernel(data_dir: Path) -> None:
     from OCP.Bnd import Bnd_Box
@@ -240,7 +229,7 @@ def test_loops_close_and_pcurves_lie_on_their_arcs(data_dir: Path) -> None:
             p = shape.pcurves
             key = {k: i for i, k in enumerate(zip(c["surface_no"], c["loop_no"], c["coedge_no"], strict=True))}
             of = np.array([key[k] for k in zip(p["surface_no"], p["loop_no"], p["coedge_no"], strict=True)], np.int64)
-            curves = Curves(shape.arcs, shape.arc_splines)
+            curves = curves_of(shape)
             for part in (0.0, 0.31, 1.0):
                 t = p["t0"] + part * (p["t1"] - p["t0"])
                 uv = Pcurves(p).evaluate(np.arange(len(t)), t)[0]
@@ -260,7 +249,7 @@ def test_angles_agree_with_how_much_material_is_around_the_edge(data_dir: Path) 
     for name in ("as1-tu-203.stp", "nist_ctc_01_asme1_ap242.stp"):
         for shape, solid, _, _ in pairs(data_dir / "step" / name):
             classifier = BRepClass3d_SolidClassifier(solid)
-            curves = Curves(shape.arcs, shape.arc_splines)
+            curves = curves_of(shape)
             among = np.flatnonzero(np.isin(shape.arcs["convexity"], ("convex", "concave", "smooth")))
             for i in among[:: 1 + len(among) // 20]:
                 point, tangent = (x[0] for x in curves.evaluate([i], [(curves.t0[i] + curves.t1[i]) / 2]))
