@@ -112,6 +112,15 @@ def face_map(shape: Any) -> Any:
     return keys
 
 
+def solids(shape: Any) -> list[Any]:
+    """Solids that all faces of a shape belong to, in the kernel's order; none where there are others."""
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_SOLID, keys)
+    found = [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
+    count = sum(face_map(solid).Extent() for solid in found)
+    return found if count == face_map(shape).Extent() else []
+
+
 def edge_map(shape: Any) -> Any:
     """Edges of the faces of a shape; loose edges are left out."""
     keys = ShapeMap()
