@@ -9,39 +9,27 @@ from typing import Any
 
 import numpy as np
 from OCP.Bnd import Bnd_Box
-from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepLib import BRepLib
-from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
-from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp, TopExp_Explorer
-from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
+from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import brep, bulges, loops, masses, step_geometry
-from relmodel.loading.neutral import Mesh, Shape, Table
+from relmodel.loading import brep, bulges, loops, masses, step_geometry, step_mesh
+from relmodel.loading.neutral import Shape, Table
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
 _KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its plain ones are rough
-
-CHORD_MM = 0.05
-CHORD_RAD = 0.15
-# Of a part larger than 5 m the chord grows with it, so that its mesh stays bounded.
-CHORD_SHARE = 1e-5
-
-# Kinds on which the normal at a vertex does not hang on the parameters that the mesher worked in.
-_KNOWN_NORMALS = ("plane", "cylinder")
 
 
 def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
@@ -94,7 +82,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         arc_offsets=curve_rows.offsets(),
         basis_arc_offsets=basis_curve_rows.offsets(),
         basis_surface_swept=basis_rows.swept(),
-        mesh=_mesh(shape, faces, surfaces, surface_columns["area"]),
+        mesh=step_mesh.mesh(shape, faces, surfaces, surface_columns["area"]),
         samples=brep.samples(normals, arc_columns["length"]),
     )
 
@@ -233,12 +221,6 @@ def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, fl
     return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
 
 
-def _kernel_area(face: Any) -> float:
-    props = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, props)
-    return abs(float(props.Mass()))
-
-
 def _boxes(
     faces: list[Any], surfaces: Surfaces, area: Array, coedges: Table, arcs: Table
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -255,79 +237,3 @@ def _boxes(
         boxes[i, :3] = np.minimum(boxes[i, :3], box.CornerMin().Coord())
         boxes[i, 3:] = np.maximum(boxes[i, 3:], box.CornerMax().Coord())
     return boxes
-
-
-def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Any) -> Mesh:
-    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices."""
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box, False)
-    chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
-    BRepTools.Clean_s(shape)
-    _triangulate(shape, [face for face, kind in zip(faces, surfaces.kind, strict=True) if kind == "plane"], chord)
-    vertices, parameters, triangles = [], [], []
-    for surface_no, face in enumerate(faces):
-        location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face, location) or _whole_domain_mesh(face, area[surface_no], chord)
-        if mesh is None or not mesh.HasUVNodes():
-            mesh, points, corners = None, np.empty((0, 3)), np.empty((0, 3), np.int32)
-        else:
-            points = np.array([node.Coord() for node in mesh.MapNodeArray()])
-            corners = np.array([triangle.Get() for triangle in mesh.InternalTriangles()], np.int32) - 1
-        if not location.IsIdentity():
-            matrix = step_geometry.matrix(location.Transformation())
-            points = points @ matrix[:3, :3].T + matrix[:3, 3]
-        vertices.append(points)
-        if mesh is None or surfaces.kind[surface_no] in _KNOWN_NORMALS:
-            parameters.append(np.zeros((len(points), 2)))
-        else:
-            parameters.append(np.array([node.Coord() for node in mesh.MapUVNodeArray()]))
-        triangles.append(corners[:, ::-1] if _is_reversed(face) else corners)
-    every = np.arange(len(faces))
-    owner = np.repeat(every, [len(points) for points in vertices])
-    points, uv = np.concatenate(vertices), np.concatenate(parameters)
-    if not len(points):
-        raise ValueError("the kernel made no triangle of any face")
-    turned = np.flatnonzero(surfaces.kind[owner] == "cylinder")
-    uv[turned, 0] = surfaces.parameters(owner[turned], points[turned])[0]
-    counts = np.array([len(corners) for corners in triangles])
-    first = np.searchsorted(owner, every)
-    return Mesh(
-        chord_mm=chord,
-        chord_rad=CHORD_RAD,
-        vertices=points,
-        normals=surfaces.normals(owner, uv[:, 0], uv[:, 1]).astype(np.float32),
-        triangles=(np.concatenate(triangles) + np.repeat(first, counts)[:, None]).astype(np.int32),
-        triangle_surfaces=np.repeat(every, counts).astype(np.int32),
-    )
-
-
-def _triangulate(shape: Any, planes: list[Any], chord: float) -> None:
-    """Triangulate a shape within the kernel.
-
-    Its default algorithm takes a second for a plane with thousands of vertices, the other one a tenth of that, but
-    that one gives up on some long curved faces: so each does what it is good at.
-    """
-    settings = IMeshTools_Parameters()
-    settings.Deflection, settings.Angle = chord, CHORD_RAD
-    flat = TopoDS_Compound()
-    builder = BRep_Builder()
-    builder.MakeCompound(flat)
-    for face in planes:
-        builder.Add(flat, face)
-    settings.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
-    BRepMesh_IncrementalMesh(flat, settings)
-    settings.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Watson
-    BRepMesh_IncrementalMesh(shape, settings)
-
-
-def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
-    """Mesh of a face that the kernel's mesher gave up on, where the face fills its domain; else None."""
-    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
-    maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), u0, u1, v0, v1, 1e-6)
-    if not maker.IsDone():
-        return None
-    whole = maker.Face()
-    if abs(_kernel_area(whole) - area) > 1e-6 * area:
-        return None
-    BRepMesh_IncrementalMesh(whole, chord, False, CHORD_RAD, False)
-    return BRep_Tool.Triangulation_s(whole, TopLoc_Location())
