@@ -236,7 +236,9 @@ def _junctions(arcs: Arcs) -> tuple[Part, Part]:
         return nothing, nothing
     near = cKDTree(ends).query_pairs(_MEET, output_type="ndarray")
     near = near[owner[near[:, 0]] != owner[near[:, 1]]]
-    near = near[np.lexsort((near[:, 1], near[:, 0]))]
+    near = near[
+        _nearest(owner[near[:, 0]], owner[near[:, 1]], np.linalg.norm(ends[near[:, 0]] - ends[near[:, 1]], axis=1))
+    ]
     a, b = near.T
     angle = np.arccos(np.clip(np.sum(away[a] * away[b], axis=1), -1.0, 1.0))
     sigma = arcs.angle_sigma[owner]
@@ -248,11 +250,12 @@ def _junctions(arcs: Arcs) -> tuple[Part, Part]:
     body = np.flatnonzero((along > _MEET) | arcs.closed[of_point])
     if len(body) == 0:
         return meeting, (owner[:0], owner[:0], np.zeros(0), np.zeros(0))
-    distance, nearest = cKDTree(course[body]).query(ends, distance_upper_bound=_MEET)
+    distance, nearest = map(np.asarray, cKDTree(course[body]).query(ends, distance_upper_bound=_MEET))
     met = np.isfinite(distance)
     end, point = np.flatnonzero(met), body[np.asarray(nearest)[met]]
-    other = end[of_point[point] != owner[end]]
-    point = point[of_point[point] != owner[end]]
+    apart = np.flatnonzero(of_point[point] != owner[end])
+    apart = apart[_nearest(owner[end[apart]], of_point[point[apart]], distance[end[apart]])]
+    other, point = end[apart], point[apart]
     ahead = np.minimum(point + 2, arcs.offsets[of_point[point] + 1] - 1)
     behind = np.maximum(point - 2, arcs.offsets[of_point[point]])
     tangent = course[ahead] - course[behind]
@@ -260,6 +263,15 @@ def _junctions(arcs: Arcs) -> tuple[Part, Part]:
     lean = np.arccos(np.clip(np.abs(np.sum(tangent * away[other], axis=1)), 0.0, 1.0))
     spread = np.hypot(sigma[other], arcs.angle_sigma[of_point[point]])
     return meeting, _both_ways(owner[other], of_point[point], lean, spread)
+
+
+def _nearest(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], distance: npt.NDArray[np.floating]) -> IndexArray:
+    """Rows of the nearest meeting of each two arcs, whichever is named first: two may meet at both of their ends."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    rows = np.lexsort((distance, high, low))
+    first = np.ones(len(rows), bool)
+    first[1:] = (np.diff(low[rows]) != 0) | (np.diff(high[rows]) != 0)
+    return rows[first]
 
 
 def _centres(arcs: Arcs, radius: float) -> tuple[Part, Part]:
