@@ -68,22 +68,33 @@ def in_volumes(
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
     if precision not in PRECISIONS:
         raise UsageError(f"there is no precision {precision!r}: use one of {', '.join(PRECISIONS)}")
-    bounds = np.array([volume.bounds for volume in volumes], float).reshape(-1, 6)
-    # As text: DuckDB's client takes 0.2 ms to bind each number of a list where pandas is not installed.
-    opening, closing = "[]" if store.dialect == "duckdb" else "{}"
-    columns = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)} | {"volume_no": range(len(volumes))}
-    asked = {name: opening + ",".join(map(repr, numbers)) + closing for name, numbers in columns.items()}
-    if level != "part":
-        asked["level"] = level
-    query = "find_parts_in_boxes" if level == "part" else "find_elements_in_boxes"
     with store.read() as connection:
         world_id = world_named(store, connection, world)[0]
-        found = store.columns(connection, query, world_id=world_id, **asked)
+        if level == "part" and len(volumes) == 1:
+            asked = dict(zip(BOX_COLUMNS, volumes[0].bounds.tolist(), strict=True))
+            found = store.columns(connection, "find_parts_in_box", world_id=world_id, **asked)
+            found = {"volume_no": np.zeros(len(found["path"]), np.int64), **found}
+        else:
+            found = _in_boxes(store, connection, world_id, level, [volume.bounds for volume in volumes])
         boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
         found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
         if precision == "exact":
             found = _chosen(found, exactly_met(store, connection, volumes, level, found))
     return found
+
+
+def _in_boxes(
+    store: Store, connection: Connection, world_id: int, level: str, boxes: list[npt.NDArray[np.float64]]
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in each of some boxes, as rows of the table that the query joins."""
+    bounds = np.array(boxes, float).reshape(-1, 6)
+    # As text: DuckDB's client takes 0.2 ms to bind each number of a list where pandas is not installed.
+    opening, closing = "[]" if store.dialect == "duckdb" else "{}"
+    columns = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)} | {"volume_no": range(len(boxes))}
+    asked = {name: opening + ",".join(map(repr, numbers)) + closing for name, numbers in columns.items()}
+    if level == "part":
+        return store.columns(connection, "find_parts_in_boxes", world_id=world_id, **asked)
+    return store.columns(connection, "find_elements_in_boxes", world_id=world_id, level=level, **asked)
 
 
 def _chosen(found: dict[str, npt.NDArray[Any]], met: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
