@@ -30,6 +30,8 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -
 
 def say(words: str) -> None:
     """Words for the person at the terminal: what was done, never data."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")  # a progress bar may stand on the line
     print(words, file=sys.stderr)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import gc
 import pickle
 import resource
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ def main(arguments: list[str]) -> int:
     source, out, limit = arguments[0], arguments[1], int(arguments[2])
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # an interrupt does not wait for the kernel to come back
     gc.disable()  # a process this short leaves little, and millions of small objects would be gone through for it
     try:
         _write(_read(source), out)

@@ -12,6 +12,7 @@ from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.geometry.curves import Curves
+from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 from relmodel.store.columns import stack
 from relmodel.variants.congruence import congruence
@@ -37,7 +38,14 @@ class Comparison:
     counts: dict[tuple[str, str], int]
 
 
-def compare(store: Store, before: tuple[str, str], after: tuple[str, str], *, reach: float = REACH) -> Comparison:
+def compare(
+    store: Store,
+    before: tuple[str, str],
+    after: tuple[str, str],
+    *,
+    reach: float = REACH,
+    progress: Progress = silent,
+) -> Comparison:
     """Compare the newest revisions of two variants, given as (name, variant): a run of kind `diff`, made once.
 
     Placed parts are told apart by place, path and geometry; features and surfaces within parts whose geometry changed.
@@ -63,7 +71,7 @@ def compare(store: Store, before: tuple[str, str], after: tuple[str, str], *, re
                 "reach": reach,
             },
         )
-        rows = _differences(store, connection, ids[0][1], ids[1][1], reach)
+        rows = _differences(store, connection, ids[0][1], ids[1][1], reach, progress)
         count = len(rows["level"])
         run.append(
             connection, "variant_difference", {"comparison_id": comparison, "difference_no": np.arange(count), **rows}
@@ -88,7 +96,9 @@ def _comparison(store: Store, connection: Connection, comparison: int, run_id: i
     return Comparison(comparison, run_id, {(r.level, r.status): int(r.how_many) for r in counts})
 
 
-def _differences(store: Store, connection: Connection, object_a: int, object_b: int, reach: float) -> _Block:
+def _differences(
+    store: Store, connection: Connection, object_a: int, object_b: int, reach: float, progress: Progress
+) -> _Block:
     a, b = (placed_parts(store, connection, o) for o in (object_a, object_b))
     i, j = pair_parts(a, b, reach)
     same = a.shape[i] == b.shape[j]
@@ -99,7 +109,8 @@ def _differences(store: Store, connection: Connection, object_a: int, object_b: 
     pairs, first, which = np.unique(
         np.stack([a.shape[i], b.shape[j]], axis=1), axis=0, return_index=True, return_inverse=True
     )
-    for n in np.argsort(first).tolist():
+    for done, n in enumerate(np.argsort(first).tolist()):
+        progress("comparing parts", done, len(first))
         (shape_a, shape_b), row, rows = pairs[n].tolist(), int(first[n]), np.flatnonzero(which.ravel() == n)
         if shape_a == shape_b:
             continue

@@ -16,6 +16,7 @@ from sqlalchemy import Connection
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices, matrix_columns
 from relmodel.index.packing import pack, page_boxes
+from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 from relmodel.world.kinematics import Robots
 from relmodel.world.world_file import WorldFile, read_world_file
@@ -39,7 +40,9 @@ class WorldReport:
     parts: int
 
 
-def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None = None) -> WorldReport:
+def place_world(
+    store: Store, path: str | Path, *, write_rig: RigWriter | None = None, progress: Progress = silent
+) -> WorldReport:
     """Place the world of a world file: a run of kind `world` that adds a revision, unless nothing changed.
 
     Objects are pinned to the newest revision of their name and variant.  `write_rig` is how a rig file becomes rows:
@@ -47,6 +50,7 @@ def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None =
     an object contains itself; the store's worlds are then as they were.
     """
     file = read_world_file(path)
+    progress(f"{file.path.name}: finding its objects", 0, 3)
     if file.mounts and write_rig is None:
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
@@ -68,9 +72,11 @@ def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None =
             world_id, revision, status = int(newest[0].id), int(newest[0].revision), "unchanged"
         else:
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
+            progress(f"{file.path.name}: placing its objects", 1, 3)
             world_id = _write_world(run, connection, file, pinned, revision, content_key)
             _write_joints(run, connection, world_id, robots, values)
             _write_mounts(run, connection, file, world_id, write_rig)
+            progress(f"{file.path.name}: expanding its objects to parts", 2, 3)
             _write_occurrences(run, connection, world_id)
         counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
         run.end("ok", f"world {file.world} revision {revision} {status}", connection)

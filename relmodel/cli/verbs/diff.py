@@ -11,7 +11,8 @@ import argparse
 from relmodel.cli.options import add_format, store_target
 from relmodel.cli.output import print_rows, say
 
-EXAMPLE = "relmodel diff A B --object bulkhead --level feature --store cell.duckdb"
+EXAMPLE = """relmodel diff A B --object bulkhead --level feature --store cell.duckdb
+  relmodel diff bracket:left bracket:right --format csv --store cell.duckdb"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.cli.progress import shown
     from relmodel.store import Store
     from relmodel.variants.compare import compare
 
@@ -36,7 +38,8 @@ def run(args: argparse.Namespace) -> int:
         return name, variant
 
     with Store.open(store_target(args)) as store:
-        comparison = compare(store, named(args.before), named(args.after), reach=args.reach)
+        with shown() as progress:
+            comparison = compare(store, named(args.before), named(args.after), reach=args.reach, progress=progress)
         with store.read() as connection:
             rows = store.rows(connection, "compare/changes", comparison_id=comparison.id)
     for level in ("part", "feature", "surface"):

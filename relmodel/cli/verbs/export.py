@@ -14,7 +14,9 @@ from relmodel.cli.options import store_target
 from relmodel.cli.output import say
 from relmodel.errors import UsageError
 
-EXAMPLE = "relmodel export bulkhead --variant A -o bulkhead.glb --store cell.duckdb"
+EXAMPLE = """relmodel export bulkhead --variant A -o bulkhead.glb --store cell.duckdb
+  relmodel export bulkhead --variant A -o tables --tables csv --store cell.duckdb
+  relmodel export --parquet parts --store cell.duckdb"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.cli.progress import shown
     from relmodel.store import Store
 
     of_object = args.object is not None and args.out is not None
@@ -40,7 +43,9 @@ def run(args: argparse.Namespace) -> int:
         if args.parquet is not None:
             from relmodel.index.parquet import export_parts
 
-            parts = export_parts(store, connection, args.parquet, args.world)
+            with shown() as progress:
+                progress(f"{args.parquet}: placed parts", 0, 1)
+                parts = export_parts(store, connection, args.parquet, args.world)
             say(f"{args.parquet} is written: {parts} placed parts")
             return 0
         from relmodel.objects.export import export_glb, export_tables
@@ -48,9 +53,12 @@ def run(args: argparse.Namespace) -> int:
 
         tree = read_tree(store, connection, args.object, args.variant)
         if args.out.suffix.lower() == ".glb":
-            export_glb(store, connection, tree, args.out)
+            with shown() as progress:
+                export_glb(store, connection, tree, args.out, progress)
             say(f"{args.out} is written")
         else:
-            for file in export_tables(store, connection, tree, args.out, args.tables):
+            with shown() as progress:
+                files = export_tables(store, connection, tree, args.out, args.tables, progress)
+            for file in files:
                 say(f"{file} is written")
     return 0
