@@ -213,7 +213,13 @@ def print_ratios(total: Counter[tuple[str, str]]) -> None:
     for k in KINDS:
         recall, precision = (total[k, x] / max(total[k, y], 1) for x, y in (("found", "faces"), ("true", "surfaces")))
         ratios.append(
-            {"kind": k, "truth": total[k, "faces"], "recall": recall, "precision": precision, "false": total[k, "false"]}
+            {
+                "kind": k,
+                "truth": total[k, "faces"],
+                "recall": recall,
+                "precision": precision,
+                "false": total[k, "false"],
+            }
         )
     for k in CURVES:
         recall, precision = (total[k, f"{n} mm right"] / max(total[k, f"{n} mm"], 1) for n in ("edge", "arc"))
