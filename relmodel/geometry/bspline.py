@@ -44,6 +44,17 @@ class Basis:
         flat = once[place] + turn * (k[-1] - k[0])
         return cls(degree, True, k, flat, np.arange(count + degree) % count)
 
+    def cuts(self, t0: float, t1: float) -> Array:
+        """Ends of an interval of the parameter with the knots clearly within, repeated where periodic."""
+        knots = self.knots
+        if self.periodic:
+            period = knots[-1] - knots[0]
+            turns = np.arange(np.floor((t0 - knots[0]) / period), np.ceil((t1 - knots[0]) / period) + 1)
+            knots = np.sort((knots[None, :-1] + turns[:, None] * period).ravel())
+        least = 1e-9 * (t1 - t0)
+        knots = knots[(knots > t0 + least) & (knots < t1 - least)]
+        return np.concatenate([[t0], knots[np.diff(knots, prepend=t0) > least], [t1]])
+
     def functions(self, t: Array) -> tuple[Index, Array, Array]:
         """Poles (n, p + 1) that bear on each parameter (n,), with the values and first derivatives of their functions.
 

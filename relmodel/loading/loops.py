@@ -12,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.curves import Curves
-from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading.brep import pcurve_of
 from relmodel.loading.neutral import Table
+from relmodel.loading.trims import Trims
 from relmodel.store.columns import take
 
 Array = npt.NDArray[np.float64]
@@ -71,33 +70,15 @@ def _enclosed(
 ) -> tuple[Array, Array]:
     """Signed area in (u, v) within loops (n,), by chords, and how far each is from closing there (n, 2)."""
     own = _loop_of(loops, coedges)
-    used = np.flatnonzero(wanted[own])
-    arc = np.asarray(coedges["arc_no"], np.int64)[used]
-    span_arc, start, end = curves.spans()
-    first = np.searchsorted(span_arc, np.arange(len(curves)))
-    count = np.bincount(span_arc, minlength=len(curves))[arc]
-    piece = np.repeat(np.arange(len(used)), count)
-    span = first[arc][piece] + np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
-    share = np.linspace(0.0, 1.0, _STEPS + 1)
-    t = (start[span, None] + (end - start)[span, None] * share).ravel()
-    coedge = np.repeat(used[piece], _STEPS + 1)
-    surface = np.asarray(coedges["surface_no"], np.int64)[coedge]
-    uv = np.stack(
-        surfaces.parameters(surface, curves.evaluate(np.asarray(coedges["arc_no"], np.int64)[coedge], t)[0]), axis=1
-    )
-    row = pcurve_of(coedges, pcurves)[coedge]
-    drawn = np.flatnonzero(row >= 0)
-    uv[drawn] = Pcurves(pcurves).evaluate(row[drawn], t[drawn])
-    uv = uv.reshape(-1, _STEPS + 1, 2)
-    sense = np.where(
-        np.asarray(coedges["reversed"], bool)[used[piece]] != surfaces.reversed[surface[:: _STEPS + 1]], -1.0, 1.0
-    )
+    trims = Trims(surfaces, curves, coedges, pcurves)
+    coedge, start, end = trims.pieces(np.flatnonzero(wanted[own]))
+    t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, _STEPS + 1)
+    uv = trims.evaluate(np.repeat(coedge, _STEPS + 1), t.ravel())[0].reshape(-1, _STEPS + 1, 2)
     u, v = uv[..., 0], uv[..., 1]
     twice = np.sum(u[:, :-1] * v[:, 1:] - u[:, 1:] * v[:, :-1], axis=1)
     area, across = np.zeros(len(wanted)), np.zeros((len(wanted), 2))
-    loop = own[used[piece]]
-    np.add.at(area, loop, sense * twice / 2)
-    np.add.at(across, loop, sense[:, None] * (uv[:, -1] - uv[:, 0]))
+    np.add.at(area, own[coedge], trims.sign[coedge] * twice / 2)
+    np.add.at(across, own, trims.across())
     return area, across
 
 

@@ -56,7 +56,9 @@ class Shape:
         of `shape_arc`; row = arc_no.
     arc_splines: columns of `arc_spline`, `arc_no` for the identity.
     loops, coedges, pcurves: columns of the tables, with `surface_no` and `arc_no` for identities.
-    basis_*: curves and surfaces that swept surfaces are made from, same columns as arcs and surfaces.
+    arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
+    basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
+        is itself made from others refers to rows before it.
     """
 
     kind: Literal["solid", "sheet", "wire", "mesh"]
@@ -75,6 +77,9 @@ class Shape:
     basis_surface_splines: Table
     mesh: Mesh
     samples: ArcSamples
+    arc_offsets: Table = field(default_factory=dict)
+    basis_arc_offsets: Table = field(default_factory=dict)
+    basis_surface_swept: Table = field(default_factory=dict)
 
 
 @dataclass

@@ -98,7 +98,7 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
 @dataclass
 class Regions:
     """Regions of a mesh: of each triangle its region, of each region its kind and, where that is a curved surface,
-    the row of numbers that `quadric_kernels` describes (NaN elsewhere)."""
+    the row of numbers that `distance_kernels` describes (NaN elsewhere)."""
 
     of_triangle: Ints
     kind: npt.NDArray[np.str_]  # plane, sphere, cylinder, cone, torus, facets
@@ -204,33 +204,50 @@ def slim(vertices: Floats, triangles: Ints) -> Bools:
 
 def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: float) -> tuple[Ints, Ints, Floats]:
     """Owner of each patch (-1 none) among the curved surfaces, their kinds (index into KINDS) and numbers."""
-    from relmodel.loading import quadric_kernels
+    from relmodel.loading import growth_kernels
 
-    normal = area_normals(vertices, triangles)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     count = len(patches.area)
-    by_patch = np.argsort(patches.of_triangle, kind="stable")
+    known = ~slim(vertices, triangles)
+    known |= np.bincount(patches.of_triangle, known, minlength=count)[patches.of_triangle] == 0
+    pair = np.unique(np.repeat(patches.of_triangle[known], 3) * np.int64(len(vertices)) + triangles[known].ravel())
+    patch, vertex = np.divmod(pair, len(vertices))
+    start = np.searchsorted(patch, np.arange(count + 1))
+    area = area_normals(vertices, triangles)
+    normal: Floats = np.stack([np.bincount(patches.of_triangle, area[:, i], count) for i in range(3)], axis=1)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal[np.bincount(patches.of_triangle, ~slim(vertices, triangles), minlength=count) == 0] = 0.0
     smooth = patches.angle < SMOOTH_RAD
     owner = np.full(count, -1)
     kinds = np.zeros(count, np.int64)
     rows = np.full((count, 10), np.nan)
     of = np.repeat(np.arange(count), np.diff(patches.start))
     bends = np.bincount(of[smooth], minlength=count)
+    middle = np.add.reduceat(vertices[vertex], start[:-1]) / np.diff(start)[:, None]
+    by_area = np.lexsort((-np.linalg.norm(area, axis=1), ~known, patches.of_triangle))
+    largest = by_area[np.searchsorted(patches.of_triangle[by_area], np.arange(count))]
+    reach, bend = np.zeros(count), np.zeros(count)
+    np.maximum.at(reach, patch, np.linalg.norm(vertices[vertex] - middle[patch], axis=1))
+    np.maximum.at(bend, of[smooth], patches.angle[smooth])
     order = np.argsort(-patches.area, kind="stable")
-    number = quadric_kernels.grow_surfaces(
-        np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
-        np.array(triangles, np.int64, order="C"),
-        np.array(normal, np.float64, order="C"),
-        slim(vertices, triangles),
-        np.searchsorted(patches.of_triangle[by_patch], np.arange(count + 1)),
-        by_patch,
-        patches.area,
-        patches.width,
-        patches.start,
-        patches.other,
-        patches.length,
-        smooth,
+    number = growth_kernels.grow_surfaces(
+        growth_kernels.Patches(
+            np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
+            start,
+            vertex,
+            normal,
+            middle,
+            reach,
+            vertices[triangles[largest]].mean(axis=1),
+            patches.area,
+            patches.width,
+            bend,
+            patches.start,
+            patches.other,
+            patches.length,
+            smooth,
+        ),
         order[bends[order] > 0],
+        rounding(vertices),
         max(_EXACT_MM, rounding(vertices)),
         tolerance,
         np.cos(_LEAN_RAD),

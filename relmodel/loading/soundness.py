@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.curves import Curves, vectors
+from relmodel.geometry.curves import vectors
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.brep import pcurve_of
+from relmodel.loading.brep import curves_of, pcurve_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
 
 Array = npt.NDArray[np.float64]
@@ -88,14 +88,7 @@ def _loop_gaps(shape: Shape) -> Array:
 
 def _surface_gaps(shape: Shape) -> Array:
     """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it."""
-    curves = Curves(shape.arcs, shape.arc_splines)
-    surfaces = Surfaces(
-        shape.surfaces,
-        shape.surface_splines,
-        shape.surface_swept,
-        Curves(shape.basis_arcs, shape.basis_arc_splines),
-        Surfaces(shape.basis_surfaces, shape.basis_surface_splines),
-    )
+    curves, surfaces = curves_of(shape), surfaces_of(shape)
     arc, surface = shape.coedges["arc_no"], shape.coedges["surface_no"]
     pcurve = pcurve_of(shape.coedges, shape.pcurves)
     analytic = np.isin(surfaces.kind[surface].astype(str), ANALYTIC_KINDS)
@@ -105,7 +98,7 @@ def _surface_gaps(shape: Shape) -> Array:
         t = curves.t0 + share * (curves.t1 - curves.t0)
         points = curves.evaluate(np.arange(len(curves)), t)[0][arc]
         gaps[analytic] = np.maximum(gaps[analytic], _distance(surfaces, surface[analytic], points[analytic]))
-        uv = Pcurves(shape.pcurves).evaluate(pcurve[drawn], t[arc[drawn]])
+        uv = Pcurves(shape.pcurves).evaluate(pcurve[drawn], t[arc[drawn]])[0]
         on = surfaces.evaluate(surface[drawn], uv[:, 0], uv[:, 1]).points
         gaps[drawn] = np.maximum(gaps[drawn], np.linalg.norm(on - points[drawn], axis=1))
     return gaps

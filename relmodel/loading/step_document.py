@@ -221,18 +221,37 @@ class _Walk:
             return None
         for i in range(1, faces.Extent() + 1):
             self.faces.Add(faces.FindKey(i).Located(TopLoc_Location()))
+        name = _name(label) or f"part {len(self.parts) + 1}"
+        attributes = _attributes(label)
+        solids = step_shape.solids(shape)
+        if len(solids) > 1:
+            return self._solids_of(label, solids, faces, scale * factor, Assembly(name, [], attributes), located)
         key = (self._solids.Add(shape), scale * factor)
         if key not in self._shape_of:
             marks = self._marks(label, faces)
             self.shapes.append(step_shape.extract(_scaled(shape, scale * factor), *marks))
             self._shape_of[key] = len(self.shapes) - 1
-        name = _name(label) or f"part {len(self.parts) + 1}"
-        attributes = _attributes(label)
         loose = _loose_edges(shape)
         if loose:
             attributes.append(("supplemental edges", float(loose), None))
         self.parts.append(Part(name, name, self._shape_of[key], _material(label), _colour(label), attributes))
         return _Child("part", len(self.parts) - 1, located)
+
+    def _solids_of(
+        self, label: Any, solids: list[Any], faces: Any, scale: float, assembly: Assembly, located: Any
+    ) -> _Child:
+        """The solids of one product as parts of an assembly, as the kernel makes them of products with several."""
+        marks = self._marks(label, faces)
+        for i, solid in enumerate(solids):
+            own = step_shape.face_map(solid)
+            ordinal = {faces.FindIndex(own.FindKey(k)): k for k in range(1, own.Extent() + 1)}
+            of_own = [{ordinal[k]: v for k, v in mark.items() if k in ordinal} for mark in marks]
+            self.shapes.append(step_shape.extract(_scaled(solid, scale), *of_own))
+            name = f"{assembly.name} {i + 1}"
+            self.parts.append(Part(name, name, len(self.shapes) - 1, _material(label), _colour(label)))
+            assembly.instances.append(Instance(name, "part", len(self.parts) - 1, np.eye(4)))
+        self.assemblies.append(assembly)
+        return _Child("assembly", len(self.assemblies) - 1, located)
 
     def _marks(self, label: Any, faces: Any) -> tuple[dict[int, str], dict[int, str], dict[int, str]]:
         """Names, colours and layers of faces, by ordinal; what a body or shell bears, its faces inherit."""

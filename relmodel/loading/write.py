@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -162,8 +163,28 @@ def _append_geometry(
     surface_ids, new_surfaces = _append_rows(
         run, connection, "surface", "surface_spline", "surface_no", surfaces + basis_surfaces
     )
-    for (shape, shape_keys), fresh in zip(pairs, new_surfaces, strict=False):
+    count = len(pairs)
+    for (shape, shape_keys), fresh, basis_fresh, fresh_arcs, basis_fresh_arcs in zip(
+        pairs, new_surfaces[:count], new_surfaces[count:], new_arcs[:count], new_arcs[count:], strict=True
+    ):
         _append_trims(run, connection, shape, shape_keys, fresh, surface_ids, arc_ids)
+        for columns, new, own in (
+            (shape.surface_swept, fresh, shape_keys.surfaces),
+            (shape.basis_surface_swept, basis_fresh, shape_keys.basis_surfaces),
+        ):
+            made = _made(columns, "surface_no", new, own, surface_ids)
+            if made:
+                made["basis_arc_id"] = _pointed(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
+                made["basis_surface_id"] = _pointed(made.pop("basis_surface"), shape_keys.basis_surfaces, surface_ids)
+                run.append(connection, "surface_swept", made)
+        for columns, new, own in (
+            (shape.arc_offsets, fresh_arcs, shape_keys.arcs),
+            (shape.basis_arc_offsets, basis_fresh_arcs, shape_keys.basis_arcs),
+        ):
+            made = _made(columns, "arc_no", new, own, arc_ids)
+            if made:
+                made["basis_arc_id"] = _pointed(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
+                run.append(connection, "arc_offset", made)
     append_shapes(run, connection, pairs, shape_ids, surface_ids, arc_ids)
     return sum(int(f.sum()) for f in new_surfaces), sum(int(f.sum()) for f in new_arcs)
 
@@ -223,14 +244,13 @@ def _append_trims(
     surface_ids: dict[str, int],
     arc_ids: dict[str, int],
 ) -> None:
-    """Append loops, coedges, pcurves and sweeps of the surfaces of a shape that are new."""
+    """Append loops, coedges and pcurves of the surfaces of a shape that are new."""
     of_surface = np.array([surface_ids[key] for key in keys.surfaces], dtype=np.int64)
     of_arc = np.array([arc_ids[key] for key in keys.arcs], dtype=np.int64)
     for table, given in (
         ("loop", shape.loops),
         ("coedge", shape.coedges),
         ("pcurve", shape.pcurves),
-        ("surface_swept", shape.surface_swept),
     ):
         if not row_count_or_none(given):
             continue
@@ -241,10 +261,23 @@ def _append_trims(
         del columns["surface_no"]
         if table == "coedge":
             columns["arc_id"] = of_arc[np.asarray(columns.pop("arc_no"), np.int64)]
-        if table == "surface_swept":
-            columns["basis_arc_id"] = _pointed(columns.pop("basis_arc"), keys.basis_arcs, arc_ids)
-            columns["basis_surface_id"] = _pointed(columns.pop("basis_surface"), keys.basis_surfaces, surface_ids)
         _append(run, connection, table, [columns])
+
+
+def _made(
+    given: Table, owner: str, fresh: npt.NDArray[np.bool_], keys: list[str], ids: dict[str, int]
+) -> dict[str, Any]:
+    """Rows that say of new arcs or surfaces what they are made from, with the identities of those."""
+    if not row_count_or_none(given):
+        return {}
+    owners = np.asarray(given[owner], np.int64)
+    rows = np.flatnonzero(fresh[owners])
+    if not len(rows):
+        return {}
+    columns: dict[str, Any] = dict(take(given, rows))
+    del columns[owner]
+    columns[owner.removesuffix("_no") + "_id"] = [ids[keys[i]] for i in owners[rows].tolist()]
+    return columns
 
 
 def _pointed(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:

@@ -6,9 +6,11 @@ block rounded all over.  Every other part is turned and moved.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt
@@ -181,11 +183,8 @@ def shaft(rng: Rng) -> Any:
     part.cut(torus((0, 0, 6), heights[0][1] + 0.5, 2.5))
     foot = float(rng.uniform(1.0, 2.0))
     part.body = chamfer(part.body, foot, at_height(0.0))
-    inner = heights[2]
-    try:
-        part.body = fillet(part.body, float(rng.uniform(1.0, 2.0)), at_height(inner[0]))
-    except Exception:  # not every pair of steps leaves the ball room
-        pass
+    with suppress(Exception):  # not every pair of steps leaves the ball room
+        part.body = fillet(part.body, float(rng.uniform(1.0, 2.0)), at_height(heights[2][0]))
     if rng.random() < 0.5:
         part.cut(box((0.3, -100, -100), (100, 100, 200)))
     return part.body
@@ -199,8 +198,6 @@ def pipe(rng: Rng) -> Any:
     quarter = box((0, 0, -50), (200, 200, 50))
     ring = Part(torus((0, 0, 0), bend, outer))
     ring.cut(torus((0, 0, 0), bend, outer - wall))
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
-
     part = Part(BRepAlgoAPI_Common(ring.body, quarter).Shape())
     for foot, axis in (((bend, 0.0, 0.0), (0, -1, 0)), ((0.0, bend, 0.0), (-1, 0, 0))):
         straight = Part(cylinder(foot, outer, 30, axis))

@@ -11,6 +11,7 @@ import trimesh
 from relmodel.errors import InputError
 from relmodel.loading import write
 from relmodel.loading.load import load
+from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
 from relmodel.store import Store
 from relmodel.store.check import check
 
@@ -187,3 +188,36 @@ def test_a_bad_call_leaves_nothing(
             load(store, path, name="part", unit=unit)
         with store.read() as connection:
             assert not connection.execute(store.table("run").select()).all()
+
+
+def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
+    fresh_store: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("OCP")
+    from relmodel.loading import load as module
+    from relmodel.loading import step_shape
+
+    from .test_exact import compound, faces_of_rare_kinds
+
+    def read(*_: object) -> LoadedModel:
+        shape = step_shape.extract(compound(faces_of_rare_kinds()), {}, {}, {})
+        assembly = Assembly("root", [Instance("sheet", "part", 0, np.eye(4))])
+        return LoadedModel(
+            "STEP", None, "millimetre", 1.0, [shape], [Part("1", "sheet", 0)], [assembly], 0, None, 14, "test"
+        )
+
+    monkeypatch.setattr(module, "_read", read)
+    file = tmp_path / "rare.step"
+    file.write_text("ISO-10303-21;")
+    with Store.open(fresh_store) as store:
+        shape = read().shapes[0]
+        first = load(store, file, name="rare")
+        counts = row_counts(store)
+        assert counts["arc_offset"] > 0
+        assert len(shape.surface_swept["surface_no"]) < counts["surface_swept"]
+        assert load(store, file, name="rare").status == "unchanged"
+        assert {k: v for k, v in row_counts(store).items() if k.startswith(("arc", "surface"))} == {
+            k: v for k, v in counts.items() if k.startswith(("arc", "surface"))
+        }
+        assert first.surfaces_added > 14
+        assert not [found for found in check(store) if found.rows]

@@ -11,7 +11,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.courses import Course, Deviations, from_circles, from_ellipses, from_lines, settle
+from vision.extraction import covariances
+from vision.extraction.courses import Deviations, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.linking import Chains
@@ -40,7 +41,8 @@ class Arcs:
     `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor semi-axis) and
     `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
-    direction; `residual` (px) the rms distance of its elements.  Arc i holds edge elements
+    direction; `residual` (px) the rms distance of its elements.  `covariance` (n, 5, 5) is that of the parameters that
+    `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
     `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
     measured with the elements around them to `point_sigma` (px) across.
     """
@@ -62,6 +64,7 @@ class Arcs:
     sigma: FloatArray
     angle_sigma: FloatArray
     residual: FloatArray
+    covariance: FloatArray
     offsets: IntArray
     elements: IntArray
     x: FloatArray
@@ -277,7 +280,8 @@ def _measure(
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     curved = circular[:, 0] | oval
-    course = _course(edges, members, kinds, fit, found, half_spread, scale)
+    deviations, covariance = _deviations(x, y, w, members, kinds, fit, found, half_spread, correlation)
+    course = settle(edges, members, deviations, scale)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
@@ -296,6 +300,7 @@ def _measure(
         sigma=np.sqrt(variance),
         angle_sigma=np.sqrt(variance / np.maximum(fit[:, 6], 1e-12)),
         residual=np.sqrt(fit[:, 7]),
+        covariance=covariance,
         offsets=members.offsets,
         elements=members.elements,
         x=course.x,
@@ -304,25 +309,38 @@ def _measure(
     )
 
 
-def _course(
-    edges: EdgeElements,
+def _deviations(
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
     members: Chains,
     kinds: IntArray,
     fit: FloatArray,
     ellipses: Ellipses,
     half_spread: FloatArray,
-    scale: float,
-) -> Course:
-    """Courses of the fitted arcs; `ellipses` are those of the elliptic ones, in order, as seen."""
-    x, y, arc = edges.x[members.elements], edges.y[members.elements], members.chain_of_member
+    correlation: float,
+) -> tuple[Deviations, FloatArray]:
+    """How the members (m,) lie to their arcs, and the covariances (n, 5, 5) of these; `ellipses` are those of the
+    elliptic ones, in order, as seen."""
+    arc = members.chain_of_member
     columns = np.full((4, len(x)), np.nan)
-    rank = np.cumsum(kinds == ELLIPTIC) - 1
-
-    def put(rows: npt.NDArray[np.intp], found: Deviations) -> None:
+    covariance = np.full((len(kinds), 5, 5), np.nan)
+    for kind in (LINE, CIRCULAR, ELLIPTIC):
+        own = np.flatnonzero(kinds == kind)
+        rows = np.flatnonzero(kinds[arc] == kind)
+        at, px, py = arc[rows], x[rows], y[rows]
+        if kind == LINE:
+            found = from_lines(px, py, fit[at])
+            jacobian = covariances.of_lines((px - fit[at, 0]) * fit[at, 2] + (py - fit[at, 1]) * fit[at, 3])
+        elif kind == CIRCULAR:
+            found = from_circles(px, py, fit[at], half_spread[at])
+            jacobian = covariances.of_circles(found)
+        else:
+            which = np.searchsorted(own, at)
+            found = from_ellipses(px, py, ellipses, which, half_spread[at])
+            jacobian = covariances.of_ellipses(px, py, found, ellipses, which)
         columns[:, rows] = found.distance, found.nx, found.ny, found.bias
-
-    straight, round_, oval = (np.flatnonzero(kinds[arc] == kind) for kind in (LINE, CIRCULAR, ELLIPTIC))
-    put(straight, from_lines(x[straight], y[straight], fit[arc[straight]]))
-    put(round_, from_circles(x[round_], y[round_], fit[arc[round_]], half_spread[arc[round_]]))
-    put(oval, from_ellipses(x[oval], y[oval], ellipses, rank[arc[oval]], half_spread[arc[oval]]))
-    return settle(edges, members, Deviations(*columns), scale)
+        size = jacobian.shape[1]
+        first = np.searchsorted(at, own)
+        covariance[own, :size, :size] = covariances.of_parameters(jacobian, found.distance, w[rows], first, correlation)
+    return Deviations(*columns), covariance

@@ -9,6 +9,7 @@ facet) fix the Gaussian-blurred step that has them:
 exact for such a step at any offset and any blur; to first order in d it is Haralick's crossing.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from math import log, pi, sqrt
@@ -47,6 +48,13 @@ class EdgeElements:
     def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "EdgeElements":
         """The elements that `rows` (indices or a mask) selects."""
         return EdgeElements(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+
+def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
+    """The elements of several columns, one after the other."""
+    return EdgeElements(
+        **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(EdgeElements)}
+    )
 
 
 def grey_image(image: npt.ArrayLike) -> FloatArray:

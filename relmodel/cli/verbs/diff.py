@@ -1,7 +1,7 @@
 """Say what differs between two variants of an object: parts, features and surfaces.
 
-identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed.  The rows
-stay in the store: SELECT * FROM variant_change.
+identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed; and of
+parts what else differs (path, number, material, ...).  The rows stay in the store: SELECT * FROM variant_change.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
     for level in ("part", "feature", "surface"):
         counts = [f"{status} {n}" for (of, status), n in sorted(comparison.counts.items()) if of == level]
         say(f"{level}s: {', '.join(counts) or 'none compared: every part is geometrically as it was'}")
-    names = ("level", "status", "kind", "before", "after", "path", "dx", "dy", "dz", "distance", "angle", "x", "y", "z")
+    words = ["level", "status", "differs", "kind", "before", "after", "path"]
+    names = [*words, "dx", "dy", "dz", "distance", "angle", "x", "y", "z"]
     print_rows(names, [tuple(r) for r in rows if args.level in (None, r.level)], args.format)
     return 0

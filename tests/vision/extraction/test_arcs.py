@@ -133,3 +133,40 @@ def test_a_square_corner_parts_two_lines() -> None:
 
 def test_nothing_gives_nothing() -> None:
     assert len(arcs_of(np.full((50, 50), 90.0))) == 0
+
+
+@pytest.mark.parametrize("shape", ["line", "circle", "ellipse"])
+def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
+    """Over 60 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
+    clean, truth = _known(shape)
+    squares = []
+    for seed in range(60):
+        arcs = arcs_of(noisy(clean, 6.0, seed))
+        at = int(np.argmax(arcs.length))
+        if shape == "line":
+            middle = np.array([arcs.start_x[at] + arcs.end_x[at], arcs.start_y[at] + arcs.end_y[at]]) / 2
+            normal = np.array([-arcs.direction[at, 1], arcs.direction[at, 0]])
+            # the middle of a line is fixed along it, so only offset and angle are open
+            found = np.array([(middle - truth[:2]) @ normal, np.arctan2(*arcs.direction[at, ::-1]) - truth[2]])
+            found[1] = np.arctan(np.tan(found[1]))
+        else:
+            names = ("centre_x", "centre_y", "radius", "radius2", "axis_angle")[: len(truth)]
+            found = np.array([getattr(arcs, name)[at] for name in names]) - truth
+        covariance = arcs.covariance[at, : len(found), : len(found)]
+        squares.append(found @ np.linalg.solve(covariance, found) / len(found))
+    assert 0.5 < np.median(squares) / 0.8 < 2.0
+
+
+def _known(shape: str) -> tuple[FloatArray, FloatArray]:
+    if shape == "line":
+        return step(0.4, 0.0, (91, 91)), np.array([45.0, 45.0, 0.4 + np.pi / 2])
+    if shape == "circle":
+        return disc(60.3, 58.8, 30.0, (120, 120)), np.array([60.3, 58.8, 30.0])
+    times, n, angle = 6, 130, 0.4
+    y, x = (np.mgrid[: times * n, : times * n] - (times - 1) / 2) / times
+    u, v = (
+        (x - 64.2) * np.cos(angle) + (y - 61.8) * np.sin(angle),
+        (y - 61.8) * np.cos(angle) - (x - 64.2) * np.sin(angle),
+    )
+    inside = gaussian_filter(((u / 48) ** 2 + (v / 33) ** 2 < 1).astype(float), 0.7 * times)
+    return 160 - 100 * inside.reshape(n, times, n, times).mean(axis=(1, 3)), np.array([64.2, 61.8, 48.0, 33.0, angle])

@@ -1,0 +1,133 @@
+"""Compiled linear algebra of a few unknowns, and how all kernels of a mesh's surfaces are compiled.
+
+Importing this module loads numba: import it where a mesh is cut.  The kernels are written out in scalars: array
+expressions on three numbers take many times as long to compile, and no less to run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+from numba import njit
+
+_Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
+# Kernels that only kernels call need no wrapper for Python, which takes as long to compile as a small kernel.
+inner: Callable[[_Kernel], _Kernel] = njit(cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True)
+outer: Callable[[_Kernel], _Kernel] = njit(cache=True, nogil=True, error_model="numpy")
+
+_SWEEPS = 30
+
+
+@inner
+def solve(a: Any, b: Any, n: int) -> bool:
+    """Solve a x = b of n unknowns by Cholesky, x into b; a is lost.  False where a is not positive."""
+    for i in range(n):
+        for j in range(i + 1):
+            total = a[i, j]
+            for k in range(j):
+                total -= a[i, k] * a[j, k]
+            if i == j:
+                if not total > 0:
+                    return False
+                a[i, i] = np.sqrt(total)
+            else:
+                a[i, j] = total / a[j, j]
+    for i in range(n):
+        for k in range(i):
+            b[i] -= a[i, k] * b[k]
+        b[i] /= a[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            b[i] -= a[k, i] * b[k]
+        b[i] /= a[i, i]
+    return True
+
+
+@inner
+def eigenvectors(a: Any, vectors: Any, n: int) -> None:
+    """Diagonalise the symmetric a (n, n) in place by Jacobi's rotations: values on its diagonal, vectors in columns;
+    both by rising value."""
+    for i in range(n):
+        for j in range(n):
+            vectors[i, j] = 1.0 if i == j else 0.0
+    for _ in range(_SWEEPS):
+        off = total = 0.0
+        for i in range(n):
+            total += a[i, i] * a[i, i]
+            for j in range(i):
+                off += a[i, j] * a[i, j]
+        if off <= 1e-30 * total:
+            break
+        for p in range(n):
+            for q in range(p + 1, n):
+                if a[p, q] == 0.0:
+                    continue
+                theta = (a[q, q] - a[p, p]) / (2 * a[p, q])
+                t = 1 / (abs(theta) + np.sqrt(theta * theta + 1))
+                if theta < 0:
+                    t = -t
+                c = 1 / np.sqrt(t * t + 1)
+                s = t * c
+                for k in range(n):
+                    x, y = a[k, p], a[k, q]
+                    a[k, p], a[k, q] = c * x - s * y, s * x + c * y
+                for k in range(n):
+                    x, y = a[p, k], a[q, k]
+                    a[p, k], a[q, k] = c * x - s * y, s * x + c * y
+                    x, y = vectors[k, p], vectors[k, q]
+                    vectors[k, p], vectors[k, q] = c * x - s * y, s * x + c * y
+    for i in range(n):
+        least = i
+        for j in range(i + 1, n):
+            if a[j, j] < a[least, least]:
+                least = j
+        if least != i:
+            a[i, i], a[least, least] = a[least, least], a[i, i]
+            for k in range(n):
+                vectors[k, i], vectors[k, least] = vectors[k, least], vectors[k, i]
+
+
+@inner
+def across(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
+    """Two unit vectors that make a right-handed frame with a unit axis (x, y, z) as the third."""
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        ux, uy, uz = 0.0, -z, y
+    elif abs(y) <= abs(z):
+        ux, uy, uz = z, 0.0, -x
+    else:
+        ux, uy, uz = -y, x, 0.0
+    n = np.sqrt(ux * ux + uy * uy + uz * uz)
+    ux, uy, uz = ux / n, uy / n, uz / n
+    return ux, uy, uz, y * uz - z * uy, z * ux - x * uz, x * uy - y * ux
+
+
+@inner
+def circle(x: Any, y: Any, n: int) -> tuple[bool, float, float, float]:
+    """Circle through n points of a plane by linear least squares (Kasa): whether there is one, centre and radius."""
+    mx = my = 0.0
+    for i in range(n):
+        mx += x[i] / n
+        my += y[i] / n
+    a, b = np.zeros((3, 3)), np.zeros(3)
+    for i in range(n):
+        px, py = x[i] - mx, y[i] - my
+        q = px * px + py * py
+        a[0, 0] += px * px
+        a[1, 0] += px * py
+        a[1, 1] += py * py
+        a[2, 0] += px
+        a[2, 1] += py
+        b[0] += px * q
+        b[1] += py * q
+        b[2] += q
+    a[2, 2] = n
+    for j in range(3):
+        a[j, j] *= 1 + 1e-13
+    if not solve(a, b, 3):
+        return False, 0.0, 0.0, 0.0
+    square = b[2] + (b[0] ** 2 + b[1] ** 2) / 4
+    if not square > 0:
+        return False, 0.0, 0.0, 0.0
+    return True, b[0] / 2 + mx, b[1] / 2 + my, np.sqrt(square)
