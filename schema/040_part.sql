@@ -176,7 +176,7 @@ CREATE TABLE feature_class (
 COMMENT ON TABLE feature_class IS 'Congruent features: a kind with its dimensions, in a frame of its own.';
 COMMENT ON COLUMN feature_class.id IS 'identity of the class';
 COMMENT ON COLUMN feature_class.content_key IS 'hash of kind and dimensions';
-COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, circular_pattern, linear_pattern, body';
+COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, groove, circular_pattern, linear_pattern, grid_pattern, body';
 
 CREATE TABLE feature_dimension (
     feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),

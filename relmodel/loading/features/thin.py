@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +12,15 @@ from relmodel.loading.clusters import clusters, unsigned
 from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
 from relmodel.loading.features.graph import Boundary
 
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _THIN = 0.6  # thickness of a rib or flange to its height
+_TOUCHING = 0.01  # share of the smaller of two planes that one covers at least
+_UNDER = 0.3  # share of a floor that has the web under it
 _THIN_WEB = 0.2  # thickness of a web to its width
 _CONTACT = 0.6  # length of a foot to that of the side on it
 _SHARE = 0.3  # length of a flange to that of the side that it is of
@@ -29,7 +35,8 @@ _CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many 
 class Pair:
     """Two planes, one behind the other, with material between.
 
-    normal: from the second to the first; u, v (3,): directions in the planes; overlap: u0, v0, u1, v1.
+    normal: from the second to the first; u, v (3,): directions in the planes; overlap: u0, v0, u1, v1 of what one
+    covers of the other, and its area.
     """
 
     first: int
@@ -39,6 +46,7 @@ class Pair:
     u: Floats
     v: Floats
     overlap: Floats
+    area: float
 
 
 def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
@@ -73,8 +81,17 @@ def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: F
 
 
 def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs: dict[tuple[int, int], Pair]) -> None:
+    from shapely import intersection
+
     s = b.surfaces
     v = np.cross(normal, u)
+
+    outlines: dict[int, Polygon | MultiPolygon] = {}
+
+    def outline(plane: int) -> Polygon | MultiPolygon:
+        if plane not in outlines:
+            outlines[plane] = _outline(np.column_stack([s.points(plane) @ u, s.points(plane) @ v]))
+        return outlines[plane]
 
     def extents(members: Ints) -> tuple[Floats, Floats]:
         flat = [np.column_stack([s.points(i) @ u, s.points(i) @ v]) for i in members.tolist()]
@@ -96,14 +113,31 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
             least = np.maximum(boxes[i, :2], other_boxes[near, :2])
             most = np.minimum(boxes[i, 2:], other_boxes[near, 2:])
             hit = np.flatnonzero(np.all(most - least > LENGTH_TOLERANCE, axis=1))
-            if len(hit) == 0:
-                continue
             gap = sense * (at[i] - other_at[near])
-            for j in hit[gap[hit] < gap[hit].min() + LENGTH_TOLERANCE].tolist():
+            nearest = np.inf
+            for j in hit[np.argsort(gap[hit], kind="stable")].tolist():
+                if gap[j] > nearest + LENGTH_TOLERANCE:
+                    break
                 one, two = int(members[i]), int(others[near[j]])
+                shared = intersection(outline(one), outline(two))
+                if shared.area < _TOUCHING * min(outline(one).area, outline(two).area):
+                    continue
+                nearest = gap[j]
                 first, second = (one, two) if sense > 0 else (two, one)
-                overlap = np.concatenate([least[j], most[j]])
-                pairs[first, second] = Pair(first, second, float(gap[j]), normal, u, v, overlap)
+                pairs[first, second] = Pair(
+                    first, second, float(gap[j]), normal, u, v, np.array(shared.bounds), shared.area
+                )
+
+
+def _outline(points: Floats) -> Polygon | MultiPolygon:
+    """The area that triangles (3 n, 2) cover."""
+    from shapely import coverage_union_all, polygons
+
+    corner = points.reshape(-1, 3, 2)
+    (x, y), (p, q) = (corner[:, 1] - corner[:, 0]).T, (corner[:, 2] - corner[:, 0]).T
+    across = x * q - y * p
+    covered: Polygon | MultiPolygon = coverage_union_all(polygons(corner[np.abs(across) > 1e-12]))  # type: ignore[assignment]
+    return covered
 
 
 def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> list[Feature]:
@@ -310,7 +344,8 @@ def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature
         least = min(known, key=lambda f: f.dimensions["length"][0] * f.dimensions["width"][0])
         length, width = least.dimensions["length"][0], least.dimensions["width"][0]
         floors = tuple(sorted(i for f in known for i, role in f.surfaces if role == "floor"))
-        if pair.thickness > _THIN_WEB * min(length, width) or floors in found:
+        under = sum(float(s.area[i]) for i, role in least.surfaces if role == "floor")
+        if pair.thickness > _THIN_WEB * min(length, width) or pair.area < _UNDER * under or floors in found:
             continue
         up = least.shape_from_feature[:3, 2]
         middle = least.shape_from_feature[:3, 3] - up * pair.thickness / 2
