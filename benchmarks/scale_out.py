@@ -29,12 +29,11 @@ from benchmarks.bulk_writing import postgresql
 from relmodel.index.find import BOX_COLUMNS, in_volumes
 from relmodel.index.parquet import export_parts, volume_tables
 from relmodel.index.volumes import Box
-from relmodel.resources import resource_dir
-from relmodel.store import Store
+from relmodel.store import Store, sql
 from relmodel.world import place_world
 from tests.synthetic_model import SyntheticModel, write_world
 
-QUERY = (resource_dir("queries") / "parquet/find_in_volumes.sql").read_text()
+QUERY = sql.query("parquet/find_in_volumes").text
 EACH, PITCH_MM = 1000, 700.0  # parts of an object, and how far apart objects stand
 
 Figures = dict[str, float]

