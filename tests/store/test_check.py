@@ -148,7 +148,17 @@ def place_link(model: Model) -> None:
     model["world_link"] = link | transform(90, [10, 0, 1])
 
 
+def add_octree(model: Model, x1: float, listed: int) -> None:
+    """An oct-tree of one cell and one inside it."""
+    cells = {"world_id": 1, "cell": [1], "parent": 0} | box([9, 100, 5], [x1, 102, 5])
+    model["octree_cell"] = {"world_id": 1, "cell": [0]} | box([9, 100, 5], [10, 102, 5])
+    model["octree_cell/1"] = cells
+    model["octree_entry"] = {"world_id": [1], "cell": listed, "occurrence_id": 3}
+
+
 FAULTS = {
+    "octree_cell": lambda model: add_octree(model, 11, 1),
+    "octree_entry": lambda model: add_octree(model, 9.5, 7),
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],

@@ -43,6 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for")
     words = "box: whose box is not wholly outside (default); exact: whose triangles or sampled arcs reach into it"
     parser.add_argument("--precision", choices=("box", "exact"), default="box", help=words)
+    words = "the index that is asked: rtree (default), or octree, which relmodel index --octree writes; equal answers"
+    parser.add_argument("--kind", choices=("rtree", "octree"), default="rtree", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     add_format(parser)
 
@@ -52,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
 
     volumes = _volumes(args)
-    asked = {"level": args.level, "world": args.world, "precision": args.precision}
+    asked = {"level": args.level, "world": args.world, "precision": args.precision, "kind": args.kind}
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
