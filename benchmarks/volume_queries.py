@@ -127,13 +127,13 @@ class StoreTables(Peer):
         corner = dict(zip(COLUMNS, np.concatenate([np.zeros(3), size.max(axis=0)])[:, None], strict=True))
         occurrence: dict[str, Any] = {"id": ids, "world_id": 1, "object_no": 0, "kind": "part", "part_id": 1}
         occurrence |= {"shape_id": 1, "path": [f"hall/{i}" for i in order.tolist()], **matrix_columns(pose)}
+        occurrence |= {"page": page, **box}
         with self.store.write() as connection:
             append = partial(self.store.append, connection)
             append("shape", {**shape, **corner})
             append("part", {"id": [1], "content_key": ["p"], "number": "1", "name": "part", "shape_id": 1})
             append("world", {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
             append("occurrence", occurrence)
-            append("occurrence_box", {"occurrence_id": ids, "world_id": 1, "page": page, **box})
             pages = {"page": np.arange(len(counts)), "box_count": counts, **dict(zip(COLUMNS, bounds.T, strict=True))}
             append("box_page", {"world_id": 1, **pages})
 
