@@ -145,7 +145,7 @@ COMMENT ON COLUMN surface_relation.shape_id IS 'the shape';
 COMMENT ON COLUMN surface_relation.kind IS 'parallel, perpendicular, coplanar, coaxial, concentric, equal_radius, tangent';
 COMMENT ON COLUMN surface_relation.surface_a IS 'one surface';
 COMMENT ON COLUMN surface_relation.surface_b IS 'the other';
-COMMENT ON COLUMN surface_relation.value IS 'measured value: distance of parallels (mm), radius (mm), angle off (rad)';
+COMMENT ON COLUMN surface_relation.value IS 'measured value: distance of parallel planes or axes (mm), radius (mm), angle off (rad)';
 COMMENT ON COLUMN surface_relation.tolerance IS 'tolerance within which the relation was taken to hold, in the value''s unit';
 
 CREATE TABLE arc_relation (

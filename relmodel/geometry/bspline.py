@@ -114,8 +114,25 @@ def surface(
     return projected, by_u, _projected(point, by_v)[1]
 
 
+def surface_grid(
+    u_basis: Basis, v_basis: Basis, poles: Array, weights: Array | None, u: Array, v: Array
+) -> tuple[Array, Array, Array]:
+    """As `surface`, at all of u (n,) with all of v (m,), each (n, m, 3): along one parameter after the other."""
+    net = poles if weights is None else np.concatenate([poles * weights[..., None], weights[..., None]], axis=2)
+    u_pole, u_value, u_derivative = u_basis.functions(u)
+    v_pole, v_value, v_derivative = v_basis.functions(v)
+    in_u = net[u_pole]  # (n, p + 1, all of v, d)
+    along_u, along_u_by = (np.einsum("ni,nijd->njd", x, in_u) for x in (u_value, u_derivative))
+    point, by_u = (np.einsum("mj,nmjd->nmd", v_value, x[:, v_pole]) for x in (along_u, along_u_by))
+    by_v = np.einsum("mj,nmjd->nmd", v_derivative, along_u[:, v_pole])
+    if weights is None:
+        return point, by_u, by_v
+    projected, by_u = _projected(point, by_u)
+    return projected, by_u, _projected(point, by_v)[1]
+
+
 def _projected(point: Array, derivative: Array) -> tuple[Array, Array]:
     """From homogeneous coordinates (last column the weight) to the point and its derivative."""
-    weight = point[:, -1:]
-    out = point[:, :-1] / weight
-    return out, (derivative[:, :-1] - out * derivative[:, -1:]) / weight
+    weight = point[..., -1:]
+    out = point[..., :-1] / weight
+    return out, (derivative[..., :-1] - out * derivative[..., -1:]) / weight

@@ -97,6 +97,12 @@ class Surfaces:
                     _fill(out, here, self._one(one, u[here], v[here]))
         return out
 
+    def evaluate_grid(self, row: int, u: Array, v: Array) -> SurfacePoints:
+        """Points of one surface at all of u (n,) with all of v (m,), those of one u after each other (n m,)."""
+        if row in self.splines:
+            return SurfacePoints(*(x.reshape(-1, 3) for x in bspline.surface_grid(*self.splines[row], u, v)))
+        return self.evaluate(np.full(len(u) * len(v), row), np.repeat(u, len(v)), np.tile(v, len(u)))
+
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))

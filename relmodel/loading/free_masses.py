@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
+from relmodel.geometry.curves import groups
 from relmodel.geometry.surfaces import Surfaces
 
 Array = npt.NDArray[np.float64]
@@ -53,20 +54,24 @@ class Antiderivative:
         i, a = _local(self._u, u)
         j, b = _local(self._v, v)
         p, q = legendre.legvander(a, _TERMS), legendre.legvander(b, _TERMS - 1)
-        within = np.einsum("nk,nj,nkjc->nc", p, q, self._integral[i, j])
-        return np.asarray(within + np.einsum("nj,njc->nc", q, self._before[i, j]))
+        out = np.empty((len(u), 5))
+        for cell, at in groups(i * (len(self._v) - 1) + j):
+            integral, before = (x[divmod(cell, len(self._v) - 1)] for x in (self._integral, self._before))
+            along_u = (p[at] @ integral.reshape(_TERMS + 1, -1)).reshape(-1, _TERMS, 5) + before
+            out[at] = np.einsum("nj,njc->nc", q[at], along_u)
+        return out
 
     def _series(self) -> Array:
         """Coefficients (cells in u, cells in v, terms in u, terms in v, 5)."""
         u, v = (((c[1:] + c[:-1]) / 2)[:, None] + (np.diff(c) / 2)[:, None] * _NODES for c in (self._u, self._v))
-        grid_u = np.broadcast_to(u[:, None, :, None], (len(u), len(v), _TERMS, _TERMS))
-        grid_v = np.broadcast_to(v[None, :, None, :], grid_u.shape)
-        at = self._surfaces.evaluate(np.full(grid_u.size, self._row), grid_u.ravel(), grid_v.ravel())
+        at = self._surfaces.evaluate_grid(self._row, u.ravel(), v.ravel())
         normal = np.cross(at.by_u, at.by_v)
         element = np.linalg.norm(normal, axis=1)[:, None]
         flux = np.einsum("nd,nd->n", normal, at.points - self._about)[:, None]
-        values = np.concatenate([element, element * at.points, flux], axis=1).reshape(*grid_u.shape, 5)
-        return np.asarray(np.einsum("ik,jl,abklc->abijc", _ANALYSIS, _ANALYSIS, values, optimize=True))
+        values = np.concatenate([element, element * at.points, flux], axis=1)
+        values = values.reshape(len(u), _TERMS, len(v), _TERMS, 5)
+        in_u = np.einsum("ik,akblc->abilc", _ANALYSIS, values)
+        return np.asarray(np.einsum("jl,abilc->abijc", _ANALYSIS, in_u))
 
 
 def _halved(cuts: Array, which: npt.NDArray[np.bool_]) -> Array:

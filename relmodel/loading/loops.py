@@ -71,14 +71,15 @@ def _enclosed(
     """Signed area in (u, v) within loops (n,), by chords, and how far each is from closing there (n, 2)."""
     own = _loop_of(loops, coedges)
     trims = Trims(surfaces, curves, coedges, pcurves)
-    coedge, start, end = trims.pieces(np.flatnonzero(wanted[own]))
+    used = np.flatnonzero(wanted[own])
+    coedge, start, end = trims.pieces(used)
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, _STEPS + 1)
     uv = trims.evaluate(np.repeat(coedge, _STEPS + 1), t.ravel())[0].reshape(-1, _STEPS + 1, 2)
     u, v = uv[..., 0], uv[..., 1]
     twice = np.sum(u[:, :-1] * v[:, 1:] - u[:, 1:] * v[:, :-1], axis=1)
     area, across = np.zeros(len(wanted)), np.zeros((len(wanted), 2))
     np.add.at(area, own[coedge], trims.sign[coedge] * twice / 2)
-    np.add.at(across, own, trims.across())
+    np.add.at(across, own[used], trims.across(used))
     return area, across
 
 

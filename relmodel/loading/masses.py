@@ -66,7 +66,7 @@ def _closed(trims: Trims, loop: Index) -> npt.NDArray[np.bool_]:
     count = len(trims.surfaces)
     key, inverse = np.unique(trims.surface + count * loop, return_inverse=True)
     across = np.zeros((len(key), 2))
-    np.add.at(across, inverse.ravel(), trims.across())
+    np.add.at(across, inverse.ravel(), trims.across(np.arange(len(trims.arc))))
     domain = trims.surfaces.domain[key % count]
     extent = domain[:, 1::2] - domain[:, ::2]
     closed = np.zeros(count, bool)

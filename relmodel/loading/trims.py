@@ -52,11 +52,12 @@ class Trims:
                 by[bare, way] = np.einsum("nd,nd->n", by_t, along) / np.where(square > 0, square, 1.0)
         return uv, by
 
-    def across(self) -> Array:
-        """From start to end (n, 2) of each coedge, as its loop runs; of a loop that closes they add up to 0."""
-        rows = np.arange(len(self.arc))
-        start, end = (self.evaluate(rows, t[self.arc])[0] for t in (self.curves.t0, self.curves.t1))
-        return np.asarray(self.sign[:, None] * (end - start))
+    def across(self, coedges: Index) -> Array:
+        """From start to end (n, 2) of some coedges, as their loops run; those of a loop that closes add up to 0."""
+        arc = self.arc[coedges]
+        t = np.concatenate([self.curves.t0[arc], self.curves.t1[arc]])
+        start, end = np.split(self.evaluate(np.tile(coedges, 2), t)[0], 2)
+        return np.asarray(self.sign[coedges, None] * (end - start))
 
     def level(self) -> npt.NDArray[np.bool_]:
         """Whether each coedge (n,) is known to run along a line of one v, where nothing adds to an integral over v."""

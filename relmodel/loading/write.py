@@ -12,6 +12,7 @@ from sqlalchemy import Connection
 
 from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
+from relmodel.loading.contacts import contacts
 from relmodel.loading.identity import ModelKeys, ShapeKeys, assembly_order, model_keys, row_count_or_none
 from relmodel.loading.keyed import ids_by_key
 from relmodel.loading.neutral import Attribute, Instance, LoadedModel, Shape, Table
@@ -325,6 +326,10 @@ def _append_objects(
         },
     )
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
+    for i, no in zip((ids[keys.assemblies[k]] for k in fresh), fresh.tolist(), strict=True):
+        touching = contacts(model, no) if model.assemblies[no].kind != "robot" else {}
+        if touching:
+            run.append(connection, "part_contact", {"object_id": np.full(len(touching["gap"]), i), **touching})
     _append_joints(run, connection, [(i, no, j) for i, a in new for no, j in enumerate(a.joints)])
     placed: dict[str, list[tuple[int, int, Instance]]] = {"part": [], "assembly": []}
     for i, assembly in new:
