@@ -199,14 +199,14 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
 
     from .test_exact import compound, faces_of_rare_kinds
 
-    def read(*_: object) -> LoadedModel:
+    def read(*_: object, **__: object) -> LoadedModel:
         shape = step_shape.extract(compound(faces_of_rare_kinds()), {}, {}, {})
         assembly = Assembly("root", [Instance("sheet", "part", 0, np.eye(4))])
         return LoadedModel(
             "STEP", None, "millimetre", 1.0, [shape], [Part("1", "sheet", 0)], [assembly], 0, None, 14, "test"
         )
 
-    monkeypatch.setattr(module, "_read", read)
+    monkeypatch.setattr(module, "read_step", read)
     file = tmp_path / "rare.step"
     file.write_text("ISO-10303-21;")
     with Store.open(fresh_store) as store:
