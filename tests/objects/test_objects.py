@@ -72,6 +72,34 @@ def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh
     assert again.volume == pytest.approx(scene.volume, rel=1e-6)
 
 
+def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, tmp_path: Path) -> None:
+    """A post in a frame in a row of frames, each turned: one geometry, placed where NumPy composes it."""
+    shutil.copy(duckdb_template, tmp_path / "s.duckdb")
+    block = trimesh.creation.box((10, 20, 30))
+    shape = shape_from_triangles(np.asarray(block.vertices), np.asarray(block.faces, np.int64))
+    assert shape is not None
+    inner = [pose((100 * i, 5, 0), (0, 0.1 * i, 0.3)) for i in range(3)]
+    outer = [pose((0, 400 * i, 7), (0.2, 0.1, 0.5 * i)) for i in range(4)]
+    frame = Assembly("FRAME", [Instance(f"POST_{i}", "part", 0, p) for i, p in enumerate(inner)])
+    row = Assembly("ROW", [Instance(f"FRAME_{i}", "assembly", 0, p) for i, p in enumerate(outer)])
+    model = LoadedModel("GLB", None, "mm", 1.0, [shape], [Part("P", "P", 0)], [frame, row], 1, None, 0, "test")
+    with Store.open(tmp_path / "s.duckdb") as store, Run.begin(store, "load", {}) as run, run.write() as connection:
+        store_model(run, connection, model, "row", "", SourceFile("row.glb", "x"))
+        run.end("ok", connection=connection)
+    out = tmp_path / "out.glb"
+    assert main(["export", "row", "-o", str(out), "--store", str(tmp_path / "s.duckdb")]) == 0
+    again = trimesh.load(out)
+    assert len(again.geometry) == 1
+    placed = {name: again.graph[name][0] for name in again.graph.nodes_geometry}
+    assert len(placed) == 12
+    for i, a in enumerate(outer):
+        for k, b in enumerate(inner):
+            expected = a @ b
+            expected[:3, 3] /= 1000  # metres
+            np.testing.assert_allclose(placed[f"FRAME_{i}/POST_{k}"], expected, atol=1e-12)
+    assert again.volume == pytest.approx(12 * 6e-6)
+
+
 def test_tables_hold_what_the_object_has(target: str, tmp_path: Path) -> None:
     for form in ("parquet", "csv"):
         command = ["export", "thing", "--variant", "X", "-o", str(tmp_path / form), "--tables", form, "--store", target]
