@@ -1,4 +1,5 @@
--- Expands a world into all objects and parts placed in it, with composed transforms.
+-- Expands a world into all objects and parts placed in it, with composed transforms; supplemental parts are no material
+-- and left out.
 -- Takes world_id.
 -- Gives number (of an object its place in the tree, parents before children and children in the order of the file; of a
 -- part that of the object that it is placed in), child_no (of a part; -1 of objects), object_no, depth (0: placed in the
@@ -106,3 +107,4 @@ FROM numbered AS p
 JOIN child AS c ON c.parent_id = p.object_id
 JOIN part ON part.id = c.part_id
 JOIN shape AS s ON s.id = part.shape_id
+WHERE NOT part.supplemental

@@ -232,6 +232,7 @@ CREATE TABLE load_report (
     faces_loaded INTEGER,
     parts INTEGER,
     occurrences INTEGER,
+    supplemental_parts INTEGER,
     shapes_added INTEGER,
     surfaces_added INTEGER,
     arcs_added INTEGER,
@@ -245,8 +246,9 @@ COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there),
 COMMENT ON COLUMN load_report.message IS 'why it is partial or was refused';
 COMMENT ON COLUMN load_report.faces_in_file IS 'faces that the text of the file lists';
 COMMENT ON COLUMN load_report.faces_loaded IS 'faces that were read from it, each part counted once';
-COMMENT ON COLUMN load_report.parts IS 'distinct parts in the file';
-COMMENT ON COLUMN load_report.occurrences IS 'placed parts in the file';
+COMMENT ON COLUMN load_report.parts IS 'distinct parts in the file, supplemental ones left out';
+COMMENT ON COLUMN load_report.occurrences IS 'placed parts in the file, supplemental ones left out';
+COMMENT ON COLUMN load_report.supplemental_parts IS 'distinct supplemental parts in the file';
 COMMENT ON COLUMN load_report.shapes_added IS 'shapes that were new to the store';
 COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the store';
 COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';

@@ -9,7 +9,7 @@ to round-off; being a rotation, it never takes a shape to its mirror image (unle
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +43,7 @@ def share(model: LoadedModel) -> None:
 
     The frame of such a part becomes that of the first; shapes that no part has any more are dropped.
     """
-    of, motion = _classes(model.shapes)
+    of, motion, like = _classes(model.shapes)
     if np.array_equal(of, np.arange(len(of))):
         return
     left = np.unique(of)
@@ -53,17 +53,22 @@ def share(model: LoadedModel) -> None:
             if one.kind == "part":
                 one.parent_from_child = one.parent_from_child @ motion[model.parts[one.child].shape]
     for part in model.parts:
+        if part.shape in like:
+            there = {theirs: ours for ours, theirs in reversed(list(enumerate(like[part.shape].tolist())))}
+            part.pmi = [replace(p, surfaces=tuple((there[s], role) for s, role in p.surfaces)) for p in part.pmi]
         part.shape = number[int(of[part.shape])]
     model.shapes = [model.shapes[i] for i in left.tolist()]
 
 
-def _classes(shapes: list[Shape]) -> tuple[Ints, Floats]:
-    """The first shape that each (n,) is congruent to, and the motions (n, 4, 4) from there."""
+def _classes(shapes: list[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
+    """The first shape that each (n,) is congruent to, the motions (n, 4, 4) from there, and of a shape that is not
+    itself the first which of its faces each face of the first is."""
     of, motion = np.arange(len(shapes)), np.tile(np.eye(4), (len(shapes), 1, 1))
+    like: dict[int, Ints] = {}
     firsts: dict[tuple[str, ...], list[int]] = {}
     elements: dict[int, _Elements] = {}
     for i, shape in enumerate(shapes):
-        if not shape.surfaces or not shape.arcs or "fitted" in shape.surfaces["provenance"]:
+        if not shape.surfaces or shape.kind == "wire" or not shape.arcs or "fitted" in shape.surfaces["provenance"]:
             continue
         alike = firsts.setdefault(_counts(shape), [])
         for first in alike:
@@ -72,11 +77,11 @@ def _classes(shapes: list[Shape]) -> tuple[Ints, Floats]:
                     elements[k] = _Elements.of(shapes[k])
             found = _fit(elements[first], elements[i])
             if found is not None:
-                of[i], motion[i] = first, found.motion
+                of[i], motion[i], like[i] = first, found.motion, found.surfaces
                 break
         else:
             alike.append(i)
-    return of, motion
+    return of, motion, like
 
 
 def _counts(shape: Shape) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -61,7 +61,7 @@ class ModelKeys:
 def model_keys(model: LoadedModel) -> ModelKeys:
     """Keys of a loaded model.  Raises InputError where an assembly contains itself."""
     shapes = [shape_keys(shape) for shape in model.shapes]
-    parts = [_part_key(part, shapes[part.shape].shape) for part in model.parts]
+    parts = [_part_key(part, shapes[part.shape]) for part in model.parts]
     return ModelKeys(shapes, parts, _assembly_keys(model.assemblies, parts))
 
 
@@ -333,9 +333,12 @@ def _loop_keys(shape: Shape, arcs: list[str]) -> list[str]:
     return out
 
 
-def _part_key(part: Part, shape: str) -> str:
+def _part_key(part: Part, shape: ShapeKeys) -> str:
+    pmi = [repr((replace(p, surfaces=()), [(shape.surfaces[s], role) for s, role in p.surfaces])) for p in part.pmi]
+    marked = ["supplemental"] if part.supplemental else []
+    attributes = _attribute_texts(part.attributes)
     return content_key(
-        [part.number, part.name, part.material or "", part.colour or "", *_attribute_texts(part.attributes), shape]
+        [part.number, part.name, part.material or "", part.colour or "", *attributes, *pmi, *marked, shape.shape]
     )
 
 

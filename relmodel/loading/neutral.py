@@ -82,9 +82,33 @@ class Shape:
     basis_surface_swept: Table = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Pmi:
+    """A dimension, tolerance or datum: `part_pmi`, `part_pmi_datum` and `part_pmi_surface`.
+
+    datums: precedence, letter and modifier; of a datum its own letter.  surfaces: surface_no and role.
+    """
+
+    kind: str
+    type: str
+    name: str
+    value: float | None = None
+    lower_limit: float | None = None
+    upper_limit: float | None = None
+    unit: str | None = None
+    stated_unit: str | None = None
+    modifier: str | None = None
+    zone: str | None = None
+    datums: tuple[tuple[int, str, str | None], ...] = ()
+    surfaces: tuple[tuple[int, str], ...] = ()
+
+
 @dataclass
 class Part:
-    """A product and the shape (index into `LoadedModel.shapes`) that it has."""
+    """A product and the shape (index into `LoadedModel.shapes`) that it has.
+
+    supplemental: construction and reference geometry, or drawn annotation, of a product; not material.
+    """
 
     number: str
     name: str
@@ -92,6 +116,8 @@ class Part:
     material: str | None = None
     colour: str | None = None
     attributes: list[Attribute] = field(default_factory=list)
+    pmi: list[Pmi] = field(default_factory=list)
+    supplemental: bool = False
 
 
 @dataclass

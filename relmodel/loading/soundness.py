@@ -41,6 +41,8 @@ def is_finite(model: LoadedModel) -> bool:
 def contradiction(model: LoadedModel) -> str | None:
     """What a model of exact geometry contradicts itself in, as a clause; None where it is sound."""
     for shape in model.shapes:
+        if shape.kind in ("wire", "mesh"):  # neither has loops on exact surfaces
+            continue
         found = _of_shape(shape)
         if found:
             return found

@@ -35,7 +35,7 @@ def read_step(
     """Read a STEP file, gzipped or not, into parts, shapes and assemblies; lengths become mm.
 
     Raises InputError where the file is missing, not STEP, takes more than `time_limit_s` or `memory_limit` (bytes),
-    holds no exact face, loses faces on reading or contradicts itself (`allow_partial` takes what is left).
+    holds no face, loses faces on reading or contradicts itself (`allow_partial` takes what is left).
     """
     path = Path(path)
     if not path.is_file():
@@ -47,7 +47,7 @@ def read_step(
             _unpack(path, plain)
         summary = part21.summarise(plain, str(path))
         if summary.faces == 0:
-            raise InputError(f"{path} holds no exact face (ADVANCED_FACE): export it as a B-rep, or load a mesh of it")
+            raise InputError(f"{path} holds no face, neither exact nor of triangles: export its solids as a B-rep")
         if summary.damage and not allow_partial:
             raise InputError(_damaged(path, summary.damage))
         model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s, memory_limit)

@@ -36,7 +36,7 @@ def _write(result: Any, out: str) -> None:
 
 def _read(source: str) -> Any:
     try:
-        from relmodel.loading import step_document
+        from relmodel.loading import step_document, step_tessellated
     except ModuleNotFoundError as error:
         if error.name != "OCP":
             raise
@@ -45,6 +45,11 @@ def _read(source: str) -> Any:
         return f"{{path}} cannot be read, for the CAD kernel does not start ({error}): free memory, or install it again"
     try:
         return step_document.read(source)
+    except step_document.UnknownUnitError as error:
+        named = f"an unknown unit of length, {error}" if str(error) else "no known unit of length"
+        return f"{{path}} is in {named}: export it in one such as the millimetre"
+    except step_tessellated.NoAreaError:
+        return "{path} holds triangles without any area only: export it again"
     except step_document.UnreadableError as error:
         return f"{{path}} could not be read ({error}): export it again"
 

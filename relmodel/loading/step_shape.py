@@ -90,13 +90,14 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
 def face_map(shape: Any) -> Any:
     """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
 
-    A face that lost its boundary to damage has no extent, and is none.
+    A face that lost its boundary to damage has no extent, and is none; one of triangles alone has none by nature.
     """
     every, keys = ShapeMap(), ShapeMap()
     TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
     for i in range(1, every.Extent() + 1):
-        if TopExp_Explorer(every.FindKey(i), Type.TopAbs_EDGE).More():
-            keys.Add(every.FindKey(i))
+        face = every.FindKey(i)
+        if TopExp_Explorer(face, Type.TopAbs_EDGE).More() or BRep_Tool.Surface_s(TopoDS.Face(face)) is None:
+            keys.Add(face)
     return keys
 
 

@@ -16,6 +16,7 @@ from relmodel.loading.contacts import contacts
 from relmodel.loading.identity import ModelKeys, ShapeKeys, assembly_order, model_keys, row_count_or_none
 from relmodel.loading.keyed import ids_by_key
 from relmodel.loading.neutral import Attribute, Instance, LoadedModel, Shape, Table
+from relmodel.loading.write_pmi import append_pmi
 from relmodel.loading.write_shape import append_shapes
 from relmodel.store import Columns, Run
 from relmodel.store.columns import stack, take
@@ -52,6 +53,7 @@ class LoadReport:
     faces_loaded: int
     parts: int
     occurrences: int
+    supplemental_parts: int
     shapes_added: int
     surfaces_added: int
     arcs_added: int
@@ -59,6 +61,7 @@ class LoadReport:
     def __str__(self) -> str:
         named = f"{self.name} variant {self.variant}" if self.variant else self.name
         found = f"parts {self.parts}, placed {self.occurrences}, surfaces {self.faces_loaded}"
+        found += f", supplemental {self.supplemental_parts}" if self.supplemental_parts else ""
         new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
         said = f"; {self.message}" if self.message else ""
         return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
@@ -104,6 +107,7 @@ def store_model(
     message = "; ".join(flaws) or None
     if message and status == "added":
         status = "partial"
+    own = {key for part, key in zip(model.parts, keys.parts, strict=True) if not part.supplemental}
     report = LoadReport(
         run=run.id,
         status=status,
@@ -116,8 +120,9 @@ def store_model(
         source_id=source_id,
         faces_in_file=model.faces_in_file,
         faces_loaded=model.faces_loaded,
-        parts=len(set(keys.parts)),
+        parts=len(own),
         occurrences=_occurrence_count(model),
+        supplemental_parts=len(set(keys.parts) - own),
         shapes_added=len(new_shapes),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
@@ -135,6 +140,7 @@ def store_model(
             "faces_loaded": report.faces_loaded,
             "parts": report.parts,
             "occurrences": report.occurrences,
+            "supplemental_parts": report.supplemental_parts,
             "shapes_added": report.shapes_added,
             "surfaces_added": report.surfaces_added,
             "arcs_added": report.arcs_added,
@@ -302,9 +308,11 @@ def _append_parts(
                 "material": [p.material for _, p in new],
                 "colour": [p.colour for _, p in new],
                 "shape_id": [shape_ids[keys.shapes[p.shape].shape] for _, p in new],
+                "supplemental": [p.supplemental for _, p in new],
             },
         )
     _append_attributes(run, connection, "part", [(i, p.attributes) for i, p in new])
+    append_pmi(run, connection, [(i, p, keys.shapes[p.shape], shape_ids) for i, p in new if p.pmi])
     return ids
 
 
@@ -433,8 +441,11 @@ def _source(run: Run, connection: Connection, model: LoadedModel, source: Source
 
 
 def _occurrence_count(model: LoadedModel) -> int:
-    """Placed parts under the root, instances of instances counted out."""
+    """Placed parts under the root, instances of instances counted out; supplemental ones are not placed."""
     counts: dict[int, int] = {}
     for i in assembly_order(model.assemblies):
-        counts[i] = sum(1 if e.kind == "part" else counts[e.child] for e in model.assemblies[i].instances)
+        counts[i] = sum(
+            int(not model.parts[e.child].supplemental) if e.kind == "part" else counts[e.child]
+            for e in model.assemblies[i].instances
+        )
     return counts[model.root]

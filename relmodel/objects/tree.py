@@ -88,7 +88,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
             part = parts[int(tree.part_id[i])]
             known = ("part", int(part.id))
             row = {
-                "level": "part",
+                "level": "supplemental part" if part.supplemental else "part",
                 "number": part.number,
                 "material": part.material,
                 "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",

@@ -17,8 +17,8 @@ from relmodel.loading import step_shape
 from relmodel.loading.brep import pcurve_of, surfaces_of
 from relmodel.loading.neutral import Shape
 
+from .step_parts import loaded
 from .test_features import box, cut, cylinder
-from .test_step import loaded
 
 Floats = npt.NDArray[np.float64]
 pytest.importorskip("OCP")
