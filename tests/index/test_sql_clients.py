@@ -56,6 +56,7 @@ def questions(oracle: Oracle) -> list[Volume]:
 def add_camera(store: Store) -> int:
     """The camera of `random_views`."""
     camera = {"width": 640, "height": 480, "fx": 900.0, "fy": 900.0, "cx": 319.5, "cy": 239.5, "skew": 0.0}
+    camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": 639.5, "view_v1": 479.5}
     lens: dict[str, Any] = {"content_key": "c", "distortion_model": "opencv", "distortion": Ragged.pack([[0.0]])}
     with store.write() as connection:
         camera_id = int(store.new_ids(connection, "camera", 1)[0])

@@ -149,7 +149,12 @@ CREATE TABLE camera (
     skew DOUBLE PRECISION NOT NULL,
     distortion_model TEXT NOT NULL,
     distortion DOUBLE PRECISION[] NOT NULL,
+    view_u0 DOUBLE PRECISION NOT NULL,
+    view_v0 DOUBLE PRECISION NOT NULL,
+    view_u1 DOUBLE PRECISION NOT NULL,
+    view_v1 DOUBLE PRECISION NOT NULL,
     CHECK (width > 0 AND height > 0 AND fx > 0 AND fy > 0),
+    CHECK (view_u0 < view_u1 AND view_v0 < view_v1),
     CHECK (distortion_model IN ('opencv'))
 );
 COMMENT ON TABLE camera IS 'A calibrated camera, by content.';
@@ -164,6 +169,10 @@ COMMENT ON COLUMN camera.cy IS 'principal point y, px';
 COMMENT ON COLUMN camera.skew IS 'element (0, 1) of the camera matrix';
 COMMENT ON COLUMN camera.distortion_model IS 'opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty, as many as there are';
 COMMENT ON COLUMN camera.distortion IS 'coefficients of the model';
+COMMENT ON COLUMN camera.view_u0 IS 'least x of all that the camera sees, freed of distortion, px: -0.5 without it';
+COMMENT ON COLUMN camera.view_v0 IS 'least y of all that the camera sees, freed of distortion, px: -0.5 without it';
+COMMENT ON COLUMN camera.view_u1 IS 'greatest x of all that the camera sees, freed of distortion, px: width - 0.5 without it';
+COMMENT ON COLUMN camera.view_v1 IS 'greatest y of all that the camera sees, freed of distortion, px: height - 0.5 without it';
 
 CREATE SEQUENCE rig_id_seq;
 CREATE TABLE rig (
