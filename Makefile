@@ -2,25 +2,27 @@
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	$$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 BIN := .venv/bin
-READY := .venv/ready
+RUNS := .venv/runs
+TESTS := .venv/tests
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
 
 .PHONY: demo cell test lint bench baseline clean
 
-demo: $(READY)  ## one inspection of the demonstration bulkhead
+demo: $(RUNS)  ## one inspection of the demonstration bulkhead
 	$(BIN)/relmodel demo
 
-cell: $(READY)  ## the cell of two arms, table and bulkhead, in the store cell.duckdb, and its picture
+cell: $(RUNS)  ## the cell of two arms, table and bulkhead, in the store cell.duckdb, and its picture
 	$(BIN)/python -m examples.cell cell.duckdb --picture cell.png
 
-test: $(READY)  ## all tests; those over the test data too where RELMODEL_TEST_DATA names its folder
+test: $(TESTS)  ## all tests; those over the test data too where RELMODEL_TEST_DATA names its folder
 	$(BIN)/python -m pytest --numprocesses auto
 
-lint: $(READY)  ## ruff and mypy
+lint: $(TESTS)  ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-bench: $(READY)  ## every benchmark prints its table
+bench: $(TESTS)  ## every benchmark prints its table
 	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
 
 baseline:  ## copy schema/ into the baseline revision; not after the first release (migrations/README.md)
@@ -30,8 +32,13 @@ baseline:  ## copy schema/ into the baseline revision; not after the first relea
 clean:
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache build dist
 
-$(READY): pyproject.toml constraints.txt
+# What tests need besides (Spark, Java, PostgreSQL) is large: the demonstration does not wait for it.
+$(RUNS): pyproject.toml constraints.txt
 	@test -n "$(PYTHON)" || { echo "relmodel needs Python 3.11 or newer with the venv module: install it, or run make PYTHON=..." >&2; exit 1; }
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[test,lint]'
+	$(INSTALL) '.[step]'
+	touch $@
+
+$(TESTS): $(RUNS)
+	$(INSTALL) '.[test,lint]'
 	touch $@

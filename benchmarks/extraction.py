@@ -2,13 +2,19 @@
 
     RELMODEL_TEST_DATA=... python benchmarks/extraction.py
 
-Localisation: rms distance (px) of edge elements from a blurred step at 16 angles, contrast 100, under white noise.
+Localisation: rms distance (px) of edge elements, and of the points of arcs, from a blurred step at 16 angles, contrast
+100, under white noise; what the points say of themselves; what share of the step they cover within 1 px.
 Visible edges: F1 within 2 px against sharp and silhouette edges of contrast > 10, inside the part (eroded by 4 px);
 Canny at the best of its thresholds for each picture, so its column is a bound, not a setting.  `sure` leaves out arcs
 whose texture mark is above 0.5; the ceiling is what an oracle leaves that drops every arc of which less than half is
 true.  False arcs: those of which less than half is true, a megapixel, without and with the mark.
+Arcs: what share of the visible length of model lines and circles an arc of the right kind covers within 2 px (a circle
+seen aslant may be circular or elliptic), and how many arcs an edge takes.  Regions: intersection over union of each
+visible face with the region that fits it best, weighted by area; the ceilings are what leak-proof regions give on true
+edges of contrast > 10, and on all true edges, seen or not.
 """
 
+import json
 import os
 from pathlib import Path
 from time import perf_counter
@@ -21,8 +27,10 @@ from scipy.spatial import cKDTree
 from scipy.special import ndtr
 from tabulate import tabulate
 
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
+from vision.extraction.regions import leak_proof_regions
 from vision.images import read_picture
 
 FloatArray = npt.NDArray[np.float64]
@@ -37,6 +45,7 @@ def localisation() -> None:
     for snr in (40.0, 10.0, 5.0, 2.5):
         errors: dict[str, list[FloatArray]] = {}
         predicted: list[FloatArray] = []
+        covered: list[float] = []
         for angle in np.linspace(0.05, 2 * np.pi, 16, endpoint=False):
             y, x = np.mgrid[:128, :128] - 63.5
             across = x * np.cos(angle) + y * np.sin(angle) - 0.2
@@ -46,14 +55,19 @@ def localisation() -> None:
                 offset = (found.x - 63.5) * np.cos(angle) + (found.y - 63.5) * np.sin(angle) - 0.2
                 near = np.abs(offset) < 2
                 errors.setdefault(f"facets {scale}", []).append(offset[near])
-                if scale == 2.0:
-                    predicted.append(found.sigma[near])
+            arcs = extract(image).arcs
+            offset = (arcs.x - 63.5) * np.cos(angle) + (arcs.y - 63.5) * np.sin(angle) - 0.2
+            along = (arcs.y - 63.5) * np.cos(angle) - (arcs.x - 63.5) * np.sin(angle)
+            errors.setdefault("points of arcs", []).append(offset[np.abs(offset) < 2])
+            predicted.append(arcs.point_sigma[np.abs(offset) < 2])
+            gaps = np.abs(np.arange(-45, 46)[:, None] - along[np.abs(offset) < 1]).min(axis=1, initial=np.inf)
+            covered.append(float(np.mean(gaps <= 1)))
             place = _canny_with_parabola(image, 2.0)
             offset = (place[:, 0] - 63.5) * np.cos(angle) + (place[:, 1] - 63.5) * np.sin(angle) - 0.2
             errors.setdefault("Canny, parabola 2.0", []).append(offset[np.abs(offset) < 2])
         rms = {name: float(np.sqrt(np.mean(np.concatenate(e) ** 2))) for name, e in errors.items()}
-        sigma = float(np.sqrt(np.mean(np.concatenate(predicted) ** 2)))
-        rows.append({"SNR": snr, **rms, "predicted, facets 2.0": sigma})
+        ratio = float(np.std(np.concatenate(errors["points of arcs"]) / np.concatenate(predicted)))
+        rows.append({"SNR": snr, **rms, "scatter / predicted": ratio, "covered": np.mean(covered)})
     print(tabulate(rows, headers="keys", floatfmt=".3f"), "\n")
 
 
@@ -137,8 +151,85 @@ def _score(found: FloatArray, truth: FloatArray) -> tuple[float, float, float]:
     return precision, recall, 2 * precision * recall / max(precision + recall, 1e-9)
 
 
+def arcs_and_regions(data: Path) -> None:
+    """Cover and pieces of model lines and circles; agreement of regions with faces."""
+    rows = []
+    for name in PICTURES:
+        base = data / "bulkhead" / f"{name}_left"
+        image = read_picture(f"{base}.png").grey
+        faces = np.asarray(cv2.imread(f"{base}_faceid.png", cv2.IMREAD_UNCHANGED))
+        model = json.loads((data / "bulkhead" / name[0] / "model.json").read_text())
+        geometry = {edge["id"]: edge["geom"] for edge in model["edges"]}
+        found = extract(image)
+        with np.load(f"{base}_edges.npz") as truth:
+            edge, place = truth["edge_id"], truth["uv"].astype(np.float64)
+            strong = np.abs(truth["contrast"]) > 10
+            sharp = (truth["kind"] == 0) & strong
+            margin = np.min(np.column_stack([place, np.subtract(image.shape[::-1], 1) - place]), axis=1)
+            seen = sharp & (margin > 6)
+            bounds = [_drawn(edge[k], place[k], image.shape) for k in (strong & (truth["kind"] != 1), strong | ~strong)]
+        kinds = np.array([geometry.get(int(i), "") for i in edge])
+        line = _cover(found.arcs, place, edge, seen & (kinds == "LINE"), (LINE,))
+        circle = _cover(found.arcs, place, edge, seen & (kinds == "CIRCLE"), (CIRCULAR, ELLIPTIC))
+        labels = [found.regions.labels, *(leak_proof_regions(image, bound).labels for bound in bounds)]
+        rows.append([name, *line, *circle, *(_agreement(label, faces) for label in labels)])
+    headers = [
+        "picture",
+        "lines covered",
+        "pieces",
+        "circles covered",
+        "pieces",
+        "regions IoU",
+        "true > 10",
+        "all true",
+    ]
+    print(tabulate(rows, headers=headers, floatfmt=".2f"), "\n")
+
+
+def _cover(
+    arcs: Arcs, place: FloatArray, edge: npt.NDArray[np.integer], which: npt.NDArray[np.bool_], kinds: tuple[int, ...]
+) -> tuple[float, float]:
+    """Share of the samples `which` of edges at least 15 px long within 2 px of an arc of `kinds`; mean arcs an edge."""
+    of_point = arcs.chains.chain_of_member
+    right = np.isin(arcs.kind[of_point], kinds)
+    distance, nearest = cKDTree(np.column_stack([arcs.x, arcs.y])[right]).query(place)
+    total, covered, pieces = 0, 0, []
+    for i in np.unique(edge[which]):
+        own = which & (edge == i)
+        if own.sum() < 10 or np.ptp(place[own], axis=0).max() < 15:
+            continue
+        near = own & (distance <= 2)
+        total, covered = total + int(own.sum()), covered + int(near.sum())
+        counts = np.bincount(of_point[right][np.asarray(nearest)[near]])
+        if np.any(counts >= 0.05 * own.sum()):
+            pieces.append(int(np.sum(counts >= 0.05 * own.sum())))
+    return covered / max(total, 1), float(np.mean(pieces)) if pieces else 0.0
+
+
+def _drawn(edge: npt.NDArray[np.integer], place: FloatArray, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    """Samples of edges joined to courses where they follow on each other within 6 px."""
+    canvas = np.zeros(shape, np.uint8)
+    corners = np.round(place).astype(np.int32)
+    follows = (np.diff(edge) == 0) & (np.hypot(*np.diff(place, axis=0).T) < 6)
+    segments = np.stack([corners[:-1][follows], corners[1:][follows]], axis=1)
+    cv2.polylines(canvas, list(segments), False, 1, 1)
+    return canvas > 0
+
+
+def _agreement(labels: npt.NDArray[np.int32], faces: npt.NDArray[np.generic]) -> float:
+    face = faces.astype(np.int64)
+    count = int(labels.max()) + 1
+    both = (face > 0) & (labels >= 0)
+    pair, shared = np.unique_counts(face[both] * count + labels[both])
+    face_area, region_area = np.bincount(face[face > 0]), np.bincount(labels[labels >= 0], minlength=count)
+    union = face_area[pair // count] + region_area[pair % count] - shared
+    best = np.zeros(len(face_area))
+    np.maximum.at(best, pair // count, shared / union)
+    return float(np.sum(best * face_area) / np.sum(face_area))
+
+
 def times(data: Path) -> None:
-    """Milliseconds a megapixel, best of five, by stage; Canny beside."""
+    """Milliseconds a megapixel, best of five, by stage; Canny and LSD beside."""
     rows = []
     for name in PICTURES:
         grey = read_picture(data / "bulkhead" / f"{name}_left.png").grey
@@ -146,12 +237,17 @@ def times(data: Path) -> None:
         laps = [extract(grey).timings_s for _ in range(5)]
         stages = {stage: min(lap[stage] for lap in laps) * 1e3 / megapixels for stage in laps[0]}
         eight_bit = grey.astype(np.uint8)
-        canny = []
+        canny, lsd = [], []
         for _ in range(5):
             began = perf_counter()
             cv2.Canny(cv2.GaussianBlur(eight_bit, (0, 0), 2.0), 20, 50, L2gradient=True)
             canny.append((perf_counter() - began) * 1e3 / megapixels)
-        rows.append({"ms a megapixel": name, **stages, "all": sum(stages.values()), "Canny": min(canny)})
+            began = perf_counter()
+            cv2.createLineSegmentDetector().detect(eight_bit)
+            lsd.append((perf_counter() - began) * 1e3 / megapixels)
+        total = sum(stages.values())
+        peers = {"Canny": min(canny), "LSD": min(lsd), "all / LSD": total / min(lsd)}
+        rows.append({"ms a megapixel": name, **stages, "all": total, **peers})
     print(tabulate(rows, headers="keys", floatfmt=".1f"))
 
 
@@ -160,6 +256,7 @@ def main() -> None:
     folder = os.environ.get("RELMODEL_TEST_DATA")
     if folder:
         visible_edges(Path(folder))
+        arcs_and_regions(Path(folder))
         times(Path(folder))
 
 

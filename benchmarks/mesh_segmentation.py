@@ -28,7 +28,7 @@ from tabulate import tabulate
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generator
 
 from relmodel.geometry.curves import vectors
-from relmodel.loading import step_document, step_shape
+from relmodel.loading import step_document, step_mesh, step_shape
 from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.neutral import Shape
 from relmodel.loading.regions import components
@@ -183,7 +183,7 @@ def main() -> None:
     print(f"compiling or loading the kernels: {process_time() - began:.1f} s of CPU\n")
     everything = Counter[tuple[str, str]]()
     for chord, angle in HELD_DEFLECTIONS if held else DEFLECTIONS:
-        step_shape.CHORD_MM, step_shape.CHORD_RAD = chord, angle
+        step_mesh.CHORD_MM, step_mesh.CHORD_RAD = chord, angle
         rows, total, triangles, seconds = [], Counter[tuple[str, str]](), 0, 0.0
         for name, shapes in bodies(*((HELD_PARTS, HELD_SEEDS) if held else (PARTS, SEEDS))):
             one, began = Counter[tuple[str, str]](), seconds

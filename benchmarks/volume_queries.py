@@ -1,47 +1,57 @@
-"""What lies in a box: this project's kinds of index in process, beside peers, on equal boxes.
+"""What lies in a volume: this project's kinds of index and its store, beside peers, on the same boxes in one run.
 
-    python benchmarks/volume_queries.py [--boxes 1000 10000 100000] [--uniform] [--seed 0]
+    python benchmarks/volume_queries.py [--boxes 1000 10000 100000 1000000] [--spread clustered uniform]
+        [--alone 10000000] [--report FOLDER] [--seed 0]
 
-Boxes are clustered as parts of machines are, or uniform.  Peers: SQLite's R*Tree, libspatialindex (package rtree, left
-out where it is not installed), shapely's STRtree over x and y, then z, and a scan by DuckDB.  Times are the least of
-five medians taken in turns, so that what else the machine does falls on all alike; `ratio` is the time of the default
-kind over the best peer's in the same run.  All answers are compared before they are timed.
+Boxes are clustered as parts of machines are, or uniform.  Peers: SQLite's R*Tree, libspatialindex (package rtree),
+shapely's STRtree over x and y, then z, a scan by DuckDB, and PostgreSQL's cube and PostGIS under n-dimensional GiST on
+a private server of the system's packages; what is not installed is left out, with a word.  Embree answers one question
+only, and has a table of its own.  `store` is this project's `in_volumes` on a DuckDB store: SQL, rows with path and
+pose, by tables of pages; `statement` is the same of a store with one part: what a statement costs whatever it does.
+
+Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
+is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex,
+shapely and DuckDB is by how much the process grew, given from 1e5 boxes on.  `--alone`: sizes for rtree without peers.
+`--report` writes the tables and a plot into a folder.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib.util
-import sqlite3
+import os
+import tempfile
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
-import duckdb
 import numpy as np
-import numpy.typing as npt
-import shapely
 from tabulate import tabulate
 
-from relmodel.index.kinds import BoxIndex, build
+from benchmarks.peers.boxes import (
+    COLUMNS,
+    Embree,
+    Floats,
+    Kind,
+    Libspatialindex,
+    Peer,
+    Scan,
+    Shapely,
+    Sqlite,
+    postgresql,
+)
+from relmodel.geometry.transforms import matrix_columns, rotation_matrix
+from relmodel.index.compare import LARGEST_RANGETREE
+from relmodel.index.find import in_volumes
+from relmodel.index.packing import pack, page_boxes
+from relmodel.index.volumes import Box, Frustum
+from relmodel.store import Store
 
-Floats = npt.NDArray[np.float64]
-
-SCAN = "SELECT id FROM boxes WHERE x0 <= $4 AND y0 <= $5 AND z0 <= $6 AND x1 >= $1 AND y1 >= $2 AND z1 >= $3"
-SQLITE = (
-    "SELECT id FROM boxes WHERE x0 <= ? AND x1 >= ? AND y0 <= ? AND y1 >= ? AND z0 <= ? AND z1 >= ? "
-    "AND a <= ? AND d >= ? AND b <= ? AND e >= ? AND c <= ? AND f >= ?"
-)
-SQLITE_JOIN = (
-    "SELECT q.rowid, b.id FROM asked AS q JOIN boxes AS b ON b.x0 <= q.x1 AND b.x1 >= q.x0 AND b.y0 <= q.y1 AND "
-    "b.y1 >= q.y0 AND b.z0 <= q.z1 AND b.z1 >= q.z0 AND b.a <= q.x1 AND b.d >= q.x0 AND b.b <= q.y1 AND b.e >= q.y0 "
-    "AND b.c <= q.z1 AND b.f >= q.z0"
-)
-JOIN = (
-    "SELECT a.id AS asked, b.id AS found FROM asked AS a JOIN boxes AS b "
-    "ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1 AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0"
-)
+HITS = (0, 10, 100, 10_000)
+GROWN = (np.zeros(6), np.repeat([-0.05, 0.05], 3), np.repeat([0.05, -0.05], 3))
+KINDS = ("rtree", "grid", "octree", "rangetree")
 
 
 def clustered(count: int, seed: int) -> Floats:
@@ -53,19 +63,6 @@ def clustered(count: int, seed: int) -> Floats:
     return np.concatenate([centre - half, centre + half], axis=1)
 
 
-def volumes(boxes: Floats, hits: int, count: int, seed: int) -> Floats:
-    """Cubes around boxes, as large as needed to hold about `hits` boxes each."""
-    rng = np.random.default_rng(seed)
-    centre = (boxes[:, :3] + boxes[:, 3:]) / 2
-    chosen = rng.choice(centre, count)
-    sizes = []
-    for point in chosen[:20]:
-        distance = np.abs(centre - point).max(axis=1)
-        sizes.append(np.partition(distance, min(hits, len(distance) - 1))[min(hits, len(distance) - 1)])
-    half = float(np.median(sizes))
-    return np.concatenate([chosen - half, chosen + half], axis=1)
-
-
 def uniform(count: int, seed: int) -> Floats:
     """Boxes of some mm, one in each cube of 100 mm."""
     rng = np.random.default_rng(seed)
@@ -75,109 +72,87 @@ def uniform(count: int, seed: int) -> Floats:
     return np.concatenate([centre - half, centre + half], axis=1)
 
 
-class Kind:
-    """One of this project's."""
+SPREADS = {"clustered": clustered, "uniform": uniform}
 
-    kind = "rtree"
 
-    def __init__(self, boxes: Floats) -> None:
-        self.index: BoxIndex = build(self.kind, boxes)
+def about(boxes: Floats, hits: int, count: int, seed: int) -> Floats:
+    """Cubes around boxes, as large as needed to hold about `hits` boxes each; off all boxes where that is none."""
+    rng = np.random.default_rng(seed)
+    centre = (boxes[:, :3] + boxes[:, 3:]) / 2
+    chosen = rng.choice(centre, count)
+    if hits == 0:
+        beyond = chosen + boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0) + 100
+        return np.concatenate([beyond, beyond + 50], axis=1)
+    place = min(hits, len(centre)) - 1
+    half = float(np.median([np.partition(np.abs(centre - p).max(axis=1), place)[place] for p in chosen[:20]]))
+    return np.concatenate([chosen - half, chosen + half], axis=1)
+
+
+def views(boxes: Floats, count: int, seed: int) -> list[Frustum]:
+    """Cameras that look at boxes from 2 m away, between 1 and 3 m."""
+    rng = np.random.default_rng(seed)
+    matrix = np.array([[1500.0, 0, 639.5], [0, 1500, 479.5], [0, 0, 1]])
+    out = []
+    for box in rng.choice(boxes, count):
+        pose = np.eye(4)
+        pose[:3, :3] = rotation_matrix(rng.uniform(-2, 2, 3))
+        pose[:3, 3] = (box[:3] + box[3:]) / 2 - 2000 * pose[:3, 2]
+        out.append(Frustum(1280, 960, matrix, pose, 1000.0, 3000.0))
+    return out
+
+
+class StoreTables(Peer):
+    """A DuckDB store that holds the boxes as placed parts, written row by row's columns; asked as a planner does."""
+
+    def __init__(self, boxes: Floats, name: str = "store") -> None:
+        self.name = name
+        self.folder = tempfile.TemporaryDirectory(prefix="relmodel-")
+        self.store = Store.create(Path(self.folder.name) / "store.duckdb")
+        page = pack(boxes)
+        order = np.argsort(page, kind="stable")  # as the store keeps parts: their ids in the order of the pages
+        self.number, boxes, page = order, boxes[order], page[order]
+        ids = np.arange(1, len(boxes) + 1)
+        size, (counts, bounds) = boxes[:, 3:] - boxes[:, :3], page_boxes(boxes, page)
+        box = dict(zip(COLUMNS, boxes.T, strict=True))
+        pose = np.tile(np.eye(4), (len(boxes), 1, 1))
+        pose[:, :3, 3] = boxes[:, :3]
+        shape: dict[str, Any] = {
+            "id": [1],
+            "content_key": ["s"],
+            "kind": "solid",
+            "surface_count": 0,
+            "arc_count": 0,
+            "area": 1.0,
+        }
+        corner = dict(zip(COLUMNS, np.concatenate([np.zeros(3), size.max(axis=0)])[:, None], strict=True))
+        occurrence: dict[str, Any] = {"id": ids, "world_id": 1, "object_no": 0, "kind": "part", "part_id": 1}
+        occurrence |= {"shape_id": 1, "path": [f"hall/{i}" for i in order.tolist()], **matrix_columns(pose)}
+        occurrence |= {"page": page, **box}
+        with self.store.write() as connection:
+            append = partial(self.store.append, connection)
+            append("shape", {**shape, **corner})
+            append("part", {"id": [1], "content_key": ["p"], "number": "1", "name": "part", "shape_id": 1})
+            append("world", {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
+            append("occurrence", occurrence)
+            pages = {"page": np.arange(len(counts)), "box_count": counts, **dict(zip(COLUMNS, bounds.T, strict=True))}
+            append("box_page", {"world_id": 1, **pages})
 
     @property
     def nbytes(self) -> int:
-        return self.index.nbytes
+        return sum(file.stat().st_size for file in Path(self.folder.name).iterdir())
 
     def one(self, box: Floats) -> Any:
-        return self.index.in_boxes(box[None])[1]
+        return self.number[in_volumes(self.store, [Box(*box)])["occurrence_id"].astype(np.int64) - 1]
+
+    def view(self, view: Frustum) -> Any:
+        raise NotImplementedError  # its parts are not the boxes but what the shape fills: compared in the tests
 
     def many(self, boxes: Floats) -> int:
-        return len(self.index.in_boxes(boxes)[0])
+        return len(in_volumes(self.store, [Box(*box) for box in boxes])["volume_no"])
 
-
-class Grid(Kind):
-    kind = "grid"
-
-
-class Octree(Kind):
-    kind = "octree"
-
-
-class Sqlite:
-    name = "SQLite R*Tree"
-
-    def __init__(self, boxes: Floats) -> None:
-        self.database = sqlite3.connect(":memory:")
-        self.database.execute(
-            "CREATE VIRTUAL TABLE boxes USING rtree(id, x0, x1, y0, y1, z0, z1, +a, +b, +c, +d, +e, +f)"
-        )
-        rows = np.column_stack([np.arange(len(boxes)), boxes[:, [0, 3, 1, 4, 2, 5]], boxes]).tolist()
-        # The tree keeps 32-bit bounds, rounded outward; the exact ones ride along, so that answers are equal.
-        self.database.executemany("INSERT INTO boxes VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)", rows)
-
-    def one(self, box: Floats) -> Any:
-        asked = [*box[[3, 0, 4, 1, 5, 2]].tolist()] * 2
-        return np.array([row[0] for row in self.database.execute(SQLITE, asked)], np.int64)
-
-    def many(self, boxes: Floats) -> int:
-        self.database.execute("CREATE TEMP TABLE IF NOT EXISTS asked (x0, y0, z0, x1, y1, z1)")
-        self.database.execute("DELETE FROM asked")
-        self.database.executemany("INSERT INTO asked VALUES (?,?,?,?,?,?)", boxes.tolist())
-        return len(self.database.execute(SQLITE_JOIN).fetchall())
-
-
-class Libspatialindex:
-    name = "libspatialindex"
-
-    def __init__(self, boxes: Floats) -> None:
-        from rtree.index import Index, Property
-
-        stream = ((i, tuple(box), None) for i, box in enumerate(boxes.tolist()))
-        self.index = Index(stream, properties=Property(dimension=3), interleaved=True)
-
-    def one(self, box: Floats) -> Any:
-        return np.fromiter(self.index.intersection(box.tolist()), np.int64)
-
-    def many(self, boxes: Floats) -> int:
-        return len(self.index.intersection_v(boxes[:, :3], boxes[:, 3:])[0])
-
-
-class Shapely:
-    name = "shapely STRtree, then z"
-
-    def __init__(self, boxes: Floats) -> None:
-        self.z0, self.z1 = boxes[:, 2].copy(), boxes[:, 5].copy()
-        self.tree = shapely.STRtree(shapely.box(boxes[:, 0], boxes[:, 1], boxes[:, 3], boxes[:, 4]))
-
-    def one(self, box: Floats) -> Any:
-        found = self.tree.query(shapely.box(box[0], box[1], box[3], box[4]))
-        return found[(self.z0[found] <= box[5]) & (self.z1[found] >= box[2])]
-
-    def many(self, boxes: Floats) -> int:
-        asked, found = self.tree.query(shapely.box(boxes[:, 0], boxes[:, 1], boxes[:, 3], boxes[:, 4]))
-        return int(((self.z0[found] <= boxes[asked, 5]) & (self.z1[found] >= boxes[asked, 2])).sum())
-
-
-class Scan:
-    name = "DuckDB scan"
-
-    def __init__(self, boxes: Floats) -> None:
-        self.database = duckdb.connect()
-        self.database.register("incoming", _columns(boxes))
-        self.database.execute("CREATE TABLE boxes AS SELECT * FROM incoming")
-
-    def one(self, box: Floats) -> Any:
-        return self.database.execute(SCAN, box.tolist()).fetchnumpy()["id"]
-
-    def many(self, boxes: Floats) -> int:
-        self.database.register("asked", _columns(boxes))
-        return len(self.database.execute(JOIN).fetchnumpy()["asked"])
-
-
-def _columns(boxes: Floats) -> Any:
-    import pyarrow as pa
-
-    names = ("x0", "y0", "z0", "x1", "y1", "z1")
-    return pa.table({"id": np.arange(len(boxes))} | {name: boxes[:, i] for i, name in enumerate(names)})
+    def close(self) -> None:
+        self.store.close()
+        self.folder.cleanup()
 
 
 def in_turns_ms(calls: list[Callable[[], Any]], repeat: int = 5) -> list[float]:
@@ -191,56 +166,163 @@ def in_turns_ms(calls: list[Callable[[], Any]], repeat: int = 5) -> list[float]:
     return least
 
 
-def one_by_one(engine: Any, asked: Floats) -> Callable[[], float]:
-    def call() -> float:
-        return float(np.median([_timed(engine, box) for box in asked]))
+def medians_ms(calls: list[Callable[[Any], Any]], asked: Any, repeat: int) -> list[float]:
+    """Median time of each call over what is asked; the least of `repeat`, taken in turns."""
 
-    return call
+    def median(call: Callable[[Any], Any]) -> float:
+        times = []
+        for question in asked:
+            began = time.perf_counter()
+            call(question)
+            times.append(time.perf_counter() - began)
+        return 1e3 * float(np.median(times))
+
+    least = np.min([[median(call) for call in calls] for _ in range(repeat)], axis=0)
+    return [float(ms) for ms in least]
 
 
-def _timed(engine: Any, box: Floats) -> float:
-    began = time.perf_counter()
-    engine.one(box)
-    return 1e3 * (time.perf_counter() - began)
+def resident() -> int:
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) -> tuple[list[str], list[list[Any]]]:
+    """Names of the engines, and rows of what was measured: label, a value an engine, and the ratio."""
+    engines, build, room = [], [], []
+    for make in makers:
+        before, began = resident(), time.perf_counter()
+        engines.append(make(boxes))
+        build.append(time.perf_counter() - began)
+        size = engines[-1].nbytes
+        size = resident() - before if size is None and len(boxes) >= 100_000 else size
+        room.append(size / 1e6 if size else None)
+    few = 30 if len(boxes) < 1_000_000 else 10
+    ours = [e for e in engines if isinstance(e, Kind | StoreTables)]
+    table: list[list[Any]] = [["build, s", *build], ["size, MB", *room]]
+    for hits in HITS:
+        if hits >= len(boxes):
+            continue
+        asked = about(boxes, hits, few, seed + 1)
+        for box in asked[:3]:
+            answers = [set(engine.one(box).tolist()) for engine in engines if engine.name != "statement"]
+            assert all(answer == answers[0] for answer in answers)
+        times = medians_ms([engine.one for engine in engines], asked, 4 if hits < 10_000 else 2)
+        table.append([f"one volume of {hits} hits, ms", *times])
+    asked = about(boxes, 10, few, seed + 1)
+    table.append(["any box there, ms", *medians_ms([e.any for e in engines], asked, 3)])
+    looks = views(boxes, few, seed + 2)
+    seeing = [e for e in engines if not isinstance(e, StoreTables)]
+    for look in looks[:3]:
+        answers = [set(engine.view(look).tolist()) for engine in seeing]
+        assert all(answer == answers[0] for answer in answers)
+    seen = iter(medians_ms([engine.view for engine in seeing], looks, 3))
+    hits = int(np.median([len(seeing[0].view(look)) for look in looks]))
+    table.append([f"one frustum of {hits} hits, ms", *(next(seen) if e in seeing else None for e in engines)])
+    asked = about(boxes, 10, 1000, seed + 3)
+    assert len({engine.many(asked) for engine in engines if engine.name != "statement"}) == 1
+    table.append(["1,000 volumes, ms", *in_turns_ms([partial(e.many, asked) for e in engines], 3)])
+    for row in table:
+        row.append(row[1] / min(v for e, v in zip(engines, row[1:], strict=True) if e not in ours and v is not None))
+    for engine in engines:
+        if hasattr(engine, "close"):
+            engine.close()
+    return [engine.name for engine in engines], table
+
+
+def segments(boxes: Floats, seed: int) -> list[list[Any]]:
+    """Does any box meet a segment along x, y or z that begins in no box?  Ours beside Embree's tree."""
+    rng = np.random.default_rng(seed)
+    rtree, began = Kind(boxes, "rtree"), time.perf_counter()
+    embree = Embree(boxes)
+    build = time.perf_counter() - began
+    start = rng.choice(boxes, 4000)[:, :3] + rng.normal(0, 30, (4000, 3))
+    start = start[[not rtree.any(np.tile(point, 2)) for point in start]][:1000]
+    end = start.copy()
+    axis = rng.integers(3, size=len(start))
+    end[np.arange(len(start)), axis] += rng.uniform(20, 400, len(start))
+    asked = np.concatenate([start, end], axis=1)
+    met, nearly, surely = (np.array([rtree.any(box + by) for box in asked]) for by in GROWN)
+    clear = nearly == surely  # Embree works in 32 bits
+    assert np.array_equal(embree.segments(start, end)[clear], met[clear])
+    one = medians_ms(
+        [lambda i: rtree.any(asked[i]), lambda i: embree.segments(start[i : i + 1], end[i : i + 1])], range(50), 4
+    )
+    many = in_turns_ms([lambda: np.unique(rtree.index.in_boxes(asked)[0]), lambda: embree.segments(start, end)])
+    return [
+        ["build, s", "", build],
+        ["one segment, ms", *one, one[0] / one[1]],
+        [f"{len(start)} segments, ms", *many, many[0] / many[1]],
+    ]
+
+
+def plot(report: Path, series: dict[str, dict[int, float]], words: str) -> None:
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(8, 5))
+    for name, times in series.items():
+        mine = name in (*KINDS, "store")
+        axes.plot(list(times), list(times.values()), "o-" if mine else "s--", label=name, linewidth=2 if mine else 1)
+    axes.set(xscale="log", yscale="log", xlabel="boxes", ylabel="ms", title=words)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5))
+    figure.savefig(report / "volume_queries.png", dpi=110, bbox_inches="tight")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--boxes", type=int, nargs="+", default=[1000, 10_000, 100_000])
-    parser.add_argument("--uniform", action="store_true", help="boxes that do not cluster")
+    parser.add_argument("--boxes", type=int, nargs="*", default=[1000, 10_000, 100_000, 1_000_000])
+    parser.add_argument("--spread", nargs="+", choices=SPREADS, default=list(SPREADS))
+    parser.add_argument("--alone", type=int, nargs="*", default=[10_000_000])
+    parser.add_argument("--report", type=Path, metavar="FOLDER")
     parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    ours: list[type[Kind]] = [Kind, Grid, Octree]
-    peers: list[Any] = [Sqlite, Shapely, Scan]
+    args = parser.parse_args()
+    peers: list[Callable[[Floats], Any]] = [Sqlite, Shapely, Scan]
     if importlib.util.find_spec("rtree"):
         peers.insert(1, Libspatialindex)
-    for kind in ours:  # compile outside the clock
-        kind(clustered(1000, 0)).one(np.zeros(6))
-    for count in arguments.boxes:
-        boxes = (uniform if arguments.uniform else clustered)(count, arguments.seed)
-        table: dict[str, list[float]] = {}
-        engines: list[Any] = []
-        for make in (*ours, *peers):
-            began = time.perf_counter()
-            engines.append(make(boxes))
-            table.setdefault("build, ms", []).append(1e3 * (time.perf_counter() - began))
-        for hits in (0, 10, 100, 10_000):
-            if hits >= count:
-                continue
-            asked = volumes(boxes, hits, 30, arguments.seed + 1) + (1e5 if hits == 0 else 0)
-            for box in asked[:5]:
-                answers = [set(engine.one(box).tolist()) for engine in engines]
-                assert all(answer == answers[0] for answer in answers)
-            rounds = [[one_by_one(engine, asked)() for engine in engines] for _ in range(5 if hits < 10_000 else 2)]
-            table[f"one volume, {hits} hits, ms"] = np.min(rounds, axis=0).tolist()
-        asked = volumes(boxes, 10, 1000, arguments.seed + 2)
-        assert len({engine.many(asked) for engine in engines}) == 1
-        table["1,000 volumes of 10 hits, ms"] = in_turns_ms([partial(e.many, asked) for e in engines])
-        rows = [[what, *times, times[0] / min(times[len(ours) :])] for what, times in table.items()]
-        print(f"\n{count} boxes, {'uniform' if arguments.uniform else 'clustered'}; MB: ", end="")
-        print(", ".join(f"{e.kind} {e.nbytes / 1e6:.1f}" for e in engines[: len(ours)]))
-        names = [*(kind.kind for kind in ours), *(peer.name for peer in peers)]
-        print(tabulate(rows, headers=["", *names, "ratio"], floatfmt=".4g"))
+    else:
+        print("Left out: libspatialindex; install the package rtree.")
+    pages = [f"Volume queries on {os.cpu_count()} cores, times in ms unless said; by benchmarks/volume_queries.py."]
+    series: dict[str, dict[int, float]] = {}
+
+    def show(title: str, names: list[str], table: list[list[Any]]) -> None:
+        text = tabulate(table, headers=["", *names], floatfmt=".3g", missingval="-", tablefmt="github")
+        pages.append(f"## {title}\n\n{text}")
+        print(f"\n{pages[-1]}", flush=True)
+
+    for kind in KINDS:  # compile outside the clock
+        warm = Kind(clustered(1000, 0), kind)
+        warm.any(np.zeros(6)), warm.one(np.zeros(6)), warm.view(views(clustered(1000, 0), 1, 0)[0])
+    with postgresql() as (server, extensions):
+        for spread in args.spread:
+            for count in args.boxes:
+                boxes = SPREADS[spread](count, args.seed)
+                kinds = [k for k in KINDS if k != "rangetree" or count < LARGEST_RANGETREE]
+                makers: list[Callable[[Floats], Any]] = [partial(Kind, kind=k) for k in kinds]
+                makers += [StoreTables, lambda _: StoreTables(np.zeros((1, 6)), "statement"), *peers]
+                makers += [partial(peer, server=server) for peer in extensions]
+                names, table = measured(boxes, makers, args.seed)
+                show(f"{count:,} boxes, {spread}", [*names, "ratio"], table)
+                if spread == args.spread[0]:
+                    times = next(row for row in table if row[0].startswith("one volume of 10 hits"))
+                    for name, value in zip(names, times[1:], strict=False):
+                        series.setdefault(name, {})[count] = value
+    if importlib.util.find_spec("embreex"):
+        boxes = clustered(100_000, args.seed)
+        show("Any box along a segment, 100,000 boxes, clustered", ["rtree", "embree", "ratio"], segments(boxes, 1))
+    for count in args.alone:
+        boxes = SPREADS[args.spread[0]](count, args.seed)
+        began = time.perf_counter()
+        alone = Kind(boxes, "rtree")
+        build = time.perf_counter() - began
+        rows: list[list[Any]] = [["build, s", build], ["size, MB", alone.nbytes / 1e6]]
+        rows += [[f"one volume of {h} hits, ms", *medians_ms([alone.one], about(boxes, h, 10, 1), 3)] for h in HITS]
+        rows.append(["any box there, ms", *medians_ms([alone.any], about(boxes, 10, 10, 1), 3)])
+        rows.append(["1,000 volumes, ms", *in_turns_ms([partial(alone.many, about(boxes, 10, 1000, 3))], 3)])
+        show(f"{count:,} boxes, {args.spread[0]}, without peers", ["rtree"], rows)
+    if args.report:
+        args.report.mkdir(parents=True, exist_ok=True)
+        (args.report / "volume_queries.md").write_text("# " + "\n\n".join(pages) + "\n")
+        plot(args.report, series, f"One volume of 10 hits, {args.spread[0]} boxes, {os.cpu_count()} cores")
 
 
 if __name__ == "__main__":

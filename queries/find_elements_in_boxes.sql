@@ -9,23 +9,18 @@ WITH asked AS MATERIALIZED (
         unnest(CAST(:z0 AS DOUBLE PRECISION[])) AS z0, unnest(CAST(:x1 AS DOUBLE PRECISION[])) AS x1,
         unnest(CAST(:y1 AS DOUBLE PRECISION[])) AS y1, unnest(CAST(:z1 AS DOUBLE PRECISION[])) AS z1
 ),
-met AS MATERIALIZED (
-    SELECT a.volume_no, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+placed AS MATERIALIZED (
+    SELECT a.volume_no, o.id, o.path, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23
     FROM asked AS a
     JOIN box_page AS p ON p.world_id = :world_id
         AND p.x0 <= a.x1 AND p.y0 <= a.y1 AND p.z0 <= a.z1
         AND p.x1 >= a.x0 AND p.y1 >= a.y0 AND p.z1 >= a.z0
-    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
-        AND b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
-        AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
-),
-placed AS MATERIALIZED (
-    SELECT met.volume_no, o.id, o.path, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23
-    FROM met
-    JOIN occurrence AS o ON o.id = met.occurrence_id
+    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
+        AND o.x0 <= a.x1 AND o.y0 <= a.y1 AND o.z0 <= a.z1
+        AND o.x1 >= a.x0 AND o.y1 >= a.y0 AND o.z1 >= a.z0
 ),
 carried AS (
     SELECT o.*, e.element_no, e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,

@@ -9,23 +9,26 @@ WITH asked AS MATERIALIZED (
         unnest(CAST(:y1 AS DOUBLE PRECISION[])) AS y1, unnest(CAST(:z1 AS DOUBLE PRECISION[])) AS z1
 ),
 met AS MATERIALIZED (
-    SELECT a.volume_no, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+    SELECT a.volume_no, o.id, o.shape_id, o.part_id, o.path,
+        o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23
     FROM asked AS a
     JOIN box_page AS p ON p.world_id = :world_id
         AND p.x0 <= a.x1 AND p.y0 <= a.y1 AND p.z0 <= a.z1
         AND p.x1 >= a.x0 AND p.y1 >= a.y0 AND p.z1 >= a.z0
-    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
-        AND b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
-        AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
+    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
+        AND o.x0 <= a.x1 AND o.y0 <= a.y1 AND o.z0 <= a.z1
+        AND o.x1 >= a.x0 AND o.y1 >= a.y0 AND o.z1 >= a.z0
 )
-SELECT h.volume_no, h.occurrence_id, o.shape_id, -1 AS element_no, o.path, part.name,
-    h.x0, h.y0, h.z0, h.x1, h.y1, h.z1,
+SELECT o.volume_no, o.id AS occurrence_id, o.shape_id, -1 AS element_no, o.path, part.name,
+    o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
     s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
     o.m00, o.m01, o.m02, o.m03,
     o.m10, o.m11, o.m12, o.m13,
     o.m20, o.m21, o.m22, o.m23
-FROM met AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
+FROM met AS o
 JOIN part ON part.id = o.part_id
 JOIN shape AS s ON s.id = o.shape_id
-ORDER BY h.volume_no, h.occurrence_id
+ORDER BY o.volume_no, o.id

@@ -1,6 +1,7 @@
--- Kind of index that was found best for a world.
+-- Kind of index that was found best for a world, and the cell size that the cost model gives its grid.
 -- takes: world_id
--- gives: kind; no row where none was compared
-SELECT value_text AS kind
-FROM world_attribute
-WHERE world_id = :world_id AND name = 'index_kind'
+-- gives: kind, grid_cell_mm; no row where none was compared
+SELECT k.value_text AS kind, g.value_number AS grid_cell_mm
+FROM world_attribute AS k
+LEFT JOIN world_attribute AS g ON g.world_id = k.world_id AND g.name = 'grid_cell_mm'
+WHERE k.world_id = :world_id AND k.name = 'index_kind'

@@ -1,4 +1,4 @@
--- Another kind of index is found best for a world than was before.
+-- Another kind of index is found best for a world than was before; a revision of a world keeps the cells of its grid.
 -- takes: world_id, kind
 -- gives: nothing
 UPDATE world_attribute

@@ -1,6 +1,6 @@
 -- The newest revision of each object and variant that was loaded.
--- Takes nothing.  Gives object_variant_id, name, variant, revision and the object's content_key, by name and variant.
-SELECT v.id AS object_variant_id, v.name, v.variant, v.revision, o.content_key
+-- Takes nothing.  Gives object_variant_id, object_id, name, variant, revision and the object's content_key, by name and variant.
+SELECT v.id AS object_variant_id, v.object_id, v.name, v.variant, v.revision, o.content_key
 FROM object_variant AS v
 JOIN object AS o ON o.id = v.object_id
 WHERE NOT EXISTS (

@@ -1,19 +1,33 @@
--- Objects of a world that contain themselves, directly or through others: none in a sound store.
--- Takes world_id.  Gives name, sorted.
-WITH RECURSIVE reachable AS (
-    SELECT v.object_id
-    FROM world_object AS w
-    JOIN object_variant AS v ON v.id = w.object_variant_id
-    WHERE w.world_id = :world_id
+-- Objects that contain themselves, directly or through others, among some objects and all in them: of every ring at least
+-- one.  None in a sound store.
+-- Takes object_ids (array).  Gives name, sorted.
+-- A way down that is longer than there are objects goes round: only from its end are rings looked for.
+WITH RECURSIVE root AS (
+    SELECT id AS object_id FROM object WHERE id = ANY(:object_ids)
+),
+reachable AS (
+    SELECT object_id FROM root
     UNION
     SELECT o.child_id
     FROM reachable AS r
     JOIN object_object AS o ON o.parent_id = r.object_id
 ),
+passed AS MATERIALIZED (
+    SELECT count(*) AS objects FROM reachable
+),
+down AS (
+    SELECT object_id, 1 AS depth FROM root
+    UNION
+    SELECT o.child_id, d.depth + 1
+    FROM down AS d
+    JOIN object_object AS o ON o.parent_id = d.object_id
+    WHERE d.depth <= (SELECT objects FROM passed)
+),
 inside AS (
-    SELECT parent_id AS ancestor_id, child_id AS object_id
-    FROM object_object
-    WHERE parent_id IN (SELECT object_id FROM reachable)
+    SELECT d.object_id AS ancestor_id, o.child_id AS object_id
+    FROM down AS d
+    JOIN object_object AS o ON o.parent_id = d.object_id
+    WHERE d.depth > (SELECT objects FROM passed)
     UNION
     SELECT i.ancestor_id, o.child_id
     FROM inside AS i

@@ -1,8 +1,8 @@
 -- The rigs that a world mounts, each with the object that carries it.
 -- Takes world_id.
--- Gives rig (its name), carrier (the object's name), object_no, object_variant_id, link or null, carrier_from_rig as
+-- Gives rig (its name), carrier (the object's name), object_no, object_id, link or null, carrier_from_rig as
 -- m00 .. m23 and world_from_object as w00 .. w23, in order.
-SELECT m.name AS rig, w.name AS carrier, m.object_no, w.object_variant_id, m.link,
+SELECT m.name AS rig, w.name AS carrier, m.object_no, v.object_id, m.link,
     m.m00, m.m01, m.m02, m.m03,
     m.m10, m.m11, m.m12, m.m13,
     m.m20, m.m21, m.m22, m.m23,
@@ -11,5 +11,6 @@ SELECT m.name AS rig, w.name AS carrier, m.object_no, w.object_variant_id, m.lin
     w.m20 AS w20, w.m21 AS w21, w.m22 AS w22, w.m23 AS w23
 FROM world_mount AS m
 JOIN world_object AS w ON w.world_id = m.world_id AND w.object_no = m.object_no
+JOIN object_variant AS v ON v.id = w.object_variant_id
 WHERE m.world_id = :world_id
 ORDER BY m.mount_no

@@ -3,7 +3,7 @@
 --   plane O + u X + v Y; cylinder O + R e(u) + v Z; cone O + (R + v sin a) e(u) + v cos a Z;
 --   sphere O + R cos v e(u) + R sin v Z; torus O + (R + r cos v) e(u) + r sin v Z; b-spline: surface_spline.
 --   line O + t X; circle O + R e(t); ellipse O + R cos t X + r sin t Y;
---   parabola O + t^2/(4R) X + t Y; hyperbola O + R cosh t X + r sinh t Y; b-spline: arc_spline.
+--   parabola O + t^2/(4R) X + t Y; hyperbola O + R cosh t X + r sinh t Y; b-spline: arc_spline; offset: arc_offset.
 
 CREATE SEQUENCE arc_id_seq;
 CREATE TABLE arc (
@@ -99,6 +99,22 @@ COMMENT ON COLUMN arc_spline.knots IS 'distinct knots, increasing';
 COMMENT ON COLUMN arc_spline.multiplicities IS 'multiplicity of each knot';
 COMMENT ON COLUMN arc_spline.poles IS 'poles, x y z after each other, mm';
 COMMENT ON COLUMN arc_spline.weights IS 'weight of each pole; null where not rational';
+
+CREATE TABLE arc_offset (
+    arc_id BIGINT PRIMARY KEY REFERENCES arc (id),
+    basis_arc_id BIGINT NOT NULL REFERENCES arc (id),
+    axis_x DOUBLE PRECISION NOT NULL,
+    axis_y DOUBLE PRECISION NOT NULL,
+    axis_z DOUBLE PRECISION NOT NULL,
+    distance DOUBLE PRECISION NOT NULL
+);
+COMMENT ON TABLE arc_offset IS 'What arcs of kind offset are made from: each point of the basis moved along T x A, T being its tangent.';
+COMMENT ON COLUMN arc_offset.arc_id IS 'the arc';
+COMMENT ON COLUMN arc_offset.basis_arc_id IS 'the curve that is offset, of equal parameter';
+COMMENT ON COLUMN arc_offset.axis_x IS 'x of the unit vector A';
+COMMENT ON COLUMN arc_offset.axis_y IS 'y of the unit vector A';
+COMMENT ON COLUMN arc_offset.axis_z IS 'z of the unit vector A';
+COMMENT ON COLUMN arc_offset.distance IS 'offset along the unit vector of T x A, mm';
 
 CREATE TABLE arc_attribute (
     arc_id BIGINT NOT NULL REFERENCES arc (id),
@@ -272,8 +288,8 @@ CREATE TABLE loop (
 );
 COMMENT ON TABLE loop IS 'The closed loops of coedges that bound a surface''s domain.';
 COMMENT ON COLUMN loop.surface_id IS 'the surface';
-COMMENT ON COLUMN loop.loop_no IS 'ordinal of the loop; 0 is the outer one';
-COMMENT ON COLUMN loop.outer_loop IS 'whether the loop is the outer boundary';
+COMMENT ON COLUMN loop.loop_no IS 'ordinal of the loop; the outer ones come first';
+COMMENT ON COLUMN loop.outer_loop IS 'whether the loop is the outer boundary; several where loops go around a periodic surface';
 
 CREATE TABLE coedge (
     surface_id BIGINT NOT NULL,
@@ -313,13 +329,13 @@ CREATE TABLE pcurve (
     weights DOUBLE PRECISION[],
     PRIMARY KEY (surface_id, loop_no, coedge_no),
     FOREIGN KEY (surface_id, loop_no, coedge_no) REFERENCES coedge (surface_id, loop_no, coedge_no),
-    CHECK (kind IN ('line', 'circle', 'ellipse', 'spline', 'other'))
+    CHECK (kind IN ('line', 'circle', 'ellipse', 'parabola', 'hyperbola', 'spline'))
 );
 COMMENT ON TABLE pcurve IS 'The curve of a coedge in the surface''s (u, v) domain, over the arc''s interval, where the source has it.';
 COMMENT ON COLUMN pcurve.surface_id IS 'the surface';
 COMMENT ON COLUMN pcurve.loop_no IS 'the loop';
 COMMENT ON COLUMN pcurve.coedge_no IS 'the coedge';
-COMMENT ON COLUMN pcurve.kind IS 'line: (u, v) = O + t X; circle, ellipse: O + R cos t X + r sin t Y; spline';
+COMMENT ON COLUMN pcurve.kind IS 'line: (u, v) = O + t X; circle, ellipse: O + R cos t X + r sin t Y; parabola, hyperbola as arcs; spline';
 COMMENT ON COLUMN pcurve.origin_u IS 'u of O';
 COMMENT ON COLUMN pcurve.origin_v IS 'v of O';
 COMMENT ON COLUMN pcurve.axis_u IS 'u of the unit vector X';
@@ -339,6 +355,7 @@ COMMENT ON COLUMN pcurve.weights IS 'weight of each pole; null where not rationa
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('arc', 'surface', 'primary'),
     ('arc_spline', 'surface', 'primary'),
+    ('arc_offset', 'surface', 'primary'),
     ('arc_attribute', 'surface', 'primary'),
     ('surface', 'surface', 'primary'),
     ('surface_spline', 'surface', 'primary'),

@@ -145,7 +145,7 @@ COMMENT ON COLUMN surface_relation.shape_id IS 'the shape';
 COMMENT ON COLUMN surface_relation.kind IS 'parallel, perpendicular, coplanar, coaxial, concentric, equal_radius, tangent';
 COMMENT ON COLUMN surface_relation.surface_a IS 'one surface';
 COMMENT ON COLUMN surface_relation.surface_b IS 'the other';
-COMMENT ON COLUMN surface_relation.value IS 'measured value: distance of parallels (mm), radius (mm), angle off (rad)';
+COMMENT ON COLUMN surface_relation.value IS 'measured value: distance of parallel planes or axes (mm), radius (mm), angle off (rad)';
 COMMENT ON COLUMN surface_relation.tolerance IS 'tolerance within which the relation was taken to hold, in the value''s unit';
 
 CREATE TABLE arc_relation (
@@ -176,7 +176,7 @@ CREATE TABLE feature_class (
 COMMENT ON TABLE feature_class IS 'Congruent features: a kind with its dimensions, in a frame of its own.';
 COMMENT ON COLUMN feature_class.id IS 'identity of the class';
 COMMENT ON COLUMN feature_class.content_key IS 'hash of kind and dimensions';
-COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, circular_pattern, linear_pattern, body';
+COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, groove, circular_pattern, linear_pattern, grid_pattern, body';
 
 CREATE TABLE feature_dimension (
     feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),
@@ -321,7 +321,8 @@ CREATE TABLE part (
     name TEXT NOT NULL,
     material TEXT,
     colour TEXT,
-    shape_id BIGINT NOT NULL REFERENCES shape (id)
+    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    supplemental BOOLEAN NOT NULL DEFAULT FALSE
 );
 COMMENT ON TABLE part IS 'A product: number, name, material, and the shape it has.';
 COMMENT ON COLUMN part.id IS 'identity of the part';
@@ -331,6 +332,7 @@ COMMENT ON COLUMN part.name IS 'name in the source';
 COMMENT ON COLUMN part.material IS 'name of the material in the source';
 COMMENT ON COLUMN part.colour IS 'colour in the source, #rrggbb';
 COMMENT ON COLUMN part.shape_id IS 'its geometry';
+COMMENT ON COLUMN part.supplemental IS 'whether it is construction geometry, reference geometry or drawn annotation of a product: kept, but not material, so never placed in a world nor matched';
 
 CREATE TABLE part_attribute (
     part_id BIGINT NOT NULL REFERENCES part (id),
@@ -349,6 +351,70 @@ COMMENT ON COLUMN part_attribute.value_text IS 'value, where it is text';
 COMMENT ON COLUMN part_attribute.unit IS 'unit of a number';
 COMMENT ON COLUMN part_attribute.source IS 'where the value comes from: file, derived, user';
 
+CREATE TABLE part_pmi (
+    part_id BIGINT NOT NULL REFERENCES part (id),
+    pmi_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    type TEXT NOT NULL,
+    name TEXT NOT NULL,
+    value DOUBLE PRECISION,
+    lower_limit DOUBLE PRECISION,
+    upper_limit DOUBLE PRECISION,
+    unit TEXT,
+    stated_unit TEXT,
+    modifier TEXT,
+    zone TEXT,
+    PRIMARY KEY (part_id, pmi_no),
+    CHECK (kind IN ('dimension', 'tolerance', 'datum'))
+);
+COMMENT ON TABLE part_pmi IS 'Product and manufacturing information of a part: dimensions, geometric tolerances, datums.';
+COMMENT ON COLUMN part_pmi.part_id IS 'the part';
+COMMENT ON COLUMN part_pmi.pmi_no IS 'ordinal: dimensions, tolerances, datums, each in the order of the file';
+COMMENT ON COLUMN part_pmi.kind IS 'dimension, tolerance or datum';
+COMMENT ON COLUMN part_pmi.type IS 'of a dimension diameter, radius, linear distance, angle ...; of a tolerance position, flatness, surface profile ...; of a datum feature, target, or datum where the file shows neither';
+COMMENT ON COLUMN part_pmi.name IS 'name in the file, or empty';
+COMMENT ON COLUMN part_pmi.value IS 'nominal value of a dimension, width of a tolerance zone; null where the file gives none';
+COMMENT ON COLUMN part_pmi.lower_limit IS 'least value that a dimension may have; null where it is not bounded';
+COMMENT ON COLUMN part_pmi.upper_limit IS 'greatest value that a dimension may have; null where it is not bounded';
+COMMENT ON COLUMN part_pmi.unit IS 'unit of value and limits: mm or rad';
+COMMENT ON COLUMN part_pmi.stated_unit IS 'unit in the file';
+COMMENT ON COLUMN part_pmi.modifier IS 'maximum or least material requirement, class of a fit, note, or shape and number of a datum target';
+COMMENT ON COLUMN part_pmi.zone IS 'form of a tolerance zone, where the file gives one';
+
+CREATE TABLE part_pmi_datum (
+    part_id BIGINT NOT NULL,
+    pmi_no INTEGER NOT NULL,
+    precedence INTEGER NOT NULL,
+    letter TEXT NOT NULL,
+    modifier TEXT,
+    PRIMARY KEY (part_id, pmi_no, precedence),
+    FOREIGN KEY (part_id, pmi_no) REFERENCES part_pmi (part_id, pmi_no)
+);
+COMMENT ON TABLE part_pmi_datum IS 'Datums that a tolerance refers to; of a datum its own letter.';
+COMMENT ON COLUMN part_pmi_datum.part_id IS 'the part';
+COMMENT ON COLUMN part_pmi_datum.pmi_no IS 'the tolerance or datum';
+COMMENT ON COLUMN part_pmi_datum.precedence IS '1 primary, 2 secondary, 3 tertiary';
+COMMENT ON COLUMN part_pmi_datum.letter IS 'letter, or letters joined by - where several act as one';
+COMMENT ON COLUMN part_pmi_datum.modifier IS 'such as maximum material requirement; null where there is none';
+
+CREATE TABLE part_pmi_surface (
+    part_id BIGINT NOT NULL,
+    pmi_no INTEGER NOT NULL,
+    shape_id BIGINT NOT NULL,
+    surface_no INTEGER NOT NULL,
+    role TEXT NOT NULL,
+    PRIMARY KEY (part_id, pmi_no, surface_no),
+    FOREIGN KEY (part_id, pmi_no) REFERENCES part_pmi (part_id, pmi_no),
+    FOREIGN KEY (shape_id, surface_no) REFERENCES shape_surface (shape_id, surface_no),
+    CHECK (role IN ('feature', 'origin', 'target'))
+);
+COMMENT ON TABLE part_pmi_surface IS 'Surfaces that a dimension, tolerance or datum is of.';
+COMMENT ON COLUMN part_pmi_surface.part_id IS 'the part';
+COMMENT ON COLUMN part_pmi_surface.pmi_no IS 'the dimension, tolerance or datum';
+COMMENT ON COLUMN part_pmi_surface.shape_id IS 'the part''s shape';
+COMMENT ON COLUMN part_pmi_surface.surface_no IS 'the surface in it';
+COMMENT ON COLUMN part_pmi_surface.role IS 'feature; of a distance or angle between two, origin or target';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape', 'part', 'primary'),
     ('shape_surface', 'part', 'primary'),
@@ -365,4 +431,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape_box', 'part', 'redundant'),
     ('shape_box_page', 'part', 'redundant'),
     ('part', 'part', 'primary'),
-    ('part_attribute', 'part', 'primary');
+    ('part_attribute', 'part', 'primary'),
+    ('part_pmi', 'part', 'primary'),
+    ('part_pmi_datum', 'part', 'primary'),
+    ('part_pmi_surface', 'part', 'primary');

@@ -137,17 +137,27 @@ COMMENT ON COLUMN object_part.m23 IS 'object_from_part: row 2 of the translation
 CREATE TABLE part_contact (
     object_id BIGINT NOT NULL REFERENCES object (id),
     path_a TEXT NOT NULL,
+    surface_a INTEGER NOT NULL,
     path_b TEXT NOT NULL,
+    surface_b INTEGER NOT NULL,
+    kind TEXT NOT NULL,
     gap DOUBLE PRECISION NOT NULL,
+    area DOUBLE PRECISION NOT NULL,
     tolerance DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (object_id, path_a, path_b)
+    PRIMARY KEY (object_id, path_a, surface_a, path_b, surface_b),
+    CHECK (kind IN ('planar', 'cylindrical')),
+    CHECK (abs(gap) <= tolerance)
 );
-COMMENT ON TABLE part_contact IS 'Pairs of placed parts of an object that touch.';
+COMMENT ON TABLE part_contact IS 'Faces of parts, placed in an object by different instances, that touch; what touches within one instance is a row of the object that stands there.';
 COMMENT ON COLUMN part_contact.object_id IS 'the object';
 COMMENT ON COLUMN part_contact.path_a IS 'path of one placed part within the object';
-COMMENT ON COLUMN part_contact.path_b IS 'path of the other';
-COMMENT ON COLUMN part_contact.gap IS 'distance found, negative where they overlap, mm';
-COMMENT ON COLUMN part_contact.tolerance IS 'greatest gap that counts as contact, mm';
+COMMENT ON COLUMN part_contact.surface_a IS 'surface_no of its face in the shape of the part';
+COMMENT ON COLUMN part_contact.path_b IS 'path of the other, later in the order of the file';
+COMMENT ON COLUMN part_contact.surface_b IS 'surface_no of its face';
+COMMENT ON COLUMN part_contact.kind IS 'planar: flat faces that lie on each other; cylindrical: a shaft in a hole, on one axis';
+COMMENT ON COLUMN part_contact.gap IS 'distance of flat faces, radius of the hole less that of the shaft; negative where they overlap, mm';
+COMMENT ON COLUMN part_contact.area IS 'area over which the faces lie opposite each other, of a cylinder on the shaft, mm2';
+COMMENT ON COLUMN part_contact.tolerance IS 'greatest gap, and greatest overlap, that counts as contact, mm';
 
 CREATE TABLE joint (
     object_id BIGINT NOT NULL REFERENCES object (id),
@@ -222,6 +232,7 @@ CREATE TABLE load_report (
     faces_loaded INTEGER,
     parts INTEGER,
     occurrences INTEGER,
+    supplemental_parts INTEGER,
     shapes_added INTEGER,
     surfaces_added INTEGER,
     arcs_added INTEGER,
@@ -235,8 +246,9 @@ COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there),
 COMMENT ON COLUMN load_report.message IS 'why it is partial or was refused';
 COMMENT ON COLUMN load_report.faces_in_file IS 'faces that the text of the file lists';
 COMMENT ON COLUMN load_report.faces_loaded IS 'faces that were read from it, each part counted once';
-COMMENT ON COLUMN load_report.parts IS 'distinct parts in the file';
-COMMENT ON COLUMN load_report.occurrences IS 'placed parts in the file';
+COMMENT ON COLUMN load_report.parts IS 'distinct parts in the file, supplemental ones left out';
+COMMENT ON COLUMN load_report.occurrences IS 'placed parts in the file, supplemental ones left out';
+COMMENT ON COLUMN load_report.supplemental_parts IS 'distinct supplemental parts in the file';
 COMMENT ON COLUMN load_report.shapes_added IS 'shapes that were new to the store';
 COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the store';
 COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';

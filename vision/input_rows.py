@@ -68,6 +68,7 @@ def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
             "skew": float(camera.matrix[0, 1]),
             "distortion_model": "opencv",
             "distortion": Ragged.pack([camera.distortion]),
+            **dict(zip(("view_u0", "view_v0", "view_u1", "view_v1"), camera.undistorted_bounds.tolist(), strict=True)),
         }
         run.append(connection, "camera", columns)
 

@@ -7,6 +7,14 @@ WITH instance AS (
     SELECT parent_id, child_id, NULL, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
     FROM object_object
 ),
+link AS (
+    SELECT l.world_id, CASE WHEN l.robot = '' THEN w.name ELSE w.name || '/' || l.robot END AS robot, l.child_no,
+        l.m00, l.m01, l.m02, l.m03,
+        l.m10, l.m11, l.m12, l.m13,
+        l.m20, l.m21, l.m22, l.m23
+    FROM world_link AS l
+    JOIN world_object AS w ON w.world_id = l.world_id AND w.object_no = l.object_no
+),
 placed AS (
     SELECT
         o.id,
@@ -20,9 +28,7 @@ placed AS (
     FROM occurrence AS o
     JOIN occurrence AS p ON p.id = o.parent_id
     JOIN instance AS i ON i.container = p.object_id AND (i.part_id = o.part_id OR i.object_id = o.object_id)
-    WHERE p.parent_id IS NOT NULL OR NOT EXISTS (
-        SELECT 1 FROM world_link AS l WHERE l.world_id = o.world_id AND l.object_no = o.object_no
-    )
+    WHERE NOT EXISTS (SELECT 1 FROM link AS l WHERE l.world_id = p.world_id AND l.robot = p.path)
     UNION ALL
     SELECT
         o.id,
@@ -34,8 +40,8 @@ placed AS (
         abs(o.m03 - (p.m00 * l.m03 + p.m01 * l.m13 + p.m02 * l.m23 + p.m03)) + abs(o.m13 - (p.m10 * l.m03 + p.m11 * l.m13 + p.m12 * l.m23 + p.m13))
             + abs(o.m23 - (p.m20 * l.m03 + p.m21 * l.m13 + p.m22 * l.m23 + p.m23))
     FROM occurrence AS o
-    JOIN occurrence AS p ON p.id = o.parent_id AND p.parent_id IS NULL
-    JOIN world_link AS l ON l.world_id = o.world_id AND l.object_no = o.object_no
+    JOIN occurrence AS p ON p.id = o.parent_id
+    JOIN link AS l ON l.world_id = p.world_id AND l.robot = p.path
     JOIN object_object AS i ON i.parent_id = p.object_id AND i.child_no = l.child_no AND i.child_id = o.object_id
     UNION ALL
     SELECT

@@ -7,6 +7,7 @@ UNION ALL
 SELECT 'arc', id FROM arc
 WHERE NOT EXISTS (SELECT 1 FROM shape_arc WHERE shape_arc.arc_id = arc.id)
     AND NOT EXISTS (SELECT 1 FROM surface_swept WHERE surface_swept.basis_arc_id = arc.id)
+    AND NOT EXISTS (SELECT 1 FROM arc_offset WHERE arc_offset.basis_arc_id = arc.id)
 UNION ALL
 SELECT 'shape', id FROM shape
 WHERE NOT EXISTS (SELECT 1 FROM part WHERE part.shape_id = shape.id)

@@ -1,4 +1,4 @@
--- Which holes of 8 to 9 mm have their axis within 150 mm of a lug's bore?
+-- Which holes of 8 to 9 mm have their axis within 150 mm of that of a lug?
 WITH body AS (
     SELECT p.shape_id
     FROM object_variant AS v
@@ -7,16 +7,20 @@ WITH body AS (
     WHERE v.name = 'bulkhead' AND v.variant = 'A' AND i.name = 'BODY'
 ),
 hole AS (
-    SELECT f.feature_no, f.name, d.value AS diameter, f.m03 AS x, f.m13 AS y
+    SELECT f.shape_id, f.name, d.value AS diameter, f.m03 AS x, f.m13 AS y
     FROM body
     JOIN feature AS f ON f.shape_id = body.shape_id
     JOIN feature_class AS k ON k.id = f.feature_class_id AND k.kind IN ('through_hole', 'blind_hole')
-    JOIN feature_dimension AS d ON d.feature_class_id = k.id AND d.name = 'diameter'
+    JOIN feature_dimension AS d ON d.feature_class_id = k.id AND d.name = 'diameter' AND d.value BETWEEN 8 AND 9
+),
+near AS (  -- the frame of a lug stands on the axis of its bore
+    SELECT hole.name AS hole, hole.diameter, hole.x, hole.y, f.name AS lug,
+        sqrt(power(hole.x - f.m03, 2) + power(hole.y - f.m13, 2)) AS distance
+    FROM hole
+    JOIN feature AS f ON f.shape_id = hole.shape_id
+    JOIN feature_class AS k ON k.id = f.feature_class_id AND k.kind = 'lug'
 )
-SELECT hole.name AS hole, hole.diameter, hole.x, hole.y, min(sqrt((hole.x - bore.x) * (hole.x - bore.x) + (hole.y - bore.y) * (hole.y - bore.y))) AS distance
-FROM hole
-JOIN hole AS bore ON abs(bore.diameter - 42) < 0.01
-WHERE hole.diameter BETWEEN 8 AND 9
-GROUP BY hole.name, hole.diameter, hole.x, hole.y
-HAVING min(sqrt((hole.x - bore.x) * (hole.x - bore.x) + (hole.y - bore.y) * (hole.y - bore.y))) <= 150
-ORDER BY distance
+SELECT hole, diameter, x, y, lug, distance
+FROM near
+WHERE distance <= 150
+ORDER BY distance, hole

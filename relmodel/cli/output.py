@@ -25,11 +25,22 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -
         cells = [["" if v is None else v for v in row] for row in rows]
         words = [i for i in range(len(names)) if any(isinstance(row[i], str) and row[i] for row in cells)]
         # Text stays as it is ('007' is no number), and ten digits are enough to tell poses apart.
-        print(tabulate(cells, headers=list(names), tablefmt="simple", floatfmt=".10g", disable_numparse=words))
+        print(
+            tabulate(
+                cells,
+                headers=list(names),
+                tablefmt="simple",
+                floatfmt=".10g",
+                disable_numparse=words,
+                preserve_whitespace=True,  # a tree is indented
+            )
+        )
 
 
 def say(words: str) -> None:
     """Words for the person at the terminal: what was done, never data."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")  # a progress bar may stand on the line
     print(words, file=sys.stderr)
 
 

@@ -44,6 +44,17 @@ class Basis:
         flat = once[place] + turn * (k[-1] - k[0])
         return cls(degree, True, k, flat, np.arange(count + degree) % count)
 
+    def cuts(self, t0: float, t1: float) -> Array:
+        """Ends of an interval of the parameter with the knots clearly within, repeated where periodic."""
+        knots = self.knots
+        if self.periodic:
+            period = knots[-1] - knots[0]
+            turns = np.arange(np.floor((t0 - knots[0]) / period), np.ceil((t1 - knots[0]) / period) + 1)
+            knots = np.sort((knots[None, :-1] + turns[:, None] * period).ravel())
+        least = 1e-9 * (t1 - t0)
+        knots = knots[(knots > t0 + least) & (knots < t1 - least)]
+        return np.concatenate([[t0], knots[np.diff(knots, prepend=t0) > least], [t1]])
+
     def functions(self, t: Array) -> tuple[Index, Array, Array]:
         """Poles (n, p + 1) that bear on each parameter (n,), with the values and first derivatives of their functions.
 
@@ -103,8 +114,25 @@ def surface(
     return projected, by_u, _projected(point, by_v)[1]
 
 
+def surface_grid(
+    u_basis: Basis, v_basis: Basis, poles: Array, weights: Array | None, u: Array, v: Array
+) -> tuple[Array, Array, Array]:
+    """As `surface`, at all of u (n,) with all of v (m,), each (n, m, 3): along one parameter after the other."""
+    net = poles if weights is None else np.concatenate([poles * weights[..., None], weights[..., None]], axis=2)
+    u_pole, u_value, u_derivative = u_basis.functions(u)
+    v_pole, v_value, v_derivative = v_basis.functions(v)
+    in_u = net[u_pole]  # (n, p + 1, all of v, d)
+    along_u, along_u_by = (np.einsum("ni,nijd->njd", x, in_u) for x in (u_value, u_derivative))
+    point, by_u = (np.einsum("mj,nmjd->nmd", v_value, x[:, v_pole]) for x in (along_u, along_u_by))
+    by_v = np.einsum("mj,nmjd->nmd", v_derivative, along_u[:, v_pole])
+    if weights is None:
+        return point, by_u, by_v
+    projected, by_u = _projected(point, by_u)
+    return projected, by_u, _projected(point, by_v)[1]
+
+
 def _projected(point: Array, derivative: Array) -> tuple[Array, Array]:
     """From homogeneous coordinates (last column the weight) to the point and its derivative."""
-    weight = point[:, -1:]
-    out = point[:, :-1] / weight
-    return out, (derivative[:, :-1] - out * derivative[:, -1:]) / weight
+    weight = point[..., -1:]
+    out = point[..., :-1] / weight
+    return out, (derivative[..., :-1] - out * derivative[..., -1:]) / weight

@@ -18,6 +18,8 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 XYZ = ("x", "y", "z")
+_EMPTY: dict[str, Any] = {}
+BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
 
@@ -34,8 +36,16 @@ def vector_columns(name: str, values: Array) -> dict[str, Array]:
 
 def box_columns(boxes: Array) -> dict[str, Array]:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) as columns x0 .. z1."""
-    names = ("x0", "y0", "z0", "x1", "y1", "z1")
-    return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(names)}
+    return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(BOX)}
+
+
+def groups(labels: Index) -> list[tuple[int, Index]]:
+    """Each label that occurs in (n,), in order, and where."""
+    if not len(labels):
+        return []
+    order = np.argsort(labels, kind="stable")
+    start = np.flatnonzero(np.append(True, np.diff(labels[order]) != 0))
+    return list(zip(labels[order[start]].tolist(), np.split(order, start[1:]), strict=True))
 
 
 @dataclass(frozen=True)
@@ -54,8 +64,9 @@ class Curves:
     """Arcs to be evaluated, many at once.
 
     columns: columns of the table `arc`.
-    splines: columns of `arc_spline`, with `key` saying whose row each is.
+    splines, offsets: columns of `arc_spline` and `arc_offset`, with `key` saying whose row each is.
     rows: value of `key` -> row of `columns`; None where `key` counts the rows.
+    basis: what offset rows refer to by row in their column `basis_arc`; None: earlier rows of these curves.
     """
 
     def __init__(
@@ -64,6 +75,8 @@ class Curves:
         splines: Mapping[str, Any],
         key: str = "arc_no",
         rows: Mapping[int, int] | None = None,
+        offsets: Mapping[str, Any] = _EMPTY,
+        basis: Curves | None = None,
     ) -> None:
         self.kind = np.asarray(columns["kind"], dtype=object)
         self.origin = vectors(columns, "origin")
@@ -88,6 +101,13 @@ class Curves:
                 None if weights is None or len(weights) == 0 else np.asarray(weights, float),
             )
 
+        self.basis = basis or self
+        self.offsets: dict[int, tuple[int, Array, float]] = {}
+        axes = vectors(offsets, "axis") if offsets else np.empty((0, 3))
+        for i, number in enumerate(offsets.get(key, ())):
+            row = int(number) if rows is None else rows[int(number)]
+            self.offsets[row] = int(offsets["basis_arc"][i]), axes[i], float(offsets["distance"][i])
+
     def __len__(self) -> int:
         return len(self.kind)
 
@@ -97,10 +117,10 @@ class Curves:
         points = np.full((len(row), 3), np.nan)
         derivatives = np.zeros((len(row), 3))
         kind = self.kind[row]
-        for name in np.unique(kind.astype(str)):
+        for name in sorted(set(kind.tolist())):
             at = np.flatnonzero(kind == name)
-            if name in _ANALYTIC:
-                a, b, a_by, b_by = _ANALYTIC[name](t[at], self.radius[row[at]], self.radius2[row[at]])
+            if name in CONICS:
+                a, b, a_by, b_by = CONICS[name](t[at], self.radius[row[at]], self.radius2[row[at]])
                 x = self.x[row[at]]
                 y = np.cross(self.z[row[at]], x)
                 points[at] = self.origin[row[at]] + a[:, None] * x + b[:, None] * y
@@ -111,39 +131,44 @@ class Curves:
             elif name == "degenerate":
                 points[at] = self.origin[row[at]]
             else:
-                for one in np.unique(row[at]):
-                    here = at[row[at] == one]
-                    points[here], derivatives[here] = self.splines[int(one)].evaluate(t[here])
+                for one, where in groups(row[at]):
+                    here = at[where]
+                    if one in self.offsets:
+                        points[here], derivatives[here] = self._offset(one, t[here])
+                    else:
+                        points[here], derivatives[here] = self.splines[one].evaluate(t[here])
         return points, derivatives
+
+    def _offset(self, row: int, t: Array) -> tuple[Array, Array]:
+        """Points exact; derivatives by central differences (relative error about 1e-8)."""
+        basis, axis, distance = self.offsets[row]
+
+        def points(t: Array) -> Array:
+            at, by = self.basis.evaluate(np.full(len(t), basis), t)
+            across = np.cross(by, axis)
+            return np.asarray(at + distance * across / np.linalg.norm(across, axis=1, keepdims=True))
+
+        h = 1e-5 * (self.t1[row] - self.t0[row])
+        return points(t), (points(t + h) - points(t - h)) / (2 * h)
 
     def spans(self) -> tuple[Index, Array, Array]:
         """Smooth pieces of all arcs in order of rows and parameter: row, start and end of each."""
-        rows, starts, ends = [], [], []
-        for row in range(len(self)):
-            if row in self.splines:
-                basis = self.splines[row].basis
-                knots = basis.knots
-                if basis.periodic:
-                    period = knots[-1] - knots[0]
-                    first = np.floor((self.t0[row] - knots[0]) / period)
-                    last = np.ceil((self.t1[row] - knots[0]) / period)
-                    turns = np.arange(first, last + 1)
-                    knots = np.unique(knots[None, :-1] + turns[:, None] * period)
-                inner = knots[(knots > self.t0[row]) & (knots < self.t1[row])]
-                cuts = np.concatenate([[self.t0[row]], inner, [self.t1[row]]])
-            elif self.kind[row] in ("circle", "ellipse", "parabola", "hyperbola"):
-                pieces = max(
-                    1 if self.kind[row] == "circle" else 4, int(np.ceil((self.t1[row] - self.t0[row]) / (np.pi / 4)))
-                )
-                cuts = np.linspace(self.t0[row], self.t1[row], min(pieces, 64) + 1)
-            else:
-                cuts = np.array([self.t0[row], self.t1[row]])
-            rows.append(np.full(len(cuts) - 1, row))
-            starts.append(cuts[:-1])
-            ends.append(cuts[1:])
-        if not rows:
+        cuts = [self.cuts(row, self.t0[row], self.t1[row]) for row in range(len(self))]
+        if not cuts:
             return np.empty(0, np.int64), np.empty(0), np.empty(0)
-        return np.concatenate(rows).astype(np.int64), np.concatenate(starts), np.concatenate(ends)
+        rows = np.repeat(np.arange(len(cuts)), [len(c) - 1 for c in cuts])
+        return rows, np.concatenate([c[:-1] for c in cuts]), np.concatenate([c[1:] for c in cuts])
+
+    def cuts(self, row: int, t0: float, t1: float) -> Array:
+        """Ends of an interval of an arc's parameter with those of the smooth pieces within."""
+        if row in self.splines:
+            return self.splines[row].basis.cuts(t0, t1)
+        if row in self.offsets:
+            return self.basis.cuts(self.offsets[row][0], t0, t1)
+        if self.kind[row] in CONICS:
+            pieces = max(1 if self.kind[row] == "circle" else 4, int(np.ceil((t1 - t0) / (np.pi / 4))))
+            return np.linspace(t0, t1, min(pieces, 64) + 1)
+        return np.array([t0, t1])
 
     def lengths(self) -> Array:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
@@ -188,28 +213,30 @@ class Curves:
                 np.minimum.at(low[:, axis], at[inside], value)
                 np.maximum.at(high[:, axis], at[inside], value)
 
-    def _widen_free(self, low: Array, high: Array, samples: int = 17, halvings: int = 24) -> None:
-        """Extremes of other kinds: where a derivative changes its sign between samples, by bisection."""
+    def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
+        """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
         row, start, end = self.spans()
         free = ~np.isin(self.kind[row].astype(str), ("line", "circle", "ellipse", "degenerate"))
         row, start, end = row[free], start[free], end[free]
         if not len(row):
             return
-        t = start[:, None] + (end - start)[:, None] * np.linspace(0, 1, samples)
+        steps = np.linspace(0, 1, samples)
+        t = start[:, None] + (end - start)[:, None] * steps
         points, by = self.evaluate(np.repeat(row, samples), t.ravel())
         by = by.reshape(-1, samples, 3)
         np.minimum.at(low, np.repeat(row, samples), points)
         np.maximum.at(high, np.repeat(row, samples), points)
         span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
-        left, right = t[span, step], t[span, step + 1]
-        rising = by[span, step, axis] > 0
-        for _ in range(halvings):
-            middle = (left + right) / 2
-            before = (self.evaluate(row[span], middle)[1][np.arange(len(axis)), axis] > 0) == rising
-            left, right = np.where(before, middle, left), np.where(before, right, middle)
-        value = self.evaluate(row[span], left)[0][np.arange(len(axis)), axis]
-        np.minimum.at(low, (row[span], axis), value)
-        np.maximum.at(high, (row[span], axis), value)
+        row, left, right = row[span], t[span, step], t[span, step + 1]
+        every = np.arange(len(axis))
+        for _ in range(rounds):  # an error e of the parameter is one of e^2 in the extreme
+            t = left[:, None] + (right - left)[:, None] * steps
+            by = self.evaluate(np.repeat(row, samples), t.ravel())[1].reshape(-1, samples, 3)[every, :, axis]
+            step = np.argmax(by[:, :-1] * by[:, 1:] <= 0, axis=1)
+            left, right = t[every, step], t[every, step + 1]
+        value = self.evaluate(row, left)[0][every, axis]
+        np.minimum.at(low, (row, axis), value)
+        np.maximum.at(high, (row, axis), value)
 
 
 def _circle(t: Array, radius: Array, _: Array) -> tuple[Array, Array, Array, Array]:
@@ -232,4 +259,4 @@ def _hyperbola(t: Array, radius: Array, radius2: Array) -> tuple[Array, Array, A
 
 
 # Coordinates along X and Y of the curve's frame, and their derivatives.
-_ANALYTIC = {"circle": _circle, "ellipse": _ellipse, "parabola": _parabola, "hyperbola": _hyperbola}
+CONICS = {"circle": _circle, "ellipse": _ellipse, "parabola": _parabola, "hyperbola": _hyperbola}

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
-from relmodel.geometry.curves import Curves, vectors
+from relmodel.geometry.curves import Curves, groups, vectors
 
 Array = npt.NDArray[np.float64]
 
@@ -38,7 +38,7 @@ class Surfaces:
     splines, swept: columns of `surface_spline` and `surface_swept`, with `key` saying whose row each is.
     rows: value of `key` -> row of `columns`; None where `key` counts the rows.
     basis_curves, basis_surfaces: what swept rows refer to by row in their columns `basis_arc`, `basis_surface`
-        (-1 is none).
+        (-1 is none); without basis surfaces these are earlier rows of the surfaces themselves.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Surfaces:
                 float(swept["distance"][i]),
             )
         self.basis_curves = basis_curves
-        self.basis_surfaces = basis_surfaces
+        self.basis_surfaces = basis_surfaces or self
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -87,27 +87,41 @@ class Surfaces:
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
         out = SurfacePoints(*(np.full((len(row), 3), np.nan) for _ in range(3)))
         kind = self.kind[row]
-        for name in np.unique(kind.astype(str)):
+        for name in sorted(set(kind.tolist())):
             at = np.flatnonzero(kind == name)
             if name in ANALYTIC_KINDS:
                 _fill(out, at, self._analytic(name, row[at], u[at], v[at]))
             else:
-                for one in np.unique(row[at]):
-                    here = at[row[at] == one]
-                    _fill(out, here, self._one(int(one), u[here], v[here]))
+                for one, where in groups(row[at]):
+                    here = at[where]
+                    _fill(out, here, self._one(one, u[here], v[here]))
         return out
+
+    def evaluate_grid(self, row: int, u: Array, v: Array) -> SurfacePoints:
+        """Points of one surface at all of u (n,) with all of v (m,), those of one u after each other (n m,)."""
+        if row in self.splines:
+            return SurfacePoints(*(x.reshape(-1, 3) for x in bspline.surface_grid(*self.splines[row], u, v)))
+        return self.evaluate(np.full(len(u) * len(v), row), np.repeat(u, len(v)), np.tile(v, len(u)))
 
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        normal, good = _unit_normals(self.evaluate(row, u, v))
+        normal = self._directed(row, u, v)[1]
+        return np.where(self.reversed[row][:, None], -normal, normal)
+
+    def _directed(self, row: npt.NDArray[np.int64], u: Array, v: Array) -> tuple[SurfacePoints, Array]:
+        """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""
+        points = self.evaluate(row, u, v)
+        normal, good = _unit_normals(points)
         if not good.all():
             at = np.flatnonzero(~good)
             domain = self.domain[row[at]]
-            inside_u = u[at] + 1e-5 * ((domain[:, 0] + domain[:, 1]) / 2 - u[at])
-            inside_v = v[at] + 1e-5 * ((domain[:, 2] + domain[:, 3]) / 2 - v[at])
-            normal[at] = _unit_normals(self.evaluate(row[at], inside_u, inside_v))[0]
-        return np.where(self.reversed[row][:, None], -normal, normal)
+            way_u, way_v = (domain[:, :2].mean(1) - u[at]) * 1e-4, (domain[:, 2:].mean(1) - v[at]) * 1e-4
+            near = [_unit_normals(self.evaluate(row[at], u[at] + k * way_u, v[at] + k * way_v))[0] for k in (1, 2, 3)]
+            limit = 3 * (near[0] - near[1]) + near[2]
+            length = np.linalg.norm(limit, axis=1, keepdims=True)
+            normal[at] = limit / np.where(length > 0, length, 1.0)
+        return points, normal
 
     def parameters(self, row: npt.ArrayLike, points: Array) -> tuple[Array, Array]:
         """Parameters u, v (n,) of the points (n, 3) on the analytic surfaces `row` (n,), angles in [-pi, pi].
@@ -136,6 +150,28 @@ class Surfaces:
         ):
             v = np.where(kind == name, value, v)
         return u, v
+
+    def cuts(self, row: int, u0: float, u1: float, v0: float, v1: float) -> tuple[Array, Array]:
+        """Ends of the intervals of u and of v with those of the pieces within over which the surface is smooth."""
+        turn = [
+            np.linspace(a, b, int(np.clip(np.ceil((b - a) / (np.pi / 4)), 1, 64)) + 1) for a, b in ((u0, u1), (v0, v1))
+        ]
+        kind = self.kind[row]
+        if row in self.splines:
+            u_basis, v_basis, _, _ = self.splines[row]
+            return u_basis.cuts(u0, u1), v_basis.cuts(v0, v1)
+        if row in self.swept:
+            basis_arc, basis_surface, _, _ = self.swept[row]
+            if kind == "offset":
+                return self.basis_surfaces.cuts(basis_surface, u0, u1, v0, v1)
+            assert self.basis_curves is not None
+            if kind == "extrusion":
+                return self.basis_curves.cuts(basis_arc, u0, u1), np.array([v0, v1])
+            return turn[0], self.basis_curves.cuts(basis_arc, v0, v1)
+        return (
+            np.array([u0, u1]) if kind == "plane" else turn[0],
+            turn[1] if kind in ("sphere", "torus") else np.array([v0, v1]),
+        )
 
     def _analytic(self, kind: str, row: npt.NDArray[np.int64], u: Array, v: Array) -> SurfacePoints:
         o, x, y, z = self.origin[row], self.x[row], self.y[row], self.z[row]
@@ -174,17 +210,15 @@ class Surfaces:
             point, by = self.basis_curves.evaluate(np.full(len(u), basis_arc), v)
             arm = _turned(point - self.origin[row], axis, u)
             return SurfacePoints(self.origin[row] + arm, np.cross(axis, arm), _turned(by, axis, u))
-        assert self.basis_surfaces is not None
         return self._offset(basis_surface, distance, u, v)
 
     def _offset(self, basis: int, distance: float, u: Array, v: Array) -> SurfacePoints:
         """Points exact; partial derivatives by central differences (relative error about 1e-8)."""
-        assert self.basis_surfaces is not None
         inner = self.basis_surfaces
 
         def points(u: Array, v: Array) -> Array:
-            at = inner.evaluate(np.full(len(u), basis), u, v)
-            return at.points + distance * _unit_normals(at)[0]
+            at, normal = inner._directed(np.full(len(u), basis), u, v)
+            return at.points + distance * normal
 
         domain = inner.domain[basis]
         h, k = 1e-5 * (domain[1] - domain[0]), 1e-5 * (domain[3] - domain[2])

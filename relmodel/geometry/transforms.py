@@ -22,9 +22,9 @@ def matrix_columns(transforms: npt.ArrayLike) -> dict[str, Array]:
 
 def matrices(columns: Mapping[str, Any]) -> Array:
     """Transforms (n, 4, 4) from columns m00 .. m23."""
-    rows = np.stack([np.asarray(columns[name], float) for name in MATRIX_COLUMNS], axis=-1)
-    out = np.zeros((*rows.shape[:-1], 4, 4))
-    out[..., :3, :] = rows.reshape(*rows.shape[:-1], 3, 4)
+    out = np.zeros((*np.shape(columns[MATRIX_COLUMNS[0]]), 4, 4))
+    for name in MATRIX_COLUMNS:
+        out[..., int(name[1]), int(name[2])] = columns[name]
     out[..., 3, 3] = 1
     return out
 

@@ -57,8 +57,8 @@ class Comparison:
 def compare(store: Store, world: str | None = None) -> Comparison:
     """Measure every kind on the newest revision of a world and store which is best: `WorldIndex.load` uses it.
 
-    A run of kind `index` writes the attribute `index_kind` of the world.  Raises UsageError where no world or nothing
-    in it can be taken.
+    A run of kind `index` writes the attributes `index_kind` and `grid_cell_mm` of the world.  Raises UsageError where
+    no world or nothing in it can be taken.
     """
     with store.read() as connection:
         world_id, name = world_named(store, connection, world)
@@ -78,8 +78,9 @@ def compare(store: Store, world: str | None = None) -> Comparison:
         if known:
             connection.execute(sql.query("index_choice_change"), {"world_id": world_id, "kind": found.recommended})
         else:
-            row: dict[str, Any] = {"world_id": world_id, "name": ["index_kind"], "value_text": [found.recommended]}
-            run.append(connection, "world_attribute", {**row, "source": ["derived"]})
+            rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
+            rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
+            run.append(connection, "world_attribute", {"world_id": world_id, "source": "derived", **rows})
         run.end("ok", f"{found.recommended} is the best index of world {name}", connection)
     return found
 

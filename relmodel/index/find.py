@@ -46,15 +46,31 @@ class FoundRow:
     box: tuple[float, ...]
 
 
+# Kinds of index that are tables of the store; the others are held in process (`planner.WorldIndex`).
+STORED_KINDS = ("rtree", "octree")
+
+
 def in_volume(
-    store: Store, volume: Volume, *, level: str = "part", world: str | None = None, precision: str = "box"
+    store: Store,
+    volume: Volume,
+    *,
+    level: str = "part",
+    world: str | None = None,
+    precision: str = "box",
+    kind: str = "rtree",
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
-    return in_volumes(store, [volume], level=level, world=world, precision=precision)
+    return in_volumes(store, [volume], level=level, world=world, precision=precision, kind=kind)
 
 
 def in_volumes(
-    store: Store, volumes: Sequence[Volume], *, level: str = "part", world: str | None = None, precision: str = "box"
+    store: Store,
+    volumes: Sequence[Volume],
+    *,
+    level: str = "part",
+    world: str | None = None,
+    precision: str = "box",
+    kind: str = "rtree",
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in each of some volumes, by columns, sorted by volume_no, occurrence_id, element_no.
 
@@ -62,23 +78,28 @@ def in_volumes(
     -1 of parts), path of the placed part, name, world box x0 .. z1, box in the shape's frame shape_x0 ..
     shape_z1, world_from_occurrence m00 .. m23.
     The newest revision of the world is asked; the only world of a store needs no name, and a store without worlds holds
-    nothing.  Raises UsageError where the level, the precision or the world is unknown, or several worlds need a name.
+    nothing.  kind: the index that is asked, one of STORED_KINDS; both give the same rows.  Raises UsageError where the
+    level, the precision, the kind or the world is unknown, several worlds need a name, or there is no such index of it.
     """
     if level not in LEVELS:
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
     if precision not in PRECISIONS:
         raise UsageError(f"there is no precision {precision!r}: use one of {', '.join(PRECISIONS)}")
-    bounds = np.array([volume.bounds for volume in volumes], float).reshape(-1, 6)
-    # As text: DuckDB's client takes 0.2 ms to bind each number of a list where pandas is not installed.
-    opening, closing = "[]" if store.dialect == "duckdb" else "{}"
-    columns = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)} | {"volume_no": range(len(volumes))}
-    asked = {name: opening + ",".join(map(repr, numbers)) + closing for name, numbers in columns.items()}
-    if level != "part":
-        asked["level"] = level
-    query = "find_parts_in_boxes" if level == "part" else "find_elements_in_boxes"
+    if kind not in STORED_KINDS:
+        raise UsageError(f"the store keeps no index of the kind {kind!r}: use one of {', '.join(STORED_KINDS)}")
     with store.read() as connection:
-        world_id = world_named(store, connection, world)[0]
-        found = store.columns(connection, query, world_id=world_id, **asked)
+        world_id, name = world_named(store, connection, world)
+        if kind == "octree" and world_id >= 0 and not store.rows(connection, "octree_size", world_id=world_id)[0].cells:
+            raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
+        if kind == "rtree" and level == "part" and len(volumes) == 1:
+            asked = dict(zip(BOX_COLUMNS, volumes[0].bounds.tolist(), strict=True))
+            found = store.columns(connection, "find_parts_in_box", world_id=world_id, **asked)
+            found = {"volume_no": np.zeros(len(found["path"]), np.int64), **found}
+        else:
+            bounds = [volume.bounds for volume in volumes]
+            found = _in_boxes(
+                store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree"
+            )
         boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
         found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
         if precision == "exact":
@@ -86,17 +107,37 @@ def in_volumes(
     return found
 
 
+def _in_boxes(
+    store: Store, connection: Connection, world_id: int, level: str, boxes: list[npt.NDArray[np.float64]], how: str
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in each of some boxes, as rows of the table that the query joins."""
+    bounds = np.array(boxes, float).reshape(-1, 6)
+    # As text: DuckDB's client takes 0.2 ms to bind each number of a list where pandas is not installed.
+    opening, closing = "[]" if store.dialect == "duckdb" else "{}"
+    columns = {name: bounds[:, i].tolist() for i, name in enumerate(BOX_COLUMNS)} | {"volume_no": range(len(boxes))}
+    asked = {name: opening + ",".join(map(repr, numbers)) + closing for name, numbers in columns.items()}
+    if level == "part":
+        return store.columns(connection, f"find_parts_{how}", world_id=world_id, **asked)
+    return store.columns(connection, f"find_elements_{how}", world_id=world_id, level=level, **asked)
+
+
 def _chosen(found: dict[str, npt.NDArray[Any]], met: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
     return found if met.all() else {name: values[met] for name, values in found.items()}
 
 
 def find_rows(
-    store: Store, volume: Volume, *, level: str | None = None, world: str | None = None, precision: str = "box"
+    store: Store,
+    volume: Volume,
+    *,
+    level: str | None = None,
+    world: str | None = None,
+    precision: str = "box",
+    kind: str = "rtree",
 ) -> list[FoundRow]:
     """What lies in a volume, ready to print, sorted by path and name; without a level, parts and their features."""
     rows = []
     for asked in (level,) if level else ("part", "feature"):
-        found = in_volume(store, volume, level=asked, world=world, precision=precision)
+        found = in_volume(store, volume, level=asked, world=world, precision=precision, kind=kind)
         boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float).tolist()
         order = np.lexsort((found["element_no"], found["path"].astype(str)))
         rows += [FoundRow(str(found["path"][i]), asked, str(found["name"][i]), tuple(boxes[i])) for i in order]

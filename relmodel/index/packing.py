@@ -13,32 +13,38 @@ PAGE_SIZE = 64
 
 
 def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int64]:
-    """Page number (n,) of each box (n, 6: x0 y0 z0 x1 y1 z1).
+    """Page number (n,) of each box (n, 6: x0 y0 z0 x1 y1 z1): its place in `page_order` by `page_size`."""
+    order = page_order(boxes, page_size)
+    page = np.empty(len(order), np.int64)
+    page[order] = np.arange(len(order)) // page_size
+    return page
+
+
+def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int64]:
+    """Numbers (n,) of boxes (n, 6: x0 y0 z0 x1 y1 z1) in the order of their pages, `page_size` of them to a page.
 
     Boxes are sorted by the x of their centres and cut into slabs, each slab by y into columns, each column by z into
-    pages; pages are numbered from 0 in that order and all but the last hold `page_size` boxes.  Equal centres keep
-    the order they are given in, so that equal input gives equal pages.
+    pages.  Equal centres keep the order they are given in, so that equal input gives equal pages.
     """
     boxes = np.asarray(boxes, float).reshape(-1, 6)
     n = len(boxes)
     if n == 0:
         return np.empty(0, np.int64)
-    centre = boxes[:, :3] + boxes[:, 3:]
     page_count = -(-n // page_size)
     slab_pages = -(-page_count // _ceil_root(page_count, 3))
     column_pages = -(-slab_pages // _ceil_root(slab_pages, 2))
+    slab, column = slab_pages * page_size, column_pages * page_size
 
-    position = np.empty(n, np.int64)
-    position[np.argsort(centre[:, 0], kind="stable")] = np.arange(n)
-    slab = position // (slab_pages * page_size)
-    order = np.lexsort((centre[:, 1], slab))
-    # Slabs are full but for the last, so the place within a slab is the rest of the place in the whole.
-    position[order] = np.arange(n)
-    column = position % (slab_pages * page_size) // (column_pages * page_size)
-    order = np.lexsort((centre[:, 2], column, slab))
-    page = np.empty(n, np.int64)
-    page[order] = np.arange(n) // page_size
-    return page
+    order = np.argsort(boxes[:, 0] + boxes[:, 3], kind="stable")
+    y, z = (boxes[:, axis] + boxes[:, 3 + axis] for axis in (1, 2))
+    for first in range(0, n, slab):  # some dozens, whose columns but for the last are sorted at once
+        numbers = order[first : first + slab]
+        numbers = numbers[np.argsort(y[numbers], kind="stable")]
+        whole = len(numbers) // column * column
+        for part in (numbers[:whole].reshape(-1, column), numbers[whole:].reshape(1, -1)):
+            part[:] = np.take_along_axis(part, np.argsort(z[part], axis=1, kind="stable"), axis=1)
+        order[first : first + slab] = numbers
+    return order
 
 
 def page_boxes(
@@ -49,15 +55,19 @@ def page_boxes(
     `page` (n,) are the pages of `boxes` (n, 6), as `pack` gives them: none is empty.
     """
     boxes = np.asarray(boxes, float).reshape(-1, 6)
-    if len(boxes) == 0:
-        return np.empty(0, np.int64), np.empty((0, 6))
     counts = np.bincount(page)
-    starts = np.concatenate([[0], np.cumsum(counts[:-1])])
-    ordered = boxes[np.argsort(page, kind="stable")]
-    bounds = np.concatenate(
-        [np.minimum.reduceat(ordered[:, :3], starts), np.maximum.reduceat(ordered[:, 3:], starts)], axis=1
+    if (page[1:] < page[:-1]).any():
+        boxes = boxes[np.argsort(page, kind="stable")]
+    return counts, bounds_of_runs(boxes, np.cumsum(counts) - counts)
+
+
+def bounds_of_runs(boxes: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+    """The boxes (m, 6) that bound runs of boxes (n, 6), each from its start to that of the next, none empty."""
+    if len(starts) == 0:
+        return np.empty((0, 6))
+    return np.column_stack(
+        [(np.minimum if i < 3 else np.maximum).reduceat(np.ascontiguousarray(boxes[:, i]), starts) for i in range(6)]
     )
-    return counts, bounds
 
 
 def _ceil_root(n: int, degree: int) -> int:

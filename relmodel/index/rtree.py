@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.index.packing import pack, page_boxes
+from relmodel.index.packing import bounds_of_runs, page_order
 from relmodel.index.volumes import VolumeTable
 
 FANOUT = 16
@@ -19,23 +19,22 @@ class PackedRTree:
     """
 
     def __init__(self, boxes: npt.ArrayLike, fanout: int = FANOUT) -> None:
-        levels = [np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))]
-        parents, counts = [], []
+        levels, orders = [np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))], []
         while len(levels[-1]) > fanout:
-            parents.append(pack(levels[-1], fanout))
-            count, bounds = page_boxes(levels[-1], parents[-1])
-            counts.append(count)
-            levels.append(bounds)
+            orders.append(page_order(levels[-1], fanout))
+            ordered = levels[-1][orders[-1]]
+            levels.append(bounds_of_runs(ordered, np.arange(0, len(ordered), fanout)))
         # From the top down, order each level by its parents, so that the children of a node are contiguous.
-        orders = [np.arange(len(levels[-1]))]
-        for parent in reversed(parents):
-            place = np.argsort(orders[0])
-            orders.insert(0, np.argsort(place[parent], kind="stable"))
-        counts = [count[order] for count, order in zip(counts, orders[1:], strict=True)]
-        counts.append(np.array([len(levels[-1])]))  # the root, which needs no box
+        final = [np.arange(len(levels[-1]))]
+        counts = [np.array([len(levels[-1])])]  # of the root, which needs no box
+        for order in reversed(orders):
+            place = final[0][:, None] * fanout + np.arange(fanout)
+            there = place < len(order)
+            final.insert(0, order[place[there]])
+            counts.insert(0, there.sum(axis=1))
 
-        self._number = orders[0]
-        self._boxes = np.concatenate([level[order] for level, order in zip(levels, orders, strict=True)])
+        self._number = final[0]
+        self._boxes = np.concatenate([level[order] for level, order in zip(levels, final, strict=True)])
         self._first_child = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
         spans = [np.arange(len(self._number) + 1)]
         for count in counts:

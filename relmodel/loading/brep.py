@@ -6,17 +6,40 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
+from relmodel.geometry.normals import normals_at
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.neutral import ArcSamples, Table
+from relmodel.loading.neutral import ArcSamples, Shape, Table
 from relmodel.store.columns import Ragged
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 SMOOTH = float(np.deg2rad(1.0))
+_CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave the edge the same way
+_CUSP_MM = 0.05  # how far along such faces one looks which is the outer one
 SAMPLE_SPACING_MM = 1.0
 MOST_SAMPLES = 2000
+
+
+def curves_of(shape: Shape) -> Curves:
+    """The arcs of a shape, to be evaluated."""
+    return Curves(shape.arcs, shape.arc_splines, offsets=shape.arc_offsets, basis=_basis_curves(shape))
+
+
+def surfaces_of(shape: Shape) -> Surfaces:
+    """The surfaces of a shape, to be evaluated."""
+    if not shape.basis_surfaces:  # not read from a boundary representation
+        return Surfaces(shape.surfaces, shape.surface_splines)
+    curves = _basis_curves(shape)
+    basis = Surfaces(shape.basis_surfaces, shape.basis_surface_splines, shape.basis_surface_swept, curves)
+    return Surfaces(shape.surfaces, shape.surface_splines, shape.surface_swept, curves, basis)
+
+
+def _basis_curves(shape: Shape) -> Curves | None:
+    if not shape.basis_arcs:
+        return None
+    return Curves(shape.basis_arcs, shape.basis_arc_splines, offsets=shape.basis_arc_offsets)
 
 
 def arc_measures(curves: Curves) -> Table:
@@ -97,14 +120,18 @@ class ArcNormals:
         t0, t1 = self.curves.t0[arc], self.curves.t1[arc]
         t = np.clip(t, t0 + 1e-7 * (t1 - t0), t1 - 1e-7 * (t1 - t0))
         surface = self.surface[coedge]
+        analytic, flat = (np.isin(self.surfaces.kind, kinds)[surface] for kinds in (ANALYTIC_KINDS, "plane"))
+        points = np.zeros((len(t), 3))
+        points[~flat] = self.curves.evaluate(arc[~flat], t[~flat])[0]  # a plane has one normal everywhere
+        normals = normals_at(self.surfaces, surface, points)
         u, v = self.surfaces.domain[surface][:, :2].mean(1), self.surfaces.domain[surface][:, 2:].mean(1)
-        analytic = np.isin(self.surfaces.kind[surface].astype(str), ANALYTIC_KINDS)
-        points = self.curves.evaluate(arc[analytic], t[analytic])[0]
-        u[analytic], v[analytic] = self.surfaces.parameters(surface[analytic], points)
+        hidden = np.flatnonzero(analytic & np.isnan(normals[:, 0]))
+        u[hidden], v[hidden] = self.surfaces.parameters(surface[hidden], points[hidden])
         drawn = np.flatnonzero(~analytic & (self._pcurve[coedge] >= 0))
-        uv = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[drawn])
-        u[drawn], v[drawn] = uv.T
-        return self.surfaces.normals(surface, u, v)
+        u[drawn], v[drawn] = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[drawn])[0].T
+        rest = np.flatnonzero(np.isnan(normals[:, 0]))
+        normals[rest] = self.surfaces.normals(surface[rest], u[rest], v[rest])
+        return normals
 
 
 def adjacency(normals: ArcNormals) -> Table:
@@ -119,6 +146,10 @@ def adjacency(normals: ArcNormals) -> Table:
     angle[both] = np.arctan2(
         np.einsum("nd,nd->n", np.cross(normal_a, normal_b), tangent), np.einsum("nd,nd->n", normal_a, normal_b)
     )
+    cusps = np.flatnonzero(np.abs(angle[both]) > np.pi - _CUSP)
+    if len(cusps):
+        hollow = _hollow(normals, both[cusps], t[cusps], normal_a[cusps], tangent[cusps])
+        angle[both[cusps]] = np.where(hollow, -1.0, 1.0) * np.abs(angle[both[cusps]])
     surface = np.append(normals.surface, -1)
     surface_a, surface_b = surface[a], surface[b]
     convexity = np.select(
@@ -133,6 +164,22 @@ def adjacency(normals: ArcNormals) -> Table:
         "concave",
     )
     return {"surface_a": surface_a, "surface_b": surface_b, "convexity": convexity.tolist(), "angle": angle}
+
+
+def _hollow(normals: ArcNormals, arc: Index, t: Array, normal_a: Array, tangent: Array) -> npt.NDArray[np.bool_]:
+    """Whether it is void that lies in the cusp of arcs where both faces leave the same way, their normals opposed.
+
+    The normals alone leave it to round-off; a little way along the faces the one that lies outside of the other tells.
+    """
+    surfaces = normals.surfaces
+    points = normals.curves.evaluate(arc, t)[0] + _CUSP_MM * np.cross(normal_a, tangent)
+    feet = []
+    for coedge in (normals.a[arc], normals.b[arc]):
+        row = normals.surface[coedge]
+        feet.append(surfaces.evaluate(row, *surfaces.parameters(row, points)).points)
+    # A free-form surface has no foot here: round-off decides, as void.
+    outward = np.einsum("nd,nd->n", feet[1] - feet[0], normal_a)
+    return np.asarray(~(outward <= 0))
 
 
 def samples(normals: ArcNormals, length: Array) -> ArcSamples:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.loading.chains import Chains, chain_edges
+from relmodel.loading.face_regions import face_regions
 from relmodel.loading.fitted import surface_rows
 from relmodel.loading.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
@@ -25,12 +26,16 @@ SAMPLE_MM = 1.0
 _MOST_SAMPLES = 200_000  # of a shape
 
 
-def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
+def shape_from_triangles(
+    vertices: Floats, triangles: Ints, faces: Ints | None = None, normals: Floats | None = None
+) -> Shape | None:
     """The shape that triangles (m, 3), counter-clockwise from outside, of vertices (n, 3) in mm bound.
 
-    Vertices are welded where they coincide; None where no triangle has an area.
+    Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
+    which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
+    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.
     """
-    vertices, triangles = weld(vertices, triangles)
+    vertices, triangles, kept = weld(vertices, triangles)
     if len(triangles) == 0:
         return None
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -42,9 +47,14 @@ def shape_from_triangles(vertices: Floats, triangles: Ints) -> Shape | None:
         volume = float(np.sum(a * np.cross(b, c)) / 6)
         if volume < 0:  # inside out
             triangles = triangles[:, ::-1].copy()
+            normals = None if normals is None else -normals[:, ::-1]
             edges, _ = find_edges(vertices, triangles)
             volume = -volume
-    regions = cut_regions(vertices, triangles, edges, tolerance)
+    if faces is None:
+        regions = cut_regions(vertices, triangles, edges, tolerance)
+    else:
+        given = None if normals is None else normals[kept]
+        regions = face_regions(vertices, triangles, edges, faces[kept], tolerance, given)
     region = regions.of_triangle
     surfaces, normals = surface_rows(vertices, triangles, regions)
 

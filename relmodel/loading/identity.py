@@ -13,8 +13,8 @@ of a comparison of variants, not of a key.  A file read again gives the same num
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -61,16 +61,21 @@ class ModelKeys:
 def model_keys(model: LoadedModel) -> ModelKeys:
     """Keys of a loaded model.  Raises InputError where an assembly contains itself."""
     shapes = [shape_keys(shape) for shape in model.shapes]
-    parts = [_part_key(part, shapes[part.shape].shape) for part in model.parts]
+    parts = [_part_key(part, shapes[part.shape]) for part in model.parts]
     return ModelKeys(shapes, parts, _assembly_keys(model.assemblies, parts))
 
 
 def shape_keys(shape: Shape) -> ShapeKeys:
     """Keys of a shape and of its arcs and surfaces."""
-    arcs, arc_supports = _arc_keys(shape.arcs, shape.arc_splines)
-    basis_arcs, basis_arc_supports = _arc_keys(shape.basis_arcs, shape.basis_arc_splines)
-    basis_surfaces, basis_surface_supports = _surface_keys(
-        shape.basis_surfaces, shape.basis_surface_splines, [""] * row_count_or_none(shape.basis_surfaces), {}
+    basis_arcs, basis_arc_supports = _of_basis(
+        lambda made: _arc_keys(shape.basis_arcs, shape.basis_arc_splines, made),
+        lambda keys: _offset_keys(shape.basis_arc_offsets, keys),
+    )
+    arcs, arc_supports = _arc_keys(shape.arcs, shape.arc_splines, _offset_keys(shape.arc_offsets, basis_arcs))
+    bare = [""] * row_count_or_none(shape.basis_surfaces)
+    basis_surfaces, basis_surface_supports = _of_basis(
+        lambda made: _surface_keys(shape.basis_surfaces, shape.basis_surface_splines, bare, made),
+        lambda keys: _swept_keys(shape.basis_surface_swept, basis_arcs, keys),
     )
     swept = _swept_keys(shape.surface_swept, basis_arcs, basis_surfaces)
     loops = _loop_keys(shape, arcs)
@@ -188,12 +193,25 @@ def _support_cells(lengths: Floats, directions: Floats, angles: Floats) -> Ints:
     )
 
 
-def _arc_keys(arcs: Table, splines: Table) -> tuple[list[str], list[str]]:
+def _of_basis(
+    keys_of: Callable[[dict[int, str]], tuple[list[str], list[str]]], made_from: Callable[[list[str]], dict[int, str]]
+) -> tuple[list[str], list[str]]:
+    """Content and support keys of rows that may be made from others of the same table: again for each such level."""
+    made: dict[int, str] = {}
+    while True:
+        found = keys_of(made)
+        again = made_from(found[0])
+        if again == made:
+            return found
+        made = again
+
+
+def _arc_keys(arcs: Table, splines: Table, offsets: dict[int, str]) -> tuple[list[str], list[str]]:
     n = row_count_or_none(arcs)
     if n == 0:
         return [], []
     kinds, recognised = _texts(arcs, "kind"), _texts(arcs, "recognised_kind")
-    spline = _spline_keys(splines, "arc_no", n)
+    spline = [offsets.get(i, s) for i, s in enumerate(_spline_keys(splines, "arc_no", n))]
     origin, x, z = (_numbers(arcs, f"{c}_x {c}_y {c}_z") for c in ("origin", "axis_x", "axis_z"))
     radii = _numbers(arcs, "radius radius2")
     along = np.isin(kinds, ["line", "polyline"])[:, None]  # parameters that are lengths
@@ -264,6 +282,19 @@ def _surface_keys(
     return content, _row_keys([recognised, texts], np.where(whole[:, None], _LEAST, cells))
 
 
+def _offset_keys(offsets: Table, basis_arcs: list[str]) -> dict[int, str]:
+    if not row_count_or_none(offsets):
+        return {}
+    basis = [basis_arcs[a] for a in np.asarray(offsets["basis_arc"]).tolist()]
+    cells = np.hstack(
+        [
+            quantised(_numbers(offsets, "axis_x axis_y axis_z"), ANGLE_QUANTUM),
+            quantised(_numbers(offsets, "distance"), LENGTH_QUANTUM),
+        ]
+    )
+    return dict(zip(np.asarray(offsets["arc_no"]).tolist(), _row_keys([basis], cells), strict=True))
+
+
 def _swept_keys(swept: Table, basis_arcs: list[str], basis_surfaces: list[str]) -> dict[int, str]:
     if not row_count_or_none(swept):
         return {}
@@ -302,9 +333,12 @@ def _loop_keys(shape: Shape, arcs: list[str]) -> list[str]:
     return out
 
 
-def _part_key(part: Part, shape: str) -> str:
+def _part_key(part: Part, shape: ShapeKeys) -> str:
+    pmi = [repr((replace(p, surfaces=()), [(shape.surfaces[s], role) for s, role in p.surfaces])) for p in part.pmi]
+    marked = ["supplemental"] if part.supplemental else []
+    attributes = _attribute_texts(part.attributes)
     return content_key(
-        [part.number, part.name, part.material or "", part.colour or "", *_attribute_texts(part.attributes), shape]
+        [part.number, part.name, part.material or "", part.colour or "", *attributes, *pmi, *marked, shape.shape]
     )
 
 

@@ -4,15 +4,38 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from relmodel.errors import InputError
 from relmodel.loading import mesh, urdf
 from relmodel.loading.neutral import LoadedModel
+from relmodel.loading.step import TIME_LIMIT_S, read_step
 from relmodel.loading.write import LoadReport, SourceFile, store_model
+from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 
 STEP_SUFFIXES = (".step", ".stp", ".p21")
+
+
+# Files read side by side; what is read is held in memory until its turn to be stored comes.
+READERS = 2
+
+
+@dataclass(frozen=True)
+class Request:
+    """A file to load, under which name and variant, and how: as the parameters of `load`."""
+
+    path: Path
+    name: str
+    variant: str = ""
+    unit: str | None = None
+    allow_partial: bool = False
+    time_limit_s: float = TIME_LIMIT_S
 
 
 def load(
@@ -23,38 +46,98 @@ def load(
     variant: str = "",
     unit: str | None = None,
     allow_partial: bool = False,
+    time_limit_s: float = TIME_LIMIT_S,
 ) -> LoadReport:
     """Load a STEP, mesh or URDF file under a name and a variant.
 
-    `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
-    unless `allow_partial`.  Geometry that the store holds already is shared; the same content under the same name and
-    variant adds nothing.  Raises InputError where the file is missing or bad; the store is then as it was, but for
-    the row of the run and its load report.
+    `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading or contradicts
+    itself is refused unless `allow_partial`.  Geometry that the store holds already is shared; the same content under
+    the same name and variant adds nothing.  Raises InputError where the file is missing or bad, or takes longer than
+    `time_limit_s` to read; the store is then as it was, but for the row of the run and its load report.
     """
-    path = Path(path)
-    suffix = _suffix(path)
-    if not path.is_file():
-        raise InputError(f"there is no file {path}: check its name")
-    if path.stat().st_size == 0:
-        raise InputError(f"{path} is empty: export it again")
-    if suffix[1:] in mesh.FORMATS:
-        mesh.check_unit(path, unit)
-    elif unit is not None:
-        raise InputError(f"{path.name} states its own unit of length: leave --unit out")
-    digest = _digest(path)
-    parameters = {"name": name, "variant": variant, "unit": unit, "allow_partial": allow_partial}
+    request = Request(Path(path), name, variant, unit, allow_partial, time_limit_s)
+    ((_, outcome),) = load_all(store, [request])
+    if isinstance(outcome, InputError):
+        raise outcome
+    return outcome
+
+
+def load_all(
+    store: Store, requests: Sequence[Request], progress: Progress = silent
+) -> Iterator[tuple[Request, LoadReport | InputError]]:
+    """Load files in turn, each with its report, or the reason why it was refused; the others are loaded all the same.
+
+    The next files are read meanwhile, so the rows are those of one `load` after another, only sooner.
+    """
+    waiting = iter(requests)
+    steps = 2 * len(requests)
+    with ThreadPoolExecutor(READERS) as pool:
+        jobs = deque(_begin(pool, request) for request in islice(waiting, READERS))
+        done = 0
+        while jobs:
+            request, job = jobs.popleft()
+            outcome: LoadReport | InputError
+            if isinstance(job, _Job):
+                progress(f"{request.path.name}: reading", done, steps)
+                wait([job.reading])
+            jobs.extend(_begin(pool, following) for following in islice(waiting, 1))
+            if isinstance(job, _Job):
+                progress(f"{request.path.name}: storing", done + 1, steps)
+                try:
+                    outcome = _store(store, request, job)
+                except InputError as error:
+                    outcome = error
+            else:
+                outcome = job
+            done += 2
+            yield request, outcome
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A file that is being read.  reading: gives the model and how long it took, s."""
+
+    digest: str
+    inputs: dict[str, tuple[str, str]]
+    packages: tuple[str, ...]
+    reading: Future[tuple[LoadedModel, float]]
+
+
+def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | InputError]:
+    """Begin to read a file, unless the call is bad."""
+    path, unit = request.path, request.unit
+    try:
+        suffix = _suffix(path)
+        if not path.is_file():
+            raise InputError(f"there is no file {path}: check its name")
+        if path.stat().st_size == 0:
+            raise InputError(f"{path} is empty: export it again")
+        if suffix[1:] in mesh.FORMATS:
+            mesh.check_unit(path, unit)
+        elif unit is not None:
+            raise InputError(f"{path.name} states its own unit of length: leave --unit out")
+        digest = _digest(path)
+        inputs = {"model": (path.name, digest)}
+        if suffix == urdf.SUFFIX:
+            inputs |= {f"mesh {i}": (file.name, _digest(file)) for i, file in enumerate(urdf.mesh_files(path))}
+    except InputError as error:
+        return request, error
     packages = ("cadquery-ocp-novtk",) if suffix in STEP_SUFFIXES else ("trimesh",)
-    inputs = {"model": (path.name, digest)}
-    if suffix == urdf.SUFFIX:
-        inputs |= {f"mesh {i}": (file.name, _digest(file)) for i, file in enumerate(urdf.mesh_files(path))}
-    with Run.begin(store, "load", parameters, inputs=inputs, packages=(*packages, "numpy", "duckdb")) as run:
+    return request, _Job(digest, inputs, (*packages, "numpy", "duckdb"), pool.submit(_read, request, suffix))
+
+
+def _store(store: Store, request: Request, job: _Job) -> LoadReport:
+    """Store what was read, in a run of its own."""
+    named = {"name": request.name, "variant": request.variant}
+    parameters = {**named, "unit": request.unit, "allow_partial": request.allow_partial}
+    with Run.begin(store, "load", parameters, inputs=job.inputs, packages=job.packages) as run:
         try:
+            model, read = job.reading.result()
             began = time.perf_counter()
-            model = _read(path, suffix, unit, allow_partial)
-            read = time.perf_counter()
             with run.write() as connection:
-                report = store_model(run, connection, model, name, variant, SourceFile(path.name, digest))
-                run.steps(connection, {"read": read - began, "store": time.perf_counter() - read})
+                source = SourceFile(request.path.name, job.digest)
+                report = store_model(run, connection, model, request.name, request.variant, source)
+                run.steps(connection, {"read": read, "store": time.perf_counter() - began})
                 run.end("ok", connection=connection)
         except Exception as error:
             message = str(error) or type(error).__name__
@@ -84,11 +167,13 @@ def _suffix(path: Path) -> str:
     raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
 
 
-def _read(path: Path, suffix: str, unit: str | None, allow_partial: bool) -> LoadedModel:
+def _read(request: Request, suffix: str) -> tuple[LoadedModel, float]:
+    """The model of a file, and how long it took to read, s."""
+    began = time.perf_counter()
     if suffix == urdf.SUFFIX:
-        return urdf.read_urdf(path)
-    if suffix not in STEP_SUFFIXES:
-        return mesh.read_mesh(path, unit)
-    from relmodel.loading.step import read_step
-
-    return read_step(path, allow_partial=allow_partial)
+        model = urdf.read_urdf(request.path)
+    elif suffix in STEP_SUFFIXES:
+        model = read_step(request.path, allow_partial=request.allow_partial, time_limit_s=request.time_limit_s)
+    else:
+        model = mesh.read_mesh(request.path, request.unit)
+    return model, time.perf_counter() - began

@@ -56,7 +56,9 @@ class Shape:
         of `shape_arc`; row = arc_no.
     arc_splines: columns of `arc_spline`, `arc_no` for the identity.
     loops, coedges, pcurves: columns of the tables, with `surface_no` and `arc_no` for identities.
-    basis_*: curves and surfaces that swept surfaces are made from, same columns as arcs and surfaces.
+    arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
+    basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
+        is itself made from others refers to rows before it.
     """
 
     kind: Literal["solid", "sheet", "wire", "mesh"]
@@ -75,11 +77,38 @@ class Shape:
     basis_surface_splines: Table
     mesh: Mesh
     samples: ArcSamples
+    arc_offsets: Table = field(default_factory=dict)
+    basis_arc_offsets: Table = field(default_factory=dict)
+    basis_surface_swept: Table = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Pmi:
+    """A dimension, tolerance or datum: `part_pmi`, `part_pmi_datum` and `part_pmi_surface`.
+
+    datums: precedence, letter and modifier; of a datum its own letter.  surfaces: surface_no and role.
+    """
+
+    kind: str
+    type: str
+    name: str
+    value: float | None = None
+    lower_limit: float | None = None
+    upper_limit: float | None = None
+    unit: str | None = None
+    stated_unit: str | None = None
+    modifier: str | None = None
+    zone: str | None = None
+    datums: tuple[tuple[int, str, str | None], ...] = ()
+    surfaces: tuple[tuple[int, str], ...] = ()
 
 
 @dataclass
 class Part:
-    """A product and the shape (index into `LoadedModel.shapes`) that it has."""
+    """A product and the shape (index into `LoadedModel.shapes`) that it has.
+
+    supplemental: construction and reference geometry, or drawn annotation, of a product; not material.
+    """
 
     number: str
     name: str
@@ -87,6 +116,8 @@ class Part:
     material: str | None = None
     colour: str | None = None
     attributes: list[Attribute] = field(default_factory=list)
+    pmi: list[Pmi] = field(default_factory=list)
+    supplemental: bool = False
 
 
 @dataclass
@@ -132,3 +163,4 @@ class LoadedModel:
     faces_in_file: int | None  # by the file's text; None where the format has no such count
     faces_loaded: int
     loader_version: str
+    damage: str | None = None  # what the file contradicts itself in, where it was taken all the same

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,12 +11,22 @@ from relmodel.errors import InputError
 
 # A string ends at a quote that is not doubled; a comment at the first */.
 _BLANKED = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
-_COUNTED = (b"ADVANCED_FACE", b"FACE_SURFACE", b"NEXT_ASSEMBLY_USAGE_OCCURRENCE", b"PRODUCT", b"EDGE_CURVE")
+_EXACT = (b"ADVANCED_FACE", b"FACE_SURFACE")
+_TESSELLATED = (b"TRIANGULATED_FACE", b"COMPLEX_TRIANGULATED_FACE")
+_COUNTED = (
+    *_EXACT,
+    *_TESSELLATED,
+    b"NEXT_ASSEMBLY_USAGE_OCCURRENCE",
+    b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
+    b"PRODUCT",
+    b"EDGE_CURVE",
+)
 _ENTITY = re.compile(rb"\b(" + b"|".join(_COUNTED) + rb")\s*\(")
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*([^;]*);")
 _DEFINED = re.compile(rb"#(\d+)\s*=")
 _REFERENCE = re.compile(rb"#(\d+)")
-_FACE = re.compile(rb"\b(?:ADVANCED_FACE|FACE_SURFACE)\s*\(")
+_FACE = re.compile(rb"\b(?:" + b"|".join(_EXACT) + rb")\s*\(")
+_TESSELLATED_FACE = re.compile(rb"\b(?:" + b"|".join(_TESSELLATED) + rb")\s*\(")
 _SHAPE = re.compile(rb"SHAPE_REPRESENTATION\s*\(")
 _PRODUCT = re.compile(rb"=\s*PRODUCT\s*\(\s*'((?:[^']|'')*)'\s*,\s*'((?:[^']|'')*)'")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
@@ -25,7 +36,8 @@ _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
 class Summary:
     """schema_name: as written, with the numbers behind it left off.  Counts are of instances in the data section.
 
-    missing: an instance that is referred to but not there, by its number; None in a whole file.
+    damage: what shows that the text has lost or altered instances, as a clause ("it ..."); None in a whole file.
+    faces: exact ones; where a file has none, those that it gives as triangles.
     numbers: identifier of each product by its name, where one product alone has that name.
     """
 
@@ -34,7 +46,7 @@ class Summary:
     edges: int
     products: int
     usages: int
-    missing: int | None
+    damage: str | None
     numbers: dict[str, str]
 
 
@@ -61,19 +73,29 @@ def summarise(path: Path, name: str | None = None) -> Summary:
     named, names = dict(products), [name for name, _ in products]
     return Summary(
         schema_name=schema[1].decode("latin-1").split("{")[0].strip() if schema else None,
-        faces=counts[b"ADVANCED_FACE"] + counts[b"FACE_SURFACE"],
+        faces=sum(counts[name] for name in _EXACT) or sum(counts[name] for name in _TESSELLATED),
         edges=counts[b"EDGE_CURVE"],
         products=counts[b"PRODUCT"],
         usages=counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"],
-        missing=_missing(blanked),
+        damage=_damage(blanked, counts),
         numbers={name: number for name, number in named.items() if number and names.count(name) == 1},
     )
 
 
-def _missing(blanked: bytes) -> int | None:
-    there = set(_DEFINED.findall(blanked))
+def _damage(blanked: bytes, counts: dict[bytes, int]) -> str | None:
+    defined = _DEFINED.findall(blanked)
+    there = set(defined)
     absent = set(_REFERENCE.findall(blanked)) - there
-    return min(map(int, absent), default=None)
+    if absent:
+        return f"it refers to #{min(map(int, absent))}, which it does not hold"
+    if len(there) < len(defined):
+        twice = min(int(number) for number, count in Counter(defined).items() if count > 1)
+        return f"it defines #{twice} more than once"
+    # Writers that place one use of a product by this entity place all of them by it.
+    usages, placed = counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"], counts[b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"]
+    if 0 < placed < usages:
+        return f"it does not say where {usages - placed} of {usages} components stand"
+    return None
 
 
 def _text(written: bytes) -> str:
@@ -88,11 +110,12 @@ def faces_in_use(path: Path) -> int:
     instances = {int(one[1]): one[2] for one in _INSTANCE.finditer(_BLANKED.sub(b"''", path.read_bytes()))}
     waiting = [number for number, text in instances.items() if _SHAPE.search(text)]
     reached = set(waiting)
-    faces = 0
+    exact = tessellated = 0
     while waiting:
         text = instances.get(waiting.pop(), b"")
-        faces += bool(_FACE.search(text))
+        exact += bool(_FACE.search(text))
+        tessellated += bool(_TESSELLATED_FACE.search(text))
         fresh = {int(number) for number in _REFERENCE.findall(text)} - reached
         reached |= fresh
         waiting.extend(fresh)
-    return faces
+    return exact or tessellated

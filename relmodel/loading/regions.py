@@ -33,22 +33,25 @@ class Edges:
     angle: Floats  # dihedral, positive convex, NaN where there is no triangle b
 
 
-def weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
-    """Merge vertices that coincide; drop triangles without area and those that are given twice."""
+def weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
+    """Merge vertices that coincide; drop triangles without area and those that are given twice.
+
+    The third result says which triangles are left.
+    """
     used = np.unique(triangles)
     if len(used) == 0:
-        return vertices[:0], triangles[:0]
+        return vertices[:0], triangles[:0], np.empty(0, np.int64)
     extent = float(np.ptp(vertices[used], axis=0).max())
     cells = np.round((vertices - vertices[used].min(axis=0)) / max(extent * 1e-7, 1e-7)).astype(np.int64)
     _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     vertices, triangles = vertices[first], inverse.ravel()[triangles]
     corner = vertices[triangles]
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
-    triangles = triangles[area > 1e-12 * extent * extent]
-    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
-    triangles = triangles[np.sort(first)]
-    used, inverse = np.unique(triangles, return_inverse=True)
-    return vertices[used], inverse.reshape(-1, 3)
+    kept = np.flatnonzero(area > 1e-12 * extent * extent)
+    _, first = np.unique(np.sort(triangles[kept], axis=1), axis=0, return_index=True)
+    kept = kept[np.sort(first)]
+    used, inverse = np.unique(triangles[kept], return_inverse=True)
+    return vertices[used], inverse.reshape(-1, 3), kept
 
 
 def area_normals(vertices: Floats, triangles: Ints) -> Floats:

@@ -3,8 +3,9 @@
 Relations that carry over (coplanar, coaxial, concentric, collinear, equal radius) are found as groups, by directions,
 offsets, axes and radii; each member of a group is related to the next one of it, so that a group of n gives n - 1 rows
 and a recursive query the whole group.  Parallel planes are related to the nearest that they overlap, seen along the
-normal; perpendicular and tangent ones where they are adjacent; parallel lines where they bound one surface; arcs that
-meet, and whether they do so tangentially, where they end in one point.
+normal, and axes to the nearest of their direction; perpendicular and tangent surfaces where they are adjacent;
+parallel lines where they bound one surface; arcs that meet, and whether they do so tangentially, where they end in one
+point.
 """
 
 from __future__ import annotations
@@ -55,6 +56,7 @@ def surface_relations(shape: Shape) -> Table:
         _chain("concentric", concentric, order, np.zeros(len(kinds)), length_tolerance),
         _chain("equal_radius", equal, order, radius, length_tolerance),
         _parallel_planes(s, axis, direction, offset, plane, angle_tolerance, length_tolerance),
+        _parallel_axes(foot, direction, coaxial, angle_tolerance),
         *_of_adjacent(shape, kinds, axis, angle_tolerance),
     ]
     return _table(rows, "surface")
@@ -139,6 +141,23 @@ def _parallel_planes(
     first = np.concatenate([*a, np.empty(0, np.int64)])
     second = np.concatenate([*b, np.empty(0, np.int64)])
     return "parallel", first, second, offset[second] - offset[first], angle_tolerance
+
+
+def _parallel_axes(foot: Floats, direction: Ints, coaxial: Ints, angle_tolerance: float) -> _Rows:
+    """Each axis with the nearest other of its direction, told by the first surface on either, and their distance."""
+    from scipy.spatial import cKDTree
+
+    _, first = np.unique(coaxial, return_index=True)
+    rows = first[coaxial[first] >= 0]
+    # Feet of the perpendiculars from one point: as far apart as the axes are.  Other directions are out of reach.
+    apart = 4 * float(np.abs(foot[rows]).max(initial=1.0))
+    _, there = np.unique(direction[rows], return_inverse=True)
+    if len(rows) < 2:
+        return "parallel", rows[:0], rows[:0], np.empty(0), angle_tolerance
+    places = np.column_stack([foot[rows], there * apart])
+    distance, near = (np.asarray(x)[:, 1] for x in cKDTree(places).query(places, k=2))
+    same = there[near] == there
+    return "parallel", rows[same], rows[near[same]], distance[same], angle_tolerance
 
 
 def _shadows(surfaces: Table, normal: Floats, direction: Ints, rows: Ints) -> tuple[Floats, Floats]:

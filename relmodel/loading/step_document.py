@@ -6,7 +6,9 @@ Runs in the child process of `step_kernel.py` alone.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,30 +20,21 @@ from OCP.collections import (
 from OCP.collections import Sequence_TCollection_AsciiString, Sequence_TDF_Label
 from OCP.gp import gp_Pnt, gp_Trsf
 from OCP.IFSelect import IFSelect_ReturnStatus
-from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
-from OCP.TDataStd import TDataStd_Name, TDataStd_TreeNode
 from OCP.TDF import TDF_Label
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
-from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
-from OCP.XCAFDoc import (
-    XCAFDoc,
-    XCAFDoc_Area,
-    XCAFDoc_ColorTool,
-    XCAFDoc_ColorType,
-    XCAFDoc_DocumentTool,
-    XCAFDoc_Material,
-    XCAFDoc_ShapeTool,
-    XCAFDoc_Volume,
-)
+from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
-from relmodel.loading import step_geometry, step_shape
+from relmodel.loading import step_geometry, step_shape, step_supplemental, step_tessellated, step_text
 from relmodel.loading.neutral import Assembly, Attribute, Instance, LoadedModel, Part, Shape
+from relmodel.loading.part21_instances import Instances, references
+from relmodel.loading.part21_units import unit as unit_of
+from relmodel.loading.step_labels import attributes_of, colour_of, entry, material_of, name_of
 
-LOADER_VERSION = f"step-1 ocp-{OCP.__version__}"
+LOADER_VERSION = f"step-2 ocp-{OCP.__version__}"
 
 # Names of length units as the kernel gives them (of SI units in full, of conversion-based ones as in the file).
 UNITS_MM = {
@@ -76,6 +69,10 @@ class UnreadableError(Exception):
     """The kernel will not have the file."""
 
 
+class UnknownUnitError(Exception):
+    """Nobody can tell how long the file's unit of length is; the message is its name."""
+
+
 def read(source: str) -> LoadedModel:
     """Read a STEP file; lengths become mm.  `faces_in_file` and `schema_name` are left to who reads the text."""
     document = TDocStd_Document(TCollection_ExtendedString("step"))
@@ -84,11 +81,13 @@ def read(source: str) -> LoadedModel:
         mode(True)
     if reader.ReadFile(source) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise UnreadableError("the CAD kernel finds errors in it")
-    unit, unit_mm = _unit(reader)
+    instances = Instances(Path(source).read_bytes())
+    unit, unit_mm = _unit(reader, instances)
     if not reader.Transfer(document):
         raise UnreadableError("the CAD kernel finds no shape in it")
     walk = _Walk(document)
     root = walk.root()
+    step_text.attach(walk.shapes, walk.parts, instances, reader, walk.places)
     return LoadedModel(
         format="STEP",
         schema_name=None,
@@ -104,12 +103,20 @@ def read(source: str) -> LoadedModel:
     )
 
 
-def _unit(reader: Any) -> tuple[str, float]:
+def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
+    """Name of the file's unit of length and what it is in mm, by its name or by what the text says it is."""
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
     names = [name.ToCString().strip().lower() for name in lengths]
-    unit = _ABBREVIATIONS.get(names[0], names[0]) if names else "millimetre"
-    return unit, UNITS_MM.get(unit, 1.0)
+    name = _ABBREVIATIONS.get(names[0], names[0]) if names else ""
+    if name in UNITS_MM:
+        return name, UNITS_MM[name]
+    for context in instances.of("GLOBAL_UNIT_ASSIGNED_CONTEXT"):
+        for pointed in references(instances.parameters(context, "GLOBAL_UNIT_ASSIGNED_CONTEXT")):
+            stated = unit_of(instances, pointed) if "LENGTH_UNIT" in instances[pointed] else None
+            if stated is not None and stated.dimension == {"length": 1.0}:
+                return name or stated.symbol, stated.factor * 1e3
+    raise UnknownUnitError(name)
 
 
 @dataclass
@@ -119,6 +126,7 @@ class _Child:
     kind: Any
     index: int
     located: np.ndarray[Any, Any]
+    beside: tuple[_Child, ...] = ()  # supplemental parts that go wherever it goes
 
 
 @dataclass
@@ -135,8 +143,9 @@ class _Walk:
         self._tool = XCAFDoc_DocumentTool.ShapeTool_s(main)
         self._layers = XCAFDoc_DocumentTool.LayerTool_s(main)
         self.faces = ShapeMap()  # every distinct face that came through, wherever it is placed
+        self._places: dict[int, list[tuple[int, int]]] = {}  # by ordinal in it: part and surface_no
         self._solids = ShapeMap()  # distinct shapes in a place of their own
-        self._shape_of: dict[tuple[int, float], int] = {}
+        self._shape_of: dict[tuple[int, float], tuple[int, list[int]]] = {}  # shape; face of each surface
         self._done: dict[tuple[str, float], _Child | None] = {}
 
     def root(self) -> int:
@@ -145,19 +154,22 @@ class _Walk:
         self._tool.GetFreeShapes(free)
         children = [(label, self._product(label, 1.0)) for label in free]
         there = [(label, child) for label, child in children if child is not None]
-        if not there:
+        if not self.faces.Extent():
             raise UnreadableError("the CAD kernel finds no face in it")
         if len(there) == 1 and there[0][1].kind == "assembly" and np.array_equal(there[0][1].located, np.eye(4)):
             return there[0][1].index
-        instances = [_instance(_name(label) or "", child, np.eye(4), _colour(label)) for label, child in there]
-        instances = [_named(one, self) for one in instances]
-        name = instances[0].name if len(instances) == 1 else "root"
+        instances = [
+            one
+            for label, child in there
+            for one in self._instances(name_of(label) or "", child, np.eye(4), colour_of(label))
+        ]
+        name = instances[0].name if len(there) == 1 else "root"
         self.assemblies.append(Assembly(name, instances))
         return len(self.assemblies) - 1
 
     def _product(self, label: Any, scale: float) -> _Child | None:
         """The product of a label, scaled by a factor (negative: mirrored); None where nothing of it has a face."""
-        key = (_entry(label), scale)
+        key = (entry(label), scale)
         if key not in self._done:
             assembly = XCAFDoc_ShapeTool.IsAssembly_s(label)
             self._done[key] = self._assembly(label, scale) if assembly else self._part(label, scale)
@@ -165,49 +177,62 @@ class _Walk:
 
     def _assembly(self, label: Any, scale: float) -> _Child | None:
         instances: list[Instance] = []
-        wrapper, loose = True, 0
+        wrapper = True
         for component, referred, trsf, split in _components(label):
             placed, factor = _rigid(trsf)
             child = self._product(referred, scale * factor)
             if child is None:
-                loose += _loose_edges(XCAFDoc_ShapeTool.GetShape_s(referred))
                 continue
             placed[:3, 3] *= scale
             wrapper &= split
-            instances.append(_instance("" if split else _name(component) or "", child, placed, _colour(component)))
+            name = "" if split else name_of(component) or ""
+            instances += self._instances(name, child, placed, colour_of(component))
         if not instances:
             return None
-        attributes = _attributes(label)
-        if loose:
-            attributes.append(("supplemental edges", float(loose), None))
+        name = name_of(label) or "assembly"
         if wrapper and all(one.kind == "part" for one in instances):
-            solid = [one for one in instances if self.shapes[self.parts[one.child].shape].kind == "solid"]
-            if len(instances) == 1:
-                return self._collapsed(label, instances[0], attributes)
-            if len(solid) == 1 and _name(label):
-                self._mark_supplemental(label, solid[0], instances)
-        named = [_named(one, self) for one in instances]
-        self.assemblies.append(Assembly(_name(label) or "assembly", named, attributes))
+            bodies, beside = self._bodies(instances)
+            if len(bodies) == 1:
+                name = name_of(label) or self.parts[bodies[0].child].name
+            for i, one in enumerate(beside):
+                self._mark_supplemental(one, f"{name} supplemental {i + 1}")
+            if len(bodies) == 1:
+                return self._collapsed(label, name, bodies[0], beside)
+        self.assemblies.append(Assembly(name, instances, attributes_of(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
-    def _mark_supplemental(self, label: Any, body: Instance, instances: list[Instance]) -> None:
-        """Name what the kernel split a product into: its one solid body after it, the sheets beside it after both."""
-        self._collapsed(label, body, [])
-        name = self.parts[body.child].name
-        for i, one in enumerate(other for other in instances if other is not body):
-            sheet = self.parts[one.child]
-            sheet.number = sheet.name = one.name = f"{name} supplemental {i + 1}"
-            sheet.attributes.append(("supplemental", "sheet", None))
-        body.name = name
+    def _bodies(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
+        """What a product is made of, and what is supplemental: sheets beside solids, wires beside either."""
+        rank = [self._rank(self.shapes[self.parts[one.child].shape]) for one in instances]
+        bodies = [one for one, its in zip(instances, rank, strict=True) if its == min(rank)]
+        return bodies, [one for one in instances if not any(one is body for body in bodies)]
 
-    def _collapsed(self, label: Any, inner: Instance, attributes: list[Attribute]) -> _Child:
-        """The one part of a product that the kernel wrapped: it takes the product's name and attributes."""
-        part = self.parts[inner.child]
-        part.number = part.name = _name(label) or part.name
-        part.material = part.material or _material(label)
-        part.colour = _colour(label) or inner.colour or part.colour
-        part.attributes = attributes + part.attributes
-        return _Child("part", inner.child, inner.parent_from_child)
+    @staticmethod
+    def _rank(shape: Shape) -> int:
+        """0: encloses a volume, 1: sheet, 2: wire."""
+        return 2 if shape.kind == "wire" else int(shape.volume is None)
+
+    def _collapsed(self, label: Any, name: str, body: Instance, beside: list[Instance]) -> _Child:
+        """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
+        part = self.parts[body.child]
+        part.number = part.name = name
+        part.material = part.material or material_of(label)
+        part.colour = colour_of(label) or body.colour or part.colour
+        own = {name for name, *_ in part.attributes}
+        part.attributes += [one for one in attributes_of(label) if one[0] not in own]
+        others = tuple(_Child("part", one.child, one.parent_from_child) for one in beside)
+        return _Child("part", body.child, body.parent_from_child, others)
+
+    def _mark_supplemental(self, instance: Instance, name: str) -> None:
+        part = self.parts[instance.child]
+        part.number = part.name = instance.name = name
+        part.supplemental = True
+
+    def _instances(self, name: str, child: _Child, placed: Any, colour: str | None) -> list[Instance]:
+        """Instance of a child, named after it where `name` is empty, and of what goes with it."""
+        named: Any = self.parts[child.index] if child.kind == "part" else self.assemblies[child.index]
+        first = Instance(name or named.name, child.kind, child.index, placed @ child.located, colour)
+        return [first, *(one for other in child.beside for one in self._instances("", other, placed, None))]
 
     def _part(self, label: Any, scale: float) -> _Child | None:
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
@@ -216,23 +241,86 @@ class _Walk:
         located, factor = _rigid(shape.Location().Transformation())
         located[:3, 3] *= scale
         shape = shape.Located(TopLoc_Location())
-        faces = step_shape.face_map(shape)
-        if not faces.Extent():
+        scale *= factor
+        name = name_of(label) or f"part {len(self.parts) + 1}"
+        body, sheet = step_supplemental.without_loose_faces(shape)
+        child = self._body(label, body, scale, name, located)
+        beside = []
+        if sheet is not None:
+            beside.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
+            self.parts[-1].supplemental, self.parts[-1].material = True, None  # that is the body's
+        wire = self._wire(shape, scale, f"{name} supplemental", located)
+        if wire is not None:
+            beside.append(wire)
+        return wire if child is None else replace(child, beside=tuple(beside))
+
+    def _body(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
+        """The part of a product; where it has several solids an assembly of them, as the kernel makes of others."""
+        if not step_shape.face_map(shape).Extent():
             return None
-        for i in range(1, faces.Extent() + 1):
-            self.faces.Add(faces.FindKey(i).Located(TopLoc_Location()))
-        key = (self._solids.Add(shape), scale * factor)
+        solids = step_shape.solids(shape)
+        attributes = attributes_of(label)
+        if len(solids) < 2:
+            child = self._faced(label, shape, scale, name, located)
+            self.parts[child.index].attributes = attributes
+            return child
+        assembly = Assembly(name, [], attributes)
+        for i, solid in enumerate(solids):
+            one = self._faced(label, solid, scale, f"{name} {i + 1}", np.eye(4))
+            assembly.instances.append(Instance(f"{name} {i + 1}", "part", one.index, np.eye(4)))
+        self.assemblies.append(assembly)
+        return _Child("assembly", len(self.assemblies) - 1, located)
+
+    def _faced(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child:
+        """The part of a label's shape, or of a piece of it, that has faces; without attributes."""
+        faces = step_shape.face_map(shape)
+        key = (self._solids.Add(shape), scale)
         if key not in self._shape_of:
             marks = self._marks(label, faces)
-            self.shapes.append(step_shape.extract(_scaled(shape, scale * factor), *marks))
-            self._shape_of[key] = len(self.shapes) - 1
-        name = _name(label) or f"part {len(self.parts) + 1}"
-        attributes = _attributes(label)
-        loose = _loose_edges(shape)
-        if loose:
-            attributes.append(("supplemental edges", float(loose), None))
-        self.parts.append(Part(name, name, self._shape_of[key], _material(label), _colour(label), attributes))
+            if step_tessellated.is_tessellated(faces):
+                made, face_of = step_tessellated.extract(_scaled(shape, scale), *marks)
+            else:
+                made = step_shape.extract(_scaled(shape, scale), *marks)
+                face_of = list(range(faces.Extent()))
+            self.shapes.append(made)
+            self._shape_of[key] = len(self.shapes) - 1, face_of
+        shape_no, face_of = self._shape_of[key]
+        self.parts.append(Part(name, name, shape_no, material_of(label), colour_of(label)))
+        for surface_no, face in enumerate(face_of):
+            at = self.faces.Add(faces.FindKey(face + 1).Located(TopLoc_Location()))
+            self._places.setdefault(at, []).append((len(self.parts) - 1, surface_no))
         return _Child("part", len(self.parts) - 1, located)
+
+    def _wire(self, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
+        """Supplemental part of the edges of a shape that bound no face; None where there is none."""
+        edges = step_supplemental.loose_edges(shape)
+        wire = step_supplemental.extract_edges(_scaled(shape, scale)) if edges else None
+        if wire is None:
+            return None
+        self.shapes.append(wire)
+        layers = sorted({layer for layer, drawn in self._drawn if any(drawn.Contains(edge) for edge in edges)})
+        attributes: list[Attribute] = [("layer", ", ".join(layers), None)] if layers else []
+        self.parts.append(Part(name, name, len(self.shapes) - 1, None, None, attributes, supplemental=True))
+        return _Child("part", len(self.parts) - 1, located)
+
+    @cached_property
+    def _drawn(self) -> list[tuple[str, Any]]:
+        """Layers, and the shapes on each; edges may be on one without being pieces of a product."""
+        out = []
+        layers = Sequence_TDF_Label()
+        self._layers.GetLayerLabels(layers)
+        for layer in layers:
+            name, on_it, shapes = TCollection_ExtendedString(), Sequence_TDF_Label(), ShapeMap()
+            self._layers.GetLayer(layer, name)
+            XCAFDoc_LayerTool.GetShapesOfLayer_s(layer, on_it)
+            for label in on_it:
+                shapes.Add(XCAFDoc_ShapeTool.GetShape_s(label).Located(TopLoc_Location()))
+            out.append((str(name.ToExtString()), shapes))
+        return out
+
+    def places(self, face: Any) -> list[tuple[int, int]]:
+        """Part and surface_no of a face of the kernel, of each product that has it."""
+        return self._places.get(self.faces.FindIndex(face.Located(TopLoc_Location())), [])
 
     def _marks(self, label: Any, faces: Any) -> tuple[dict[int, str], dict[int, str], dict[int, str]]:
         """Names, colours and layers of faces, by ordinal; what a body or shell bears, its faces inherit."""
@@ -250,18 +338,18 @@ class _Walk:
             if shape.ShapeType().value > Type.TopAbs_FACE.value:
                 continue
             own = step_shape.face_map(shape)
-            ordinals = [faces.FindIndex(own.FindKey(i)) for i in range(1, own.Extent() + 1)]
-            if shape.ShapeType() == Type.TopAbs_FACE and (name := _name(one)):
+            ordinals = [o for i in range(1, own.Extent() + 1) if (o := faces.FindIndex(own.FindKey(i)))]
+            if shape.ShapeType() == Type.TopAbs_FACE and (name := name_of(one)):
                 names.update(dict.fromkeys(ordinals, name))
-            if colour := _colour(one):
+            if colour := colour_of(one):
                 colours.update(dict.fromkeys(ordinals, colour))
             if layer := self._layer(one):
                 layers.update(dict.fromkeys(ordinals, layer))
         return names, colours, layers
 
     def _layer(self, label: Any) -> str | None:
-        names = self._layers.GetLayers(label)
-        return ", ".join(name.ToExtString() for name in names) if names and names.Length() else None
+        names = self._layers.GetLayers(label)  # false in itself, whatever it holds
+        return ", ".join(name.ToExtString() for name in names) or None if names is not None else None
 
 
 def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:
@@ -278,21 +366,11 @@ def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:
             continue
         trsf = XCAFDoc_ShapeTool.GetLocation_s(component).Transformation()
         identity = np.allclose(step_geometry.matrix(trsf), np.eye(4), rtol=0, atol=1e-12)
-        split = identity and (_name(component) or "=>[").startswith("=>[")
-        if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not _name(referred):
+        split = identity and (name_of(component) or "=>[").startswith("=>[")
+        if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not name_of(referred):
             yield from _components(referred)
         else:
             yield component, referred, trsf, split
-
-
-def _instance(name: str, child: _Child, placed: Any, colour: str | None) -> Instance:
-    return Instance(name, child.kind, child.index, placed @ child.located, colour)
-
-
-def _named(one: Instance, walk: _Walk) -> Instance:
-    if not one.name:
-        one.name = walk.parts[one.child].name if one.kind == "part" else walk.assemblies[one.child].name
-    return one
 
 
 def _rigid(trsf: Any) -> tuple[np.ndarray[Any, Any], float]:
@@ -314,65 +392,3 @@ def _scaled(shape: Any, factor: float) -> Any:
     scaling = gp_Trsf()
     scaling.SetScale(gp_Pnt(0, 0, 0), abs(factor))
     return BRepBuilderAPI_Transform(shape, scaling.Multiplied(trsf), True).Shape()
-
-
-def _loose_edges(shape: Any) -> int:
-    """Edges that bound no face: drawn annotations and construction lines, which are left out."""
-    every = ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_EDGE, every)
-    return int(every.Extent() - step_shape.edge_map(shape).Extent())
-
-
-def _entry(label: Any) -> str:
-    """Path of a label's tags, its identity in the document."""
-    tags = []
-    while not label.IsRoot():
-        tags.append(str(label.Tag()))
-        label = label.Father()
-    return ":".join(reversed(tags))
-
-
-def _name(label: Any) -> str | None:
-    if not label.IsAttribute(TDataStd_Name.GetID_s()):
-        return None
-    name = TDataStd_Name()
-    label.FindAttribute(TDataStd_Name.GetID_s(), name)
-    return str(name.Get().ToExtString()).strip() or None
-
-
-def _colour(label: Any) -> str | None:
-    """Colour of a label as #rrggbb (sRGB); of a surface before that of the whole."""
-    for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
-        colour = Quantity_Color()
-        if XCAFDoc_ColorTool.GetColor_s(label, kind, colour):
-            parts = colour.Values(Quantity_TypeOfColor.Quantity_TOC_sRGB)
-            return "#" + "".join(f"{round(255 * min(max(p, 0.0), 1.0)):02x}" for p in parts)
-    return None
-
-
-def _material(label: Any) -> str | None:
-    guid = XCAFDoc.MaterialRefGUID_s()
-    if not label.IsAttribute(guid):
-        return None
-    node = TDataStd_TreeNode()
-    label.FindAttribute(guid, node)
-    if not node.HasFather():
-        return None
-    at = node.Father().Label()
-    if not at.IsAttribute(XCAFDoc_Material.GetID_s()):
-        return None
-    material = XCAFDoc_Material()
-    at.FindAttribute(XCAFDoc_Material.GetID_s(), material)
-    name = material.GetName()
-    return str(name.ToCString()) if name is not None else None
-
-
-def _attributes(label: Any) -> list[Attribute]:
-    """Validation properties of the file."""
-    out: list[Attribute] = []
-    for kind, name, unit in ((XCAFDoc_Volume, "validation volume", "mm3"), (XCAFDoc_Area, "validation area", "mm2")):
-        if label.IsAttribute(kind.GetID_s()):
-            value = kind()
-            label.FindAttribute(kind.GetID_s(), value)
-            out.append((name, float(value.Get()), unit))
-    return out

@@ -23,7 +23,6 @@ from OCP.Geom import (
     Geom_SphericalSurface,
     Geom_SurfaceOfLinearExtrusion,
     Geom_SurfaceOfRevolution,
-    Geom_SweptSurface,
     Geom_ToroidalSurface,
     Geom_TrimmedCurve,
 )
@@ -32,7 +31,9 @@ from OCP.Geom2d import (
     Geom2d_BSplineCurve,
     Geom2d_Circle,
     Geom2d_Ellipse,
+    Geom2d_Hyperbola,
     Geom2d_Line,
+    Geom2d_Parabola,
     Geom2d_TrimmedCurve,
 )
 from OCP.Geom2dConvert import Geom2dConvert
@@ -40,6 +41,8 @@ from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Cone, gp_Cylinder, gp_Elips, gp_Lin, gp_Pln, gp_Sphere
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 
+from relmodel.geometry.curves import Curves, vector_columns
+from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.neutral import Table
 from relmodel.store.columns import Ragged
 
@@ -60,9 +63,11 @@ def matrix(trsf: Any) -> npt.NDArray[np.float64]:
 
 
 class CurveRows:
-    """Collects columns of `arc` and `arc_spline`."""
+    """Collects columns of `arc`, `arc_spline` and `arc_offset`; what offset ones are made from goes to `basis`."""
 
-    def __init__(self) -> None:
+    def __init__(self, basis: CurveRows | None = None) -> None:
+        self.basis = basis or self
+        self._offsets: list[tuple[float, ...]] = []
         self._kinds: list[str] = []
         self._recognised: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, t0, t1
@@ -91,16 +96,17 @@ class CurveRows:
             radius, radius2 = curve.MajorRadius(), curve.MinorRadius()
         elif isinstance(curve, Geom_OffsetCurve):
             kind = "offset"
+            basis = self.basis.add(curve.BasisCurve(), t0, t1)
+            self._offsets.append((len(self._kinds), basis, *curve.Direction().Coord(), curve.Offset()))
         if kind not in ("spline", "offset"):
             return self._append(kind, kind, frame, radius, radius2, t0, t1)
-        if kind == "offset":  # no table for these: the spline nearest to it stands for it
-            curve = GeomConvert.CurveToBSplineCurve_s(Geom_TrimmedCurve(curve, t0, t1))
-        elif isinstance(curve, Geom_BezierCurve):
+        if isinstance(curve, Geom_BezierCurve):
             curve = GeomConvert.CurveToBSplineCurve_s(curve)
         recognised: str | None = None
         if shape is not None:
             recognised, frame, radius, radius2 = _recognised_curve(shape)
-        self._splines.append((len(self._kinds), curve))
+        if kind == "spline":
+            self._splines.append((len(self._kinds), curve))
         return self._append(kind, recognised or kind, frame, radius, radius2, t0, t1)
 
     def _append(self, kind: str, recognised: str, frame: tuple[float, ...], *numbers: float) -> int:
@@ -124,27 +130,44 @@ class CurveRows:
         curves = [curve for _, curve in self._splines]
         return {"arc_no": np.array([row for row, _ in self._splines], np.int64), **_spline_columns(curves)}
 
+    def offsets(self) -> Table:
+        rows = np.array(self._offsets, float).reshape(-1, 6)
+        return {
+            "arc_no": rows[:, 0].astype(np.int64),
+            "basis_arc": rows[:, 1].astype(np.int64),
+            **vector_columns("axis", rows[:, 2:5]),
+            "distance": rows[:, 5].copy(),
+        }
+
+    def curves(self) -> Curves:
+        """The curves to be evaluated."""
+        basis = None if self.basis is self else self.basis.curves()
+        return Curves(self.columns(), self.splines(), offsets=self.offsets(), basis=basis)
+
 
 class SurfaceRows:
-    """Collects columns of `surface`, `surface_spline` and `surface_swept`, and what swept ones are made from."""
+    """Collects columns of `surface`, `surface_spline` and `surface_swept`.
 
-    def __init__(self) -> None:
+    What swept ones are made from goes to `basis_curves` and `basis`.
+    """
+
+    def __init__(self, basis_curves: CurveRows, basis: SurfaceRows | None = None) -> None:
+        self.basis_curves = basis_curves
+        self.basis = basis or self
         self._kinds: list[str] = []
         self._recognised: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, semi_angle, u0, u1, v0, v1
         self._direct: list[bool] = []
         self._reversed: list[bool] = []
         self._splines: list[tuple[int, Any]] = []
-        self._swept: list[tuple[int, int, int, float, float, float, float]] = []
-        self.basis_curves = CurveRows()
-        self._basis: SurfaceRows | None = None
+        self._swept: list[tuple[float, ...]] = []
 
     def add(self, surface: Any, domain: tuple[float, ...], reversed_: bool = False, shape: Any = None) -> int:
         """Append a surface over a domain u0 u1 v0 v1, return its row; `shape` is the face to recognise a spline on."""
         while isinstance(surface, Geom_RectangularTrimmedSurface):
             surface = surface.BasisSurface()
-        row = len(self._kinds)
         recognised, direct, frame, sizes = None, True, _NO_FRAME, (_NAN, _NAN, _NAN)
+        swept: tuple[float, ...] | None = None
         if isinstance(surface, Geom_Plane):
             kind = "plane"
         elif isinstance(surface, Geom_CylindricalSurface):
@@ -158,27 +181,21 @@ class SurfaceRows:
         elif isinstance(surface, Geom_SurfaceOfLinearExtrusion):
             kind = "extrusion"
             basis = self.basis_curves.add(surface.BasisCurve(), domain[0], domain[1])
-            self._swept.append((row, basis, -1, *surface.Direction().Coord(), _NAN))
+            swept = (basis, -1, *surface.Direction().Coord(), _NAN)
         elif isinstance(surface, Geom_SurfaceOfRevolution):
             kind = "revolution"
             basis = self.basis_curves.add(surface.BasisCurve(), domain[2], domain[3])
             axis = surface.Axis()
             frame = (*axis.Location().Coord(), *_NO_FRAME[3:6], *axis.Direction().Coord())
-            self._swept.append((row, basis, -1, *axis.Direction().Coord(), _NAN))
+            swept = (basis, -1, *axis.Direction().Coord(), _NAN)
         elif isinstance(surface, Geom_OffsetSurface):
             kind = "offset"
-            under = surface.BasisSurface()
-            if isinstance(
-                under, Geom_SweptSurface
-            ):  # no table for a swept basis: the spline nearest to it stands for it
-                under = GeomConvert.SurfaceToBSplineSurface_s(Geom_RectangularTrimmedSurface(under, *domain))
-            basis = self.basis.add(under, domain)
-            self._swept.append((row, -1, basis, _NAN, _NAN, _NAN, surface.Offset()))
+            swept = (-1, self.basis.add(surface.BasisSurface(), domain), _NAN, _NAN, _NAN, surface.Offset())
         else:
             kind = "spline"
             if isinstance(surface, Geom_BezierSurface):
                 surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
-            self._splines.append((row, surface))
+            self._splines.append((len(self._kinds), surface))
         if kind in ("plane", "cylinder", "cone", "sphere", "torus"):
             position = surface.Position()
             frame, direct = _frame(position), position.Direct()
@@ -186,6 +203,9 @@ class SurfaceRows:
             recognised, found, sizes_found = _recognised_surface(shape)
             if recognised is not None and kind != "revolution":
                 frame, sizes = found, sizes_found
+        row = len(self._kinds)  # after those of the basis, which may be in the same table
+        if swept is not None:
+            self._swept.append((row, *swept))
         self._kinds.append(kind)
         self._recognised.append(recognised or kind)
         self._numbers.append((*frame, *sizes, *domain))
@@ -221,11 +241,10 @@ class SurfaceRows:
             "distance": rows[:, 6].copy(),
         }
 
-    @property
-    def basis(self) -> SurfaceRows:
-        """The surfaces that offset ones are made from."""
-        self._basis = self._basis or SurfaceRows()
-        return self._basis
+    def surfaces(self) -> Surfaces:
+        """The surfaces to be evaluated."""
+        basis = None if self.basis is self else self.basis.surfaces()
+        return Surfaces(self.columns(), self.splines(), self.swept(), self.basis_curves.curves(), basis)
 
 
 class PcurveRows:
@@ -254,6 +273,14 @@ class PcurveRows:
                 kind, radius = "circle", curve.Radius()
             else:
                 kind, radius, radius2 = "ellipse", curve.MajorRadius(), curve.MinorRadius()
+        elif isinstance(curve, Geom2d_Parabola | Geom2d_Hyperbola):
+            position = curve.Axis()
+            origin, axis = position.Location().Coord(), position.XDirection().Coord()
+            direct = position.XDirection().Crossed(position.YDirection()) > 0
+            if isinstance(curve, Geom2d_Parabola):
+                kind, radius = "parabola", curve.Focal()
+            else:
+                kind, radius, radius2 = "hyperbola", curve.MajorRadius(), curve.MinorRadius()
         else:
             kind = "spline"
             if isinstance(curve, Geom2d_BezierCurve):

@@ -11,39 +11,25 @@ import numpy as np
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepLib import BRepLib
-from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
-from OCP.ShapeAnalysis import ShapeAnalysis
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
-from OCP.TopExp import TopExp
-from OCP.TopLoc import TopLoc_Location
+from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
-from relmodel.geometry.curves import Array, Curves, box_columns, vector_columns
+from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import brep, masses, step_geometry
-from relmodel.loading.neutral import Mesh, Shape, Table
+from relmodel.loading import brep, bulges, loops, masses, step_geometry, step_mesh
+from relmodel.loading.neutral import Shape, Table
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
-# The kernel's plain integrals are rough, its adaptive ones to this relative error are good but slow.
-_PLAUSIBLE = 0.05
-_KERNEL_EPS = 1e-9
-
-CHORD_MM = 0.05
-CHORD_RAD = 0.15
-# Of a part larger than 5 m the chord grows with it, so that its mesh stays bounded.
-CHORD_SHARE = 1e-5
-
-# Kinds whose greatest extents lie on their boundary: their box is that of their arcs.
-_BOUNDED_BY_ARCS = ("plane", "cylinder", "cone", "extrusion")
+_KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its plain ones are rough
 
 
 def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
@@ -52,24 +38,27 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     face_keys, edge_keys = face_map(shape), edge_map(shape)
     faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
     edges = [TopoDS.Edge(edge_keys.FindKey(i)) for i in range(1, edge_keys.Extent() + 1)]
-    support = step_geometry.SurfaceRows()
+    basis_curve_rows = step_geometry.CurveRows()
+    basis_rows = step_geometry.SurfaceRows(basis_curve_rows)
+    support = step_geometry.SurfaceRows(basis_curve_rows, basis_rows)
     for face in faces:
         support.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), reversed_=_is_reversed(face), shape=face)
-    curve_rows = step_geometry.CurveRows()
+    curve_rows = step_geometry.CurveRows(basis_curve_rows)
     for edge in edges:
         _add_edge(curve_rows, edge)
     surface_columns = support.columns()
-    arc_columns, arc_splines = curve_rows.columns(), curve_rows.splines()
-    loops, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
+    arc_columns = curve_rows.columns()
+    bounds, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
 
-    curves = Curves(arc_columns, arc_splines)
-    basis_curves = Curves(support.basis_curves.columns(), support.basis_curves.splines())
-    basis_surfaces = Surfaces(support.basis.columns(), support.basis.splines())
-    surfaces = Surfaces(surface_columns, support.splines(), support.swept(), basis_curves, basis_surfaces)
+    curves, surfaces = curve_rows.curves(), support.surfaces()
+    loops.outer_first(surfaces, curves, bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
-    mass_columns, volume = _masses(faces, masses.face_integrals(surfaces, curves, coedges, pcurves))
+    box = np.stack([arc_columns[name] for name in BOX], axis=1)
+    middle = (box[:, :3].min(axis=0) + box[:, 3:].max(axis=0)) / 2 if len(box) else np.zeros(3)
+    integrals = masses.face_integrals(surfaces, curves, coedges, pcurves, middle)
+    mass_columns, volume = _masses(faces, integrals, middle)
     surface_columns |= mass_columns
-    surface_columns |= box_columns(_boxes(faces, surface_columns["kind"], coedges, arc_columns))
+    surface_columns |= box_columns(_boxes(faces, surfaces, surface_columns["area"], coedges, arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
     normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
@@ -82,24 +71,43 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         surface_splines=support.splines(),
         surface_swept=support.swept(),
         arcs=arc_columns,
-        arc_splines=arc_splines,
-        loops=loops,
+        arc_splines=curve_rows.splines(),
+        loops=bounds,
         coedges=coedges,
         pcurves=pcurves,
-        basis_arcs=support.basis_curves.columns() | brep.arc_measures(basis_curves),
-        basis_arc_splines=support.basis_curves.splines(),
-        basis_surfaces=support.basis.columns() | brep.surface_measures(basis_surfaces),
-        basis_surface_splines=support.basis.splines(),
-        mesh=_mesh(shape, faces, surfaces, surface_columns["area"]),
+        basis_arcs=basis_curve_rows.columns() | brep.arc_measures(basis_curve_rows.curves()),
+        basis_arc_splines=basis_curve_rows.splines(),
+        basis_surfaces=basis_rows.columns() | brep.surface_measures(basis_rows.surfaces()),
+        basis_surface_splines=basis_rows.splines(),
+        arc_offsets=curve_rows.offsets(),
+        basis_arc_offsets=basis_curve_rows.offsets(),
+        basis_surface_swept=basis_rows.swept(),
+        mesh=step_mesh.mesh(shape, faces, surfaces, surface_columns["area"]),
         samples=brep.samples(normals, arc_columns["length"]),
     )
 
 
 def face_map(shape: Any) -> Any:
-    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1."""
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, keys)
+    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
+
+    A face that lost its boundary to damage has no extent, and is none; one of triangles alone has none by nature.
+    """
+    every, keys = ShapeMap(), ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
+    for i in range(1, every.Extent() + 1):
+        face = every.FindKey(i)
+        if TopExp_Explorer(face, Type.TopAbs_EDGE).More() or BRep_Tool.Surface_s(TopoDS.Face(face)) is None:
+            keys.Add(face)
     return keys
+
+
+def solids(shape: Any) -> list[Any]:
+    """Solids that all faces of a shape belong to, in the kernel's order; none where there are others."""
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_SOLID, keys)
+    found = [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
+    count = sum(face_map(solid).Extent() for solid in found)
+    return found if count == face_map(shape).Extent() else []
 
 
 def edge_map(shape: Any) -> Any:
@@ -132,16 +140,12 @@ def _add_edge(rows: step_geometry.CurveRows, edge: Any) -> None:
 
 
 def _wires(face: Any) -> list[Any]:
-    """Wires of a face, the outer one first."""
     wires = []
     walk = TopoDS_Iterator(face)
     while walk.More():
         if walk.Value().ShapeType() == Type.TopAbs_WIRE:
             wires.append(TopoDS.Wire(walk.Value()))
         walk.Next()
-    if len(wires) > 1:
-        outer = ShapeAnalysis.OuterWire_s(face)
-        wires.sort(key=lambda wire: not wire.IsSame(outer))
     return wires
 
 
@@ -174,16 +178,15 @@ def _is_chain(edges: list[Any], against: bool) -> bool:
 
 
 def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, Table, Table]:
-    loops: Table = {"surface_no": [], "loop_no": [], "outer_loop": []}
+    bounds: Table = {"surface_no": [], "loop_no": []}
     coedges: Table = {name: [] for name in COEDGE_COLUMNS}
     pcurves = step_geometry.PcurveRows()
     for surface_no, face in enumerate(faces):
         forward = TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
         backwards = _is_reversed(face)
         for loop_no, wire in enumerate(_wires(forward)):
-            loops["surface_no"].append(surface_no)
-            loops["loop_no"].append(loop_no)
-            loops["outer_loop"].append(loop_no == 0)
+            bounds["surface_no"].append(surface_no)
+            bounds["loop_no"].append(loop_no)
             for coedge_no, edge in enumerate(_ordered_edges(wire, forward, backwards)):
                 coedges["surface_no"].append(surface_no)
                 coedges["loop_no"].append(loop_no)
@@ -195,101 +198,43 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
                     if curve is not None:
                         t0, t1 = BRep_Tool.Range_s(edge, forward)
                         pcurves.add(surface_no, loop_no, coedge_no, curve, t0, t1)
-    for table, flag in ((loops, "outer_loop"), (coedges, "reversed")):
+    for table in (bounds, coedges):
         for name, values in table.items():
-            table[name] = np.array(values, bool if name == flag else np.int64)
-    return loops, coedges, pcurves.columns()
+            table[name] = np.array(values, bool if name == "reversed" else np.int64)
+    return bounds, coedges, pcurves.columns()
 
 
-def _masses(faces: list[Any], integrals: Array) -> tuple[Table, float]:
+def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, float]:
     """Area and centroid of each face, and the volume that they enclose.
 
-    Of free-form faces, and of those where the boundary turns out not to close, by the kernel.
+    Of faces where the boundary turns out not to close in (u, v), by the kernel.
     """
-    for i, face in enumerate(faces):
-        plain = _kernel_area(face)
-        if not abs(integrals[i, 0] - plain) <= _PLAUSIBLE * plain:
-            props = GProp_GProps()
-            BRepGProp.SurfaceProperties_s(face, props, _KERNEL_EPS, False)
-            flux = BRepGProp_Vinert()
-            flux.SetLocation(gp_Pnt(0, 0, 0))
-            flux.Perform(BRepGProp_Face(face), BRepGProp_Domain(face), _KERNEL_EPS)
-            area, centroid = abs(props.Mass()), np.array(props.CentreOfMass().Coord())
-            integrals[i] = area, *(area * centroid), 3 * flux.Mass()
+    for i in np.flatnonzero(~(integrals[:, 0] > 0)).tolist():
+        props = GProp_GProps()
+        BRepGProp.SurfaceProperties_s(faces[i], props, _KERNEL_EPS, False)
+        flux = BRepGProp_Vinert()
+        flux.SetLocation(gp_Pnt(*about.tolist()))
+        flux.Perform(BRepGProp_Face(faces[i]), BRepGProp_Domain(faces[i]), _KERNEL_EPS)
+        area, centroid = abs(props.Mass()), np.array(props.CentreOfMass().Coord())
+        integrals[i] = area, *(area * centroid), 3 * flux.Mass()
     area = integrals[:, 0]
     centroid = integrals[:, 1:4] / np.where(area > 0, area, 1.0)[:, None]
     return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
 
 
-def _kernel_area(face: Any) -> float:
-    props = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, props)
-    return abs(float(props.Mass()))
-
-
-def _boxes(faces: list[Any], kinds: list[str], coedges: Table, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Boxes of the faces (n, 6): of their arcs, widened by the kernel where the surface can bulge beyond them."""
+def _boxes(
+    faces: list[Any], surfaces: Surfaces, area: Array, coedges: Table, arcs: Table
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Boxes of the faces (n, 6): of their arcs, widened where the surface bulges beyond them."""
     low, high = np.full((len(faces), 3), np.inf), np.full((len(faces), 3), -np.inf)
-    arc_low = np.stack([arcs[name] for name in ("x0", "y0", "z0")], axis=1)
-    arc_high = np.stack([arcs[name] for name in ("x1", "y1", "z1")], axis=1)
+    arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
+    arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
     np.minimum.at(low, coedges["surface_no"], arc_low[coedges["arc_no"]])
     np.maximum.at(high, coedges["surface_no"], arc_high[coedges["arc_no"]])
-    for i, face in enumerate(faces):
-        if kinds[i] not in _BOUNDED_BY_ARCS:
-            box = Bnd_Box()
-            BRepBndLib.AddOptimal_s(face, box, False, False)
-            low[i] = np.minimum(low[i], box.CornerMin().Coord())
-            high[i] = np.maximum(high[i], box.CornerMax().Coord())
-    return np.concatenate([low, high], axis=1)
-
-
-def _mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Any) -> Mesh:
-    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices."""
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box, False)
-    chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
-    BRepTools.Clean_s(shape)
-    BRepMesh_IncrementalMesh(shape, chord, False, CHORD_RAD, False)
-    vertices, parameters, owner, triangles, triangle_surfaces = [], [], [], [], []
-    start = 0
-    for surface_no, face in enumerate(faces):
-        location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face, location) or _whole_domain_mesh(face, area[surface_no], chord)
-        if mesh is None or not mesh.HasUVNodes():
-            continue
-        count = mesh.NbNodes()
-        points = np.array([mesh.Node(i).Coord() for i in range(1, count + 1)])
-        if not location.IsIdentity():
-            matrix = step_geometry.matrix(location.Transformation())
-            points = points @ matrix[:3, :3].T + matrix[:3, 3]
-        corners = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)], np.int32) - 1
-        vertices.append(points)
-        parameters.append(np.array([mesh.UVNode(i).Coord() for i in range(1, count + 1)]))
-        owner.append(np.full(count, surface_no))
-        triangles.append((corners[:, ::-1] if _is_reversed(face) else corners) + start)
-        triangle_surfaces.append(np.full(len(corners), surface_no, np.int32))
-        start += count
-    if not vertices:
-        raise ValueError("the kernel made no triangle of any face")
-    uv = np.concatenate(parameters)
-    return Mesh(
-        chord_mm=chord,
-        chord_rad=CHORD_RAD,
-        vertices=np.concatenate(vertices),
-        normals=surfaces.normals(np.concatenate(owner), uv[:, 0], uv[:, 1]).astype(np.float32),
-        triangles=np.concatenate(triangles).astype(np.int32),
-        triangle_surfaces=np.concatenate(triangle_surfaces),
-    )
-
-
-def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
-    """Mesh of a face that the kernel's mesher gave up on, where the face fills its domain; else None."""
-    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
-    maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), u0, u1, v0, v1, 1e-6)
-    if not maker.IsDone():
-        return None
-    whole = maker.Face()
-    if abs(_kernel_area(whole) - area) > 1e-6 * area:
-        return None
-    BRepMesh_IncrementalMesh(whole, chord, False, CHORD_RAD, False)
-    return BRep_Tool.Triangulation_s(whole, TopLoc_Location())
+    boxes = np.concatenate([low, high], axis=1)
+    for i in bulges.widen(boxes, surfaces, area).tolist():
+        box = Bnd_Box()
+        BRepBndLib.AddOptimal_s(faces[i], box, False, False)
+        boxes[i, :3] = np.minimum(boxes[i, :3], box.CornerMin().Coord())
+        boxes[i, 3:] = np.maximum(boxes[i, 3:], box.CornerMax().Coord())
+    return boxes

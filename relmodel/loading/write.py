@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +12,11 @@ from sqlalchemy import Connection
 
 from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
+from relmodel.loading.contacts import contacts
 from relmodel.loading.identity import ModelKeys, ShapeKeys, assembly_order, model_keys, row_count_or_none
 from relmodel.loading.keyed import ids_by_key
 from relmodel.loading.neutral import Attribute, Instance, LoadedModel, Shape, Table
+from relmodel.loading.write_pmi import append_pmi
 from relmodel.loading.write_shape import append_shapes
 from relmodel.store import Columns, Run
 from relmodel.store.columns import stack, take
@@ -33,7 +36,8 @@ class SourceFile:
 class LoadReport:
     """What a load found and added, as the row of `load_report` says it.
 
-    status: added, unchanged (the latest revision under this name and variant is just that), or partial.
+    status: added, unchanged (the latest revision under this name and variant is just that), or partial (added from a
+    damaged file).
     """
 
     run: int
@@ -49,6 +53,7 @@ class LoadReport:
     faces_loaded: int
     parts: int
     occurrences: int
+    supplemental_parts: int
     shapes_added: int
     surfaces_added: int
     arcs_added: int
@@ -56,6 +61,7 @@ class LoadReport:
     def __str__(self) -> str:
         named = f"{self.name} variant {self.variant}" if self.variant else self.name
         found = f"parts {self.parts}, placed {self.occurrences}, surfaces {self.faces_loaded}"
+        found += f", supplemental {self.supplemental_parts}" if self.supplemental_parts else ""
         new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
         said = f"; {self.message}" if self.message else ""
         return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
@@ -95,10 +101,13 @@ def store_model(
                 "source_id": source_id,
             },
         )
-    message = None
+    flaws = [f"the file is damaged, for {model.damage}"] if model.damage else []
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
-        message = f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read"
-        status = "partial" if status == "added" else status
+        flaws.append(f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read")
+    message = "; ".join(flaws) or None
+    if message and status == "added":
+        status = "partial"
+    own = {key for part, key in zip(model.parts, keys.parts, strict=True) if not part.supplemental}
     report = LoadReport(
         run=run.id,
         status=status,
@@ -111,8 +120,9 @@ def store_model(
         source_id=source_id,
         faces_in_file=model.faces_in_file,
         faces_loaded=model.faces_loaded,
-        parts=len(set(keys.parts)),
+        parts=len(own),
         occurrences=_occurrence_count(model),
+        supplemental_parts=len(set(keys.parts) - own),
         shapes_added=len(new_shapes),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
@@ -130,6 +140,7 @@ def store_model(
             "faces_loaded": report.faces_loaded,
             "parts": report.parts,
             "occurrences": report.occurrences,
+            "supplemental_parts": report.supplemental_parts,
             "shapes_added": report.shapes_added,
             "surfaces_added": report.surfaces_added,
             "arcs_added": report.arcs_added,
@@ -159,8 +170,28 @@ def _append_geometry(
     surface_ids, new_surfaces = _append_rows(
         run, connection, "surface", "surface_spline", "surface_no", surfaces + basis_surfaces
     )
-    for (shape, shape_keys), fresh in zip(pairs, new_surfaces, strict=False):
+    count = len(pairs)
+    for (shape, shape_keys), fresh, basis_fresh, fresh_arcs, basis_fresh_arcs in zip(
+        pairs, new_surfaces[:count], new_surfaces[count:], new_arcs[:count], new_arcs[count:], strict=True
+    ):
         _append_trims(run, connection, shape, shape_keys, fresh, surface_ids, arc_ids)
+        for columns, new, own in (
+            (shape.surface_swept, fresh, shape_keys.surfaces),
+            (shape.basis_surface_swept, basis_fresh, shape_keys.basis_surfaces),
+        ):
+            made = _made(columns, "surface_no", new, own, surface_ids)
+            if made:
+                made["basis_arc_id"] = _pointed(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
+                made["basis_surface_id"] = _pointed(made.pop("basis_surface"), shape_keys.basis_surfaces, surface_ids)
+                run.append(connection, "surface_swept", made)
+        for columns, new, own in (
+            (shape.arc_offsets, fresh_arcs, shape_keys.arcs),
+            (shape.basis_arc_offsets, basis_fresh_arcs, shape_keys.basis_arcs),
+        ):
+            made = _made(columns, "arc_no", new, own, arc_ids)
+            if made:
+                made["basis_arc_id"] = _pointed(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
+                run.append(connection, "arc_offset", made)
     append_shapes(run, connection, pairs, shape_ids, surface_ids, arc_ids)
     return sum(int(f.sum()) for f in new_surfaces), sum(int(f.sum()) for f in new_arcs)
 
@@ -220,14 +251,13 @@ def _append_trims(
     surface_ids: dict[str, int],
     arc_ids: dict[str, int],
 ) -> None:
-    """Append loops, coedges, pcurves and sweeps of the surfaces of a shape that are new."""
+    """Append loops, coedges and pcurves of the surfaces of a shape that are new."""
     of_surface = np.array([surface_ids[key] for key in keys.surfaces], dtype=np.int64)
     of_arc = np.array([arc_ids[key] for key in keys.arcs], dtype=np.int64)
     for table, given in (
         ("loop", shape.loops),
         ("coedge", shape.coedges),
         ("pcurve", shape.pcurves),
-        ("surface_swept", shape.surface_swept),
     ):
         if not row_count_or_none(given):
             continue
@@ -238,10 +268,23 @@ def _append_trims(
         del columns["surface_no"]
         if table == "coedge":
             columns["arc_id"] = of_arc[np.asarray(columns.pop("arc_no"), np.int64)]
-        if table == "surface_swept":
-            columns["basis_arc_id"] = _pointed(columns.pop("basis_arc"), keys.basis_arcs, arc_ids)
-            columns["basis_surface_id"] = _pointed(columns.pop("basis_surface"), keys.basis_surfaces, surface_ids)
         _append(run, connection, table, [columns])
+
+
+def _made(
+    given: Table, owner: str, fresh: npt.NDArray[np.bool_], keys: list[str], ids: dict[str, int]
+) -> dict[str, Any]:
+    """Rows that say of new arcs or surfaces what they are made from, with the identities of those."""
+    if not row_count_or_none(given):
+        return {}
+    owners = np.asarray(given[owner], np.int64)
+    rows = np.flatnonzero(fresh[owners])
+    if not len(rows):
+        return {}
+    columns: dict[str, Any] = dict(take(given, rows))
+    del columns[owner]
+    columns[owner.removesuffix("_no") + "_id"] = [ids[keys[i]] for i in owners[rows].tolist()]
+    return columns
 
 
 def _pointed(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:
@@ -265,9 +308,11 @@ def _append_parts(
                 "material": [p.material for _, p in new],
                 "colour": [p.colour for _, p in new],
                 "shape_id": [shape_ids[keys.shapes[p.shape].shape] for _, p in new],
+                "supplemental": [p.supplemental for _, p in new],
             },
         )
     _append_attributes(run, connection, "part", [(i, p.attributes) for i, p in new])
+    append_pmi(run, connection, [(i, p, keys.shapes[p.shape], shape_ids) for i, p in new if p.pmi])
     return ids
 
 
@@ -289,6 +334,10 @@ def _append_objects(
         },
     )
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
+    for i, no in zip((ids[keys.assemblies[k]] for k in fresh), fresh.tolist(), strict=True):
+        touching = contacts(model, no) if model.assemblies[no].kind != "robot" else {}
+        if touching:
+            run.append(connection, "part_contact", {"object_id": np.full(len(touching["gap"]), i), **touching})
     _append_joints(run, connection, [(i, no, j) for i, a in new for no, j in enumerate(a.joints)])
     placed: dict[str, list[tuple[int, int, Instance]]] = {"part": [], "assembly": []}
     for i, assembly in new:
@@ -392,8 +441,11 @@ def _source(run: Run, connection: Connection, model: LoadedModel, source: Source
 
 
 def _occurrence_count(model: LoadedModel) -> int:
-    """Placed parts under the root, instances of instances counted out."""
+    """Placed parts under the root, instances of instances counted out; supplemental ones are not placed."""
     counts: dict[int, int] = {}
     for i in assembly_order(model.assemblies):
-        counts[i] = sum(1 if e.kind == "part" else counts[e.child] for e in model.assemblies[i].instances)
+        counts[i] = sum(
+            int(not model.parts[e.child].supplemental) if e.kind == "part" else counts[e.child]
+            for e in model.assemblies[i].instances
+        )
     return counts[model.root]

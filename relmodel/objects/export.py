@@ -12,12 +12,13 @@ from sqlalchemy import Connection
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import inverse, matrix_columns
 from relmodel.objects.tree import Tree
+from relmodel.progress import Progress, silent
 from relmodel.store import Store
 
 _METRES = 1e-3  # GLB is in metres
 
 
-def export_glb(store: Store, connection: Connection, tree: Tree, path: Path) -> None:
+def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, progress: Progress = silent) -> None:
     """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres."""
     import trimesh
 
@@ -28,7 +29,8 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path) -> 
     )
     colours = {int(p.shape_id): p.colour for p in parts}
     names = {int(p.shape_id): f"{p.number} {p.shape_id}" for p in parts}
-    for row in store.rows(connection, "scene_meshes", shape_ids=shapes):
+    for done, row in enumerate(store.rows(connection, "scene_meshes", shape_ids=shapes)):
+        progress(f"{path.name}: shapes", done, len(shapes))
         mesh = trimesh.Trimesh(
             np.reshape(row.vertices, (-1, 3)) * _METRES, np.reshape(row.triangles, (-1, 3)), process=False
         )
@@ -50,10 +52,13 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path) -> 
         scene.graph.update(
             frame_to=name, frame_from=parent if above is not None else "world", matrix=local, geometry=geometry
         )
+    progress(f"{path.name}: writing", len(shapes), len(shapes))
     path.write_bytes(scene.export(file_type="glb"))
 
 
-def export_tables(store: Store, connection: Connection, tree: Tree, folder: Path, form: str) -> list[Path]:
+def export_tables(
+    store: Store, connection: Connection, tree: Tree, folder: Path, form: str, progress: Progress = silent
+) -> list[Path]:
     """Write placed parts, parts, features, surfaces and arcs as files of `form` (parquet or csv); returns them."""
     import pyarrow as pa
     from pyarrow import csv, parquet
@@ -77,7 +82,8 @@ def export_tables(store: Store, connection: Connection, tree: Tree, folder: Path
         "arc": store.columns(connection, "object/export_arcs", shape_ids=shape_ids),
     }
     files = []
-    for name, columns in tables.items():
+    for done, (name, columns) in enumerate(tables.items()):
+        progress(f"{name}.{form}", done, len(tables))
         table = pa.table({c: pa.array(v, from_pandas=True) for c, v in columns.items()})
         file = folder / f"{name}.{form}"
         if form == "parquet":

@@ -56,8 +56,10 @@ def read_tree(store: Store, connection: Connection, name: str, variant: str = ""
 
 
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
-    """One row an object or part in the tree: depth, path, level, number, material, size (mm), surfaces, features by
-    kind, attributes."""
+    """One row an object or part in the tree, the whole object first.
+
+    It has depth, path, level, number, material, size (mm), surfaces, features by kind and attributes.
+    """
     part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]
     parts = {int(r.id): r for r in store.rows(connection, "object/parts", part_ids=part_ids)}
@@ -67,27 +69,26 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     attributes: dict[tuple[str, int], list[str]] = {}
     for r in store.rows(connection, "object/attributes", object_ids=[tree.object_id, *objects], part_ids=part_ids):
         attributes.setdefault((r.level, int(r.id)), []).append(f"{r.name}={r.value}{' ' + r.unit if r.unit else ''}")
-    rows = [
+    below = _below(tree.depth)
+    placed = np.concatenate([[0], np.cumsum(tree.part_id >= 0)])
+    rows: list[dict[str, Any]] = [
         {
             "depth": 0,
             "path": "",
             "level": "object",
-            "parts": int((tree.part_id >= 0).sum()),
+            "parts": int(placed[-1]),
             "attributes": ", ".join(attributes.get(("object", tree.object_id), [])),
         }
     ]
     for i, path in enumerate(tree.path):
         if tree.part_id[i] < 0:
-            inside = [
-                p for p, part in zip(tree.path, tree.part_id, strict=True) if part >= 0 and p.startswith(path + "/")
-            ]
             known = ("object", int(tree.child_object_id[i]))
-            row: dict[str, Any] = {"level": "object", "parts": len(inside)}
+            row: dict[str, Any] = {"level": "object", "parts": int(placed[below[i]] - placed[i])}
         else:
             part = parts[int(tree.part_id[i])]
             known = ("part", int(part.id))
             row = {
-                "level": "part",
+                "level": "supplemental part" if part.supplemental else "part",
                 "number": part.number,
                 "material": part.material,
                 "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",
@@ -97,3 +98,36 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
         row["attributes"] = ", ".join(attributes.get(known, []))
         rows.append({"depth": int(tree.depth[i]), "path": path, **row})
     return rows
+
+
+def alike(tree: Tree) -> tuple[Ints, Ints]:
+    """Rows of the tree that stand for siblings of one part or object, and for how many each does.
+
+    Of equal siblings the first stands for all, and what is in the others is left out.
+    """
+    depth = tree.depth
+    parent = np.full(len(depth), -1, np.int64)
+    shown = np.zeros(len(depth), bool)
+    count = np.zeros(len(depth), np.int64)
+    for level in range(1, int(depth.max(initial=0)) + 1):
+        at = np.flatnonzero(depth == level)
+        if level > 1:
+            above = np.flatnonzero(depth == level - 1)
+            parent[at] = above[np.searchsorted(above, at) - 1]
+            at = at[shown[parent[at]]]
+        key = np.stack([parent[at], tree.child_object_id[at], tree.part_id[at]], axis=1)
+        _, first, how_many = np.unique(key, axis=0, return_index=True, return_counts=True)
+        shown[at[first]] = True
+        count[at[first]] = how_many
+    rows = np.flatnonzero(shown)
+    return rows, count[rows]
+
+
+def _below(depth: Ints) -> Ints:
+    """Row after the last one in each row's subtree; parents stand before their children."""
+    out = np.full(len(depth), len(depth), np.int64)
+    for level in np.unique(depth).tolist():
+        at, stops = np.flatnonzero(depth == level), np.flatnonzero(depth <= level)
+        after = np.searchsorted(stops, at, side="right")
+        out[at] = np.append(stops, len(depth))[after]
+    return out

@@ -141,5 +141,5 @@ def new_ids(connection: Connection, table: str, count: int) -> npt.NDArray[np.in
     """`count` values of the sequence of `table`, increasing."""
     if count == 0:
         return np.empty(0, np.int64)
-    ids = connection.execute(_NEXT_IDS, {"sequence": f"{table}_id_seq", "count": count}).scalars().all()
-    return np.array(ids, dtype=np.int64)
+    ids = fetch_columns(connection, _NEXT_IDS, {"sequence": f"{table}_id_seq", "count": count})["id"]
+    return np.asarray(ids, np.int64)

@@ -65,6 +65,8 @@ class Database:
     def read(self) -> Iterator[Connection]:
         """A connection that sees one snapshot; it writes nothing.  Raises StoreError where the database fails."""
         with self._failures(), self.engine.connect() as connection:
+            if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
+                connection = connection.execution_options(isolation_level="REPEATABLE READ")
             yield connection
             connection.rollback()
 

@@ -122,8 +122,13 @@ class Run:
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
-        """A transaction of this run; the ledger of what the store appends in it is committed with it."""
+        """A transaction of this run; the ledger of what the store appends in it is committed with it.
+
+        Those of several processes take turns: what one finds missing, to append it, no other appends meanwhile.
+        """
         with self.store.write() as connection:
+            if self.store.dialect == "postgresql":  # on DuckDB one process writes
+                self.store.rows(connection, "run/turn.postgresql")
             with bulk.counting(connection) as written:
                 yield connection
             if written:

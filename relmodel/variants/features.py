@@ -18,6 +18,7 @@ Ints = npt.NDArray[np.int64]
 Texts = npt.NDArray[np.object_]
 
 _TURN = 1e-6  # rad
+_ONE_SIDED = ("pocket", "blind_hole", "boss")
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,17 @@ class FeatureSet:
     middle: Floats  # (n, 3) of the box
     half: Floats  # (n,) half the diagonal of the box
     surfaces: tuple[Ints, Ints]  # feature_no, surface_no of the members
+    dimensions: dict[int, dict[str, tuple[float, str]]]  # of each class: value and unit by name
 
     def __len__(self) -> int:
         return len(self.kind)
 
 
-def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any]) -> FeatureSet:
-    """From the columns of the queries `compare/features` and `compare/feature_surfaces`."""
+def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapping[str, Any]) -> FeatureSet:
+    """From the columns of the queries `compare/features`, `feature_surfaces` and `feature_dimensions` beside it."""
+    dimensions: dict[int, dict[str, tuple[float, str]]] = {int(i): {} for i in rows["class_id"]}
+    for class_id, name, value, unit in zip(*(sizes[c] for c in ("class_id", "name", "value", "unit")), strict=True):
+        dimensions[int(class_id)][str(name)] = float(value), str(unit)
     low, high = (np.stack([np.asarray(rows[f"{c}{end}"], float) for c in "xyz"], axis=1) for end in (0, 1))
     return FeatureSet(
         np.asarray(rows["class_id"], np.int64),
@@ -45,15 +50,16 @@ def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any]) -> FeatureS
         (low + high) / 2,
         np.linalg.norm(high - low, axis=1) / 2,
         (np.asarray(members["feature_no"], np.int64), np.asarray(members["surface_no"], np.int64)),
+        dimensions,
     )
 
 
 def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -> tuple[Pairs, Floats]:
     """Features of `b` that are those of `a`, and the angle (rad) by which each pair is turned.
 
-    First those that share surfaces, most first; then those of one class by place; then those of one kind of which
-    each has its middle in the other.  Of a pair, the surfaces say whether it is identical or retrimmed, the class
-    whether it moved or changed.
+    First those that share surfaces, most first (of pockets and the like only those that open to one side); then those
+    of one class by place; then those of one kind of which each has its middle in the other.  Of a pair, the surfaces
+    say whether it is identical or retrimmed, the class whether it moved or changed.
     """
     shared_i, shared_j, share = _shared(a, b, surfaces)
     near_i, near_j, distance = near_pairs(a.middle, b.middle, reach)
@@ -61,12 +67,17 @@ def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -
     good = (a.kind[near_i] == b.kind[near_j]) & (congruent | (distance < np.minimum(a.half[near_i], b.half[near_j])))
     i, j = np.concatenate([shared_i, near_i[good]]), np.concatenate([shared_j, near_j[good]])
     share = np.concatenate([share, np.zeros(good.sum())])
+    # The walls of a pocket may go on behind its floor as those of another, which opens to the other side.
+    opposed = np.einsum("nk,nk->n", a.frame[i, :3, 2], b.frame[j, :3, 2]) < 0
+    opposed &= np.isin(a.kind[i].astype(str), _ONE_SIDED)
     apart = np.linalg.norm(a.middle[i] - b.middle[j], axis=1)
-    rows = one_to_one(i, j, -share, a.class_id[i] != b.class_id[j], apart)
+    rows = one_to_one(i, j, opposed, -share, a.class_id[i] != b.class_id[j], apart)
     rows = rows[np.argsort(i[rows], kind="stable")]
     i, j = i[rows], j[rows]
 
     same_class = a.class_id[i] == b.class_id[j]
+    for row in np.flatnonzero(~same_class).tolist():  # rounded dimensions part at the edge of a cell
+        same_class[row] = not other_dimensions(a, b, int(i[row]), int(j[row]))
     shift = b.frame[j, :3, 3] - a.frame[i, :3, 3]
     relative = np.einsum("nij,nkj->nik", b.frame[j, :3, :3], a.frame[i, :3, :3])
     angle = np.arccos(np.clip((np.trace(relative, axis1=1, axis2=2) - 1) / 2, -1, 1))
@@ -75,9 +86,20 @@ def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -
     moved = same_class & ~stayed & ~identical
     changed = ~identical & ~moved & ~(retrimmed & same_class)
     status = np.select([identical, moved, changed], ["identical", "moved", "changed"], "retrimmed").astype(object)
-    still = status != "moved"
-    shift[still], angle[still] = 0.0, 0.0
+    shift[(identical | retrimmed & same_class) | stayed], angle[status != "moved"] = 0.0, 0.0
     return Pairs(i, j, status, shift), angle
+
+
+def other_dimensions(a: FeatureSet, b: FeatureSet, i: int, j: int) -> list[str]:
+    """What dimensions features i of `a` and j of `b` have that differ, in words: `diameter 104 -> 88 mm`."""
+    before, after = a.dimensions[int(a.class_id[i])], b.dimensions[int(b.class_id[j])]
+    out = []
+    for name in sorted(before.keys() | after.keys()):
+        (old, unit), (new, _) = before.get(name, (np.nan, "")), after.get(name, (np.nan, ""))
+        if not abs(old - new) <= 10 * TOLERANCE:
+            words = ("none" if np.isnan(v) else f"{v:.7g}" for v in (old, new))
+            out.append(" ".join([name, " -> ".join(words), unit or after[name][1]]).removesuffix(" 1"))
+    return out
 
 
 def _shared(a: FeatureSet, b: FeatureSet, surfaces: Pairs) -> tuple[Ints, Ints, Floats]:

@@ -43,6 +43,7 @@ class SurfaceSet:
     area: Floats
     centroid: Floats
     boundary: Floats  # (n, 5) length, mean point, rms distance of it
+    label: Texts  # name, colour and layer, as one text
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -88,6 +89,7 @@ def surface_set(rows: Mapping[str, Any], boundary: Floats) -> SurfaceSet:
         np.asarray(rows["area"], float),
         centroid,
         boundary,
+        np.asarray(rows["label"], object),
     )
 
 

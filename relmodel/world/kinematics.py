@@ -28,12 +28,61 @@ _MOST_STEPS = 50
 _CONVERGED = 1e-11
 
 
-def joint_tree(store: Store, connection: Connection, object_variant_id: int) -> JointTree | None:
-    """The links and joints of a loaded object; None where it has no joint."""
-    rows = store.rows(connection, "object_joints", object_variant_id=object_variant_id)
-    if not rows:
-        return None
-    links = [row.name for row in store.rows(connection, "object_links", object_variant_id=object_variant_id)]
+class Robots:
+    """The robots in a loaded object, by their path in it: the object itself (empty path), and those nested in it."""
+
+    def __init__(self, store: Store, connection: Connection, object_id: int) -> None:
+        self._ways = store.rows(connection, "object_robots", object_id=object_id)
+        self.object_id = {row.path: int(row.object_id) for row in self._ways if row.moves}
+        trees = {i: _joint_tree(store, connection, i) for i in set(self.object_id.values())}
+        self.trees = {path: trees[i] for path, i in self.object_id.items()}
+
+    def values(self, given: Mapping[str, float], what: str) -> dict[str, dict[str, float]]:
+        """Values of all joints, rad or mm, by robot; a joint of a nested robot is given as ROBOT/JOINT, with its path.
+
+        Otherwise as `JointTree.values`.
+        """
+        by_robot: dict[str, dict[str, float]] = {path: {} for path in self.trees}
+        for name, value in given.items():
+            path = self._robot_of(name)
+            if path not in by_robot:
+                raise InputError(
+                    f"{what}: {name!r} names no robot in it: write ROBOT/{name} with one of: {', '.join(self.trees)}"
+                )
+            by_robot[path][name[len(path) + 1 :] if path else name] = value
+        return {
+            path: tree.values(by_robot[path], f"{what} of {path}" if path else what)
+            for path, tree in self.trees.items()
+        }
+
+    def _robot_of(self, name: str) -> str:
+        """Path of the robot that a joint or a link is named of: the longest that the name begins with."""
+        return max((path for path in self.trees if path and name.startswith(f"{path}/")), key=len, default="")
+
+    def link(self, store: Store, connection: Connection, object_id: int, name: str) -> tuple[str, str, int]:
+        """Path of the robot, name in it, and how many such there are, of a link of the object named directly, or as
+        ROBOT/LINK."""
+        path = self._robot_of(name)
+        plain = name[len(path) + 1 :] if path else name
+        links = store.rows(connection, "object_links", object_id=self.object_id[path] if path else object_id)
+        return path, plain, [link.name for link in links].count(plain)
+
+    def frames(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Array]:
+        """`object_from_robot` (4, 4) of every robot, at the values of the joints of those that carry it."""
+        frames: dict[str, Array] = {}
+        poses = {path: tree.poses(values[path]) for path, tree in self.trees.items()}
+        for row in self._ways:
+            if row.above is None:
+                frames[row.path] = np.eye(4)
+            else:
+                step = poses[row.above][row.name] if row.above in poses else _matrix(row)
+                frames[row.path] = frames[row.above] @ step
+        return {path: frames[path] for path in self.trees}
+
+
+def _joint_tree(store: Store, connection: Connection, object_id: int) -> JointTree:
+    rows = store.rows(connection, "object_joints", object_id=object_id)
+    links = [row.name for row in store.rows(connection, "object_links", object_id=object_id)]
     joints = [
         Joint(
             name=row.name,
@@ -55,9 +104,10 @@ def joint_tree(store: Store, connection: Connection, object_variant_id: int) -> 
 
 @dataclass(frozen=True)
 class MountedRig:
-    """A rig on an object of a world, with the joints of that object where it is a robot.
+    """A rig on an object of a world, with the joints of that object where it is a robot, or of a robot nested in it.
 
-    object_from_link: of the carrier with its joints at `joints` (rad, mm); the identity where no link is named.
+    world_from_object: of the carrier, or of the nested robot that carries.  link: its name in that.
+    object_from_link: of that with its joints at `joints` (rad, mm); the identity where no link is named.
     """
 
     rig: str
@@ -107,16 +157,22 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
             what = "several rigs" if found else "no rig"
             raise UsageError(f"world {name} mounts {what} {rig}{f' on {on}' if on else ''}: name one of: {known}")
         row = found[0]
-        tree = joint_tree(store, connection, row.object_variant_id)
-        states = store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no)
-        joints = {s.joint: float(s.value) for s in states}
+        robots = Robots(store, connection, row.object_id)
+        values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
+        for state in store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no):
+            values[state.robot][state.joint] = float(state.value)
+        path, link = "", row.link
+        if link is not None:
+            path, link, _ = robots.link(store, connection, row.object_id, link)
+        tree, joints = robots.trees.get(path), values.get(path, {})
+        world_from_object = _matrix(row, "w") @ robots.frames(values).get(path, np.eye(4))
         object_from_link = np.eye(4)
-        if tree is not None and row.link is not None:
-            object_from_link = tree.poses(joints)[row.link]
-        elif row.link is not None:
-            links = store.rows(connection, "object_links", object_variant_id=row.object_variant_id)
-            object_from_link = next(_matrix(link) for link in links if link.name == row.link)
-    return MountedRig(rig, row.carrier, row.link, _matrix(row, "w"), object_from_link, _matrix(row), tree, joints)
+        if tree is not None and link is not None:
+            object_from_link = tree.poses(joints)[link]
+        elif link is not None:
+            links = store.rows(connection, "object_links", object_id=row.object_id)
+            object_from_link = next(_matrix(found) for found in links if found.name == link)
+    return MountedRig(rig, row.carrier, link, world_from_object, object_from_link, _matrix(row), tree, joints)
 
 
 def _matrix(row: Any, letter: str = "m") -> Array:

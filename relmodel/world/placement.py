@@ -14,11 +14,11 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
-from relmodel.geometry.joints import JointTree
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices, matrix_columns
 from relmodel.index.packing import pack, page_boxes
+from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
-from relmodel.world.kinematics import joint_tree
+from relmodel.world.kinematics import Robots
 from relmodel.world.world_file import WorldFile, read_world_file
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
@@ -40,7 +40,9 @@ class WorldReport:
     parts: int
 
 
-def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None = None) -> WorldReport:
+def place_world(
+    store: Store, path: str | Path, *, write_rig: RigWriter | None = None, progress: Progress = silent
+) -> WorldReport:
     """Place the world of a world file: a run of kind `world` that adds a revision, unless nothing changed.
 
     Objects are pinned to the newest revision of their name and variant.  `write_rig` is how a rig file becomes rows:
@@ -48,12 +50,15 @@ def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None =
     an object contains itself; the store's worlds are then as they were.
     """
     file = read_world_file(path)
+    progress(f"{file.path.name}: finding its objects", 0, 3)
     if file.mounts and write_rig is None:
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
         pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
-        robots = [_robot(store, connection, file, i, row["object_variant_id"]) for i, row in enumerate(pinned)]
-        _check_mounts(store, connection, file, pinned)
+        _refuse_cycles(store, connection, file, pinned)
+        robots = [Robots(store, connection, row["object_id"]) for row in pinned]
+        values = [_joint_values(file, number, found) for number, found in enumerate(robots)]
+        _check_mounts(store, connection, file, pinned, robots)
         rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
     content_key = _content_key(file, pinned, rig_digests)
     inputs = {"world": (file.path.name, file.sha256)}
@@ -67,10 +72,12 @@ def place_world(store: Store, path: str | Path, *, write_rig: RigWriter | None =
             world_id, revision, status = int(newest[0].id), int(newest[0].revision), "unchanged"
         else:
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
+            progress(f"{file.path.name}: placing its objects", 1, 3)
             world_id = _write_world(run, connection, file, pinned, revision, content_key)
-            _write_joints(run, connection, world_id, pinned, robots)
+            _write_joints(run, connection, world_id, robots, values)
             _write_mounts(run, connection, file, world_id, write_rig)
-            _write_occurrences(run, connection, world_id, file.path)
+            progress(f"{file.path.name}: expanding its objects to parts", 2, 3)
+            _write_occurrences(run, connection, world_id)
         counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
         run.end("ok", f"world {file.world} revision {revision} {status}", connection)
     return WorldReport(
@@ -95,63 +102,69 @@ def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return pinned
 
 
-@dataclass(frozen=True)
-class _Robot:
-    """The joints of a placed object and where they stand."""
+def _refuse_cycles(store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]]) -> None:
+    object_ids = sorted({int(row["object_id"]) for row in pinned})
+    cycles = [row.name for row in store.rows(connection, "object_cycles", object_ids=object_ids)]
+    if cycles:
+        raise InputError(f"{file.path}: the object {cycles[0]} contains itself: load it without the cycle")
 
-    tree: JointTree
-    values: dict[str, float]
 
-
-def _robot(store: Store, connection: Connection, file: WorldFile, number: int, object_variant_id: int) -> _Robot | None:
+def _joint_values(file: WorldFile, number: int, robots: Robots) -> dict[str, dict[str, float]]:
+    """Where the joints of the robots in an object of the file stand, by robot."""
     placed = file.objects[number]
-    tree = joint_tree(store, connection, object_variant_id)
-    if tree is None:
-        if placed.joints:
-            raise InputError(
-                f"{file.path}: objects[{number}] gives joints of {placed.object}, which has none: leave them out"
-            )
-        return None
-    return _Robot(tree, tree.values(placed.joints, f"{file.path}: joints of objects[{number}]"))
+    if placed.joints and not robots.trees:
+        raise InputError(
+            f"{file.path}: objects[{number}] gives joints of {placed.object}, which has none: leave them out"
+        )
+    return robots.values(placed.joints, f"{file.path}: joints of objects[{number}]")
 
 
-def _check_mounts(store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]]) -> None:
+def _check_mounts(
+    store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]], robots: list[Robots]
+) -> None:
     """Raise InputError where a mount names a link that its object has not, or has twice."""
-    variants = {o.name: row["object_variant_id"] for o, row in zip(file.objects, pinned, strict=True)}
+    numbers = {placed.name: number for number, placed in enumerate(file.objects)}
     for i, mount in enumerate(file.mounts):
         if mount.link is None:
             continue
-        links = [row.name for row in store.rows(connection, "object_links", object_variant_id=variants[mount.on])]
-        if links.count(mount.link) != 1:
+        object_id = pinned[numbers[mount.on]]["object_id"]
+        _, _, times = robots[numbers[mount.on]].link(store, connection, object_id, mount.link)
+        if times != 1:
+            links = [row.name for row in store.rows(connection, "object_links", object_id=object_id)]
             raise InputError(
                 f"{file.path}: mounts[{i}] names the link {mount.link!r}, which {mount.on!r} has "
-                f"{links.count(mount.link)} times: name one of {', '.join(dict.fromkeys(links)) or 'none'}"
+                f"{times} times: name one of {', '.join(dict.fromkeys(links)) or 'none'}"
             )
 
 
 def _write_joints(
-    run: Run, connection: Connection, world_id: int, pinned: list[dict[str, Any]], robots: list[_Robot | None]
+    run: Run,
+    connection: Connection,
+    world_id: int,
+    robots: list[Robots],
+    values: list[dict[str, dict[str, float]]],
 ) -> None:
     """Write where joints stand, and the links that they place."""
-    for number, (row, robot) in enumerate(zip(pinned, robots, strict=True)):
-        if robot is None:
-            continue
-        names = sorted(robot.values)
-        owner = {"world_id": world_id, "object_no": number}
-        if names:
-            values = np.array([robot.values[name] for name in names])
-            run.append(connection, "joint_state", {**owner, "joint": names, "value": values})
-        poses = robot.tree.poses(robot.values)
-        links = run.store.rows(connection, "object_links", object_variant_id=row["object_variant_id"])
-        run.append(
-            connection,
-            "world_link",
-            {
-                **owner,
-                "child_no": np.array([link.child_no for link in links]),
-                **matrix_columns(np.array([poses[link.name] for link in links])),
-            },
-        )
+    for number, found in enumerate(robots):
+        for path, tree in found.trees.items():
+            stand = values[number][path]
+            owner = {"world_id": world_id, "object_no": number, "robot": path}
+            if stand:
+                names = sorted(stand)
+                state = np.array([stand[name] for name in names])
+                run.append(connection, "joint_state", {**owner, "joint": names, "value": state})
+            poses = tree.poses(stand)
+            links = run.store.rows(connection, "object_links", object_id=found.object_id[path])
+            run.append(
+                connection,
+                "world_link",
+                {
+                    **owner,
+                    "object_id": found.object_id[path],
+                    "child_no": np.array([link.child_no for link in links]),
+                    **matrix_columns(np.array([poses[link.name] for link in links])),
+                },
+            )
 
 
 def _content_key(file: WorldFile, pinned: list[dict[str, Any]], rig_digests: Mapping[str, str]) -> str:
@@ -222,16 +235,13 @@ def _write_mounts(
     )
 
 
-def _write_occurrences(run: Run, connection: Connection, world_id: int, path: Path) -> None:
-    """Expand the world: `occurrence`, `occurrence_box` and `box_page`, identities in the order of the pages."""
-    cycles = [row.name for row in run.store.rows(connection, "object_cycles", world_id=world_id)]
-    if cycles:
-        raise InputError(f"{path}: the object {cycles[0]} contains itself: load it without the cycle")
+def _write_occurrences(run: Run, connection: Connection, world_id: int) -> None:
+    """Expand the world: `occurrence` and `box_page`, identities of parts in the order of the pages."""
     placed = run.store.columns(connection, "world_expansion", world_id=world_id)
-    parents = _parents(placed["depth"])
-    is_part = placed["part_id"] >= 0
-    parts = np.flatnonzero(is_part)
-    objects = np.flatnonzero(~is_part)
+    number, is_part = placed["number"], placed["part_id"] >= 0
+    objects, parts = np.flatnonzero(~is_part), np.flatnonzero(is_part)
+    objects = objects[np.argsort(number[objects])]
+    parts = parts[np.lexsort((placed["child_no"][parts], number[parts]))]
 
     boxes = np.stack([placed[name][parts] for name in BOX_COLUMNS], axis=1).astype(float)
     boxes = boxes_carried(matrices({name: placed[name][parts] for name in MATRIX_COLUMNS}), boxes)
@@ -239,34 +249,21 @@ def _write_occurrences(run: Run, connection: Connection, world_id: int, path: Pa
     by_page = np.argsort(page, kind="stable")
     parts, boxes, page = parts[by_page], boxes[by_page], page[by_page]
 
-    new = run.store.new_ids(connection, "occurrence", len(is_part))
-    ids = np.empty(len(is_part), np.int64)
-    ids[objects], ids[parts] = new[: len(objects)], new[len(objects) :]
-    roots, nested = objects[parents[objects] < 0], objects[parents[objects] >= 0]
-    for rows, kind, columns in (
-        (roots, "object", ()),
-        (nested, "object", ("parent_id",)),
-        (parts, "part", ("parent_id",)),
-    ):
-        values: dict[str, Any] = {"parent_id": ids[parents[rows]]} if columns else {}
+    new = run.store.new_ids(connection, "occurrence", len(number))
+    object_ids, part_ids = new[: len(objects)], new[len(objects) :]
+    above = _parents(placed["depth"][objects])
+    root = above < 0
+
+    def append(rows: npt.NDArray[np.int64], kind: str, columns: dict[str, Any]) -> None:
         references = ("object_id",) if kind == "object" else ("part_id", "shape_id")
-        run.append(
-            connection,
-            "occurrence",
-            {
-                "id": ids[rows],
-                "world_id": world_id,
-                "kind": kind,
-                **values,
-                **{name: placed[name][rows] for name in ("object_no", "path", *references, *MATRIX_COLUMNS)},
-            },
-        )
+        taken = {name: placed[name][rows] for name in ("object_no", "path", *references, *MATRIX_COLUMNS)}
+        run.append(connection, "occurrence", {"world_id": world_id, "kind": kind, **columns, **taken})
+
+    append(objects[root], "object", {"id": object_ids[root]})
+    append(objects[~root], "object", {"id": object_ids[~root], "parent_id": object_ids[above[~root]]})
+    parents = object_ids[number[parts]]
+    append(parts, "part", {"id": part_ids, "parent_id": parents, "page": page, **_box_columns(boxes)})
     counts, bounds = page_boxes(boxes, page)
-    run.append(
-        connection,
-        "occurrence_box",
-        {"occurrence_id": ids[parts], "world_id": world_id, "page": page, **_box_columns(boxes)},
-    )
     run.append(
         connection,
         "box_page",

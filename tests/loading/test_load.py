@@ -11,6 +11,7 @@ import trimesh
 from relmodel.errors import InputError
 from relmodel.loading import write
 from relmodel.loading.load import load
+from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
 from relmodel.store import Store
 from relmodel.store.check import check
 
@@ -32,9 +33,9 @@ def row_counts(store: Store) -> dict[str, int]:
         return {name: len(connection.execute(store.table(name).select()).all()) for name in [*names, "source"]}
 
 
-def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str, tmp_path: Path) -> None:
+def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str, tmp_path: Path) -> None:
     low, high = write_box(tmp_path / "box.stl", 10), write_box(tmp_path / "high" / "box.stl", 11)
-    with Store.create(store_target) as store:
+    with Store.open(fresh_store) as store:
         first = load(store, low, name="box", variant="A", unit="mm")
         assert (first.status, first.revision) == ("added", 1)
         assert str(first) == (
@@ -69,9 +70,9 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(store_target: str
         assert changed == {"object_variant"}
 
 
-def test_rows_of_a_box_are_what_its_geometry_says(store_target: str, tmp_path: Path) -> None:
+def test_rows_of_a_box_are_what_its_geometry_says(fresh_store: str, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.stl", 10)
-    with Store.create(store_target) as store, store.read() as connection:
+    with Store.open(fresh_store) as store, store.read() as connection:
         load(store, path, name="box", unit="mm")
 
         def rows(table: str) -> list[dict[str, object]]:
@@ -92,9 +93,9 @@ def test_rows_of_a_box_are_what_its_geometry_says(store_target: str, tmp_path: P
         assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 19
 
 
-def test_a_failure_leaves_only_the_run(store_target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_box(tmp_path / "box.stl", 10)
-    with Store.create(store_target) as store:
+    with Store.open(fresh_store) as store:
         empty = row_counts(store)
 
         def fail(*_: object) -> None:
@@ -131,9 +132,9 @@ def write_step(path: Path, radii: list[float]) -> Path:
     return path
 
 
-def test_a_step_variant_adds_what_changed(store_target: str, tmp_path: Path) -> None:
+def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> None:
     base, variant = (write_step(tmp_path / f"{n}.step", r) for n, r in (("a", [5.0, 6.0, 7.0]), ("b", [5.0, 6.0, 8.0])))
-    with Store.create(store_target) as store:
+    with Store.open(fresh_store) as store:
         first = load(store, base, name="plate", variant="A")
         assert first.faces_in_file == first.faces_loaded == first.surfaces_added == 6 + 5 + 3 + 1
         again = load(store, base, name="plate", variant="A")
@@ -152,10 +153,10 @@ def test_a_step_variant_adds_what_changed(store_target: str, tmp_path: Path) -> 
             assert len(classes) == 7
 
 
-def test_a_truncated_step_leaves_only_its_report(tmp_path: Path) -> None:
+def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Path) -> None:
     path = write_step(tmp_path / "a.step", [5.0])
     path.write_bytes(path.read_bytes()[:-3000])
-    with Store.create(tmp_path / "store.duckdb") as store:
+    with Store.open(fresh_store) as store:
         empty = row_counts(store)
         with pytest.raises(InputError, match="step"):
             load(store, path, name="plate")
@@ -187,3 +188,36 @@ def test_a_bad_call_leaves_nothing(
             load(store, path, name="part", unit=unit)
         with store.read() as connection:
             assert not connection.execute(store.table("run").select()).all()
+
+
+def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
+    fresh_store: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("OCP")
+    from relmodel.loading import load as module
+    from relmodel.loading import step_shape
+
+    from .test_exact import compound, faces_of_rare_kinds
+
+    def read(*_: object, **__: object) -> LoadedModel:
+        shape = step_shape.extract(compound(faces_of_rare_kinds()), {}, {}, {})
+        assembly = Assembly("root", [Instance("sheet", "part", 0, np.eye(4))])
+        return LoadedModel(
+            "STEP", None, "millimetre", 1.0, [shape], [Part("1", "sheet", 0)], [assembly], 0, None, 14, "test"
+        )
+
+    monkeypatch.setattr(module, "read_step", read)
+    file = tmp_path / "rare.step"
+    file.write_text("ISO-10303-21;")
+    with Store.open(fresh_store) as store:
+        shape = read().shapes[0]
+        first = load(store, file, name="rare")
+        counts = row_counts(store)
+        assert counts["arc_offset"] > 0
+        assert len(shape.surface_swept["surface_no"]) < counts["surface_swept"]
+        assert load(store, file, name="rare").status == "unchanged"
+        assert {k: v for k, v in row_counts(store).items() if k.startswith(("arc", "surface"))} == {
+            k: v for k, v in counts.items() if k.startswith(("arc", "surface"))
+        }
+        assert first.surfaces_added > 14
+        assert not [found for found in check(store) if found.rows]

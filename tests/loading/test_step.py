@@ -12,12 +12,12 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.geometry.curves import Curves
 from relmodel.geometry.pcurves import Pcurves
-from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import part21
+from relmodel.loading.brep import curves_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
 from relmodel.loading.step import read_step
+from tests.loading.step_parts import loaded
 
 Array = npt.NDArray[np.float64]
 
@@ -33,9 +33,9 @@ FILES = (
 )
 
 
-@cache
-def loaded(path: Path) -> LoadedModel:
-    return read_step(path)
+def exact(path: Path) -> list[Shape]:
+    """Shapes with faces."""
+    return [shape for shape in loaded(path).shapes if shape.kind != "wire"]
 
 
 @cache
@@ -74,33 +74,40 @@ def kernel_shapes(path: Path) -> list[tuple[Any, list[Any], list[Any]]]:
 
 def occurrences(model: LoadedModel, assembly: int | None = None) -> int:
     one = model.assemblies[model.root if assembly is None else assembly]
-    return sum(1 if i.kind == "part" else occurrences(model, i.child) for i in one.instances)
+    placed = [i for i in one.instances if i.kind == "assembly" or not model.parts[i.child].supplemental]
+    return sum(1 if i.kind == "part" else occurrences(model, i.child) for i in placed)
 
 
 def pairs(path: Path) -> list[tuple[Shape, Any, list[Any], list[Any]]]:
-    """Each loaded shape with the kernel's, told by the number of faces and edges and the volume."""
+    """Each loaded shape with the kernel's, told by the number of faces and by where the edges begin."""
     out = []
     for shape, faces, edges in kernel_shapes(path):
-        volume = kernel_volume(shape)
+        begin = moments(np.array([start_of(edge) for edge in edges]))
         like = [
             s
             for s in loaded(path).shapes
             if len(s.surfaces["kind"]) == len(faces)
             and len(s.arcs["kind"]) == len(edges)
-            and (s.volume is None or s.volume == pytest.approx(volume, rel=1e-5))
+            and moments(columns(s.arcs, "start_x", "start_y", "start_z")) == pytest.approx(begin, rel=1e-9, abs=1e-9)
         ]
         assert like, f"no shape of {len(faces)} faces, {len(edges)} edges"
         out.append((like[0], shape, faces, edges))
     return out
 
 
-def kernel_volume(shape: Any) -> float:
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
+def moments(points: Array) -> Array:
+    return np.concatenate([points.mean(0), (points**2).mean(0), (points**3).mean(0)])
 
-    props = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, props, 1e-9, False, False)
-    return float(props.Mass())
+
+def start_of(edge: Any) -> Any:
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.TopExp import TopExp
+
+    if BRep_Tool.Degenerated_s(edge):
+        return BRep_Tool.Pnt_s(TopExp.FirstVertex_s(edge)).Coord()
+    curve = BRepAdaptor_Curve(edge)
+    return curve.Value(curve.FirstParameter()).Coord()
 
 
 @pytest.mark.data
@@ -108,16 +115,17 @@ def kernel_volume(shape: Any) -> float:
 def test_counts_are_those_of_kernel_and_text(data_dir: Path, name: str) -> None:
     path = data_dir / "step" / name
     model, text, kernel = loaded(path), part21.summarise(path), kernel_shapes(path)
-    assert len(model.shapes) == len(kernel)
-    faces = [len(s.surfaces["kind"]) for s in model.shapes]
+    assert sum(s.kind != "wire" for s in model.shapes) == len(kernel)
+    faces = [len(s.surfaces["kind"]) for s in model.shapes if s.kind != "wire"]
     assert sorted(faces) == sorted(len(f) for _, f, _ in kernel)
     assert sum(faces) == text.faces == model.faces_loaded == model.faces_in_file
     # Every product of the file is a part or an assembly; a file with one part has an assembly around it.
     around = 0 if text.usages else 1
-    assert len(model.parts) + len(model.assemblies) - around == text.products
-    assert sum(len(a.instances) for a in model.assemblies) - around == text.usages
+    drawn = sum(part.supplemental for part in model.parts)
+    assert len(model.parts) - drawn + len(model.assemblies) - around == text.products
+    assert sum(len(a.instances) for a in model.assemblies) - drawn - around == text.usages
     if text.edges == sum(len(e) for _, _, e in kernel):
-        assert sum(len(s.arcs["kind"]) for s in model.shapes) == text.edges
+        assert sum(len(s.arcs["kind"]) for s in model.shapes if s.kind != "wire") == text.edges
 
 
 @pytest.mark.data
@@ -134,9 +142,10 @@ def test_counts_are_those_of_kernel_and_text(data_dir: Path, name: str) -> None:
 )
 def test_structure(data_dir: Path, name: str, assemblies: int, parts: int, placed: int, faces: int, edges: int) -> None:
     model = loaded(data_dir / "step" / name)
-    assert (len(model.assemblies), len(model.parts), occurrences(model)) == (assemblies, parts, placed)
+    own = [part for part in model.parts if not part.supplemental]
+    assert (len(model.assemblies), len(own), occurrences(model)) == (assemblies, parts, placed)
     assert sum(len(s.surfaces["kind"]) for s in model.shapes) == faces
-    assert sum(len(s.arcs["kind"]) for s in model.shapes) == edges
+    assert sum(len(s.arcs["kind"]) for s in model.shapes if s.kind != "wire") == edges
 
 
 @pytest.mark.data
@@ -165,57 +174,6 @@ def every_file(data_dir: Path) -> list[Path]:
 
 
 @pytest.mark.data
-def test_rows_alone_give_the_points_of_the_kernel(data_dir: Path) -> None:
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-    from OCP.gp import gp_Pnt, gp_Vec
-
-    shares = np.array([0.0, 0.17, 0.5, 0.83, 1.0])
-    for path in every_file(data_dir):
-        for shape, _, faces, edges in pairs(path):
-            surfaces = surfaces_of(shape)
-            u0, u1, v0, v1 = surfaces.domain.T[:, :, None, None]
-            u, v = np.broadcast_arrays(u0 + (u1 - u0) * shares[:, None], v0 + (v1 - v0) * shares)
-            row = np.repeat(np.arange(len(faces)), 25)
-            ours = surfaces.evaluate(row, u.ravel(), v.ravel())
-            points, by_u, by_v = (np.empty((len(row), 3)) for _ in range(3))
-            p, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
-            for i, face in enumerate(faces):
-                adaptor = BRepAdaptor_Surface(face, False)
-                for k in range(25):
-                    adaptor.D1(u[i].flat[k], v[i].flat[k], p, du, dv)
-                    points[25 * i + k], by_u[25 * i + k], by_v[25 * i + k] = p.Coord(), du.Coord(), dv.Coord()
-            assert np.abs(ours.points - points).max() <= 1e-9, path.name
-            scale = 1 + np.abs(by_u).max() + np.abs(by_v).max()
-            assert np.abs(ours.by_u - by_u).max() <= 1e-9 * scale
-            assert np.abs(ours.by_v - by_v).max() <= 1e-9 * scale
-
-            curves = Curves(shape.arcs, shape.arc_splines)
-            for i, edge in enumerate(edges):
-                if BRep_Tool.Degenerated_s(edge):
-                    assert curves.kind[i] == "degenerate"
-                    continue
-                curve = BRepAdaptor_Curve(edge)
-                t = curves.t0[i] + shares * (curves.t1[i] - curves.t0[i])
-                assert (curve.FirstParameter(), curve.LastParameter()) == (curves.t0[i], curves.t1[i])
-                at, by = curves.evaluate(np.full(5, i), t)
-                for k in range(5):
-                    curve.D1(t[k], p, du)
-                    assert np.abs(at[k] - p.Coord()).max() <= 1e-9, path.name
-                    assert np.abs(by[k] - du.Coord()).max() <= 1e-9 * (1 + np.abs(by[k]).max())
-
-
-def surfaces_of(shape: Shape) -> Surfaces:
-    return Surfaces(
-        shape.surfaces,
-        shape.surface_splines,
-        shape.surface_swept,
-        Curves(shape.basis_arcs, shape.basis_arc_splines),
-        Surfaces(shape.basis_surfaces, shape.basis_surface_splines),
-    )
-
-
-@pytest.mark.data
 def test_measures_are_those_of_the_kernel(data_dir: Path) -> None:
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Tool
@@ -231,9 +189,11 @@ def test_measures_are_those_of_the_kernel(data_dir: Path) -> None:
             for i, face in enumerate(faces):
                 props, bound = GProp_GProps(), Bnd_Box()
                 BRepGProp.SurfaceProperties_s(face, props, 1e-9, False)
-                assert shape.surfaces["area"][i] == pytest.approx(props.Mass(), rel=1e-5)
+                # Of free-form faces the kernel itself is not always nearer: see test_masses.py.
+                free = shape.surfaces["kind"][i] in ("spline", "extrusion")
+                assert shape.surfaces["area"][i] == pytest.approx(props.Mass(), rel=2e-5 if free else 1e-7)
                 centroid = [shape.surfaces[f"centroid_{a}"][i] for a in "xyz"]
-                assert centroid == pytest.approx(props.CentreOfMass().Coord(), abs=1e-3)
+                assert centroid == pytest.approx(props.CentreOfMass().Coord(), abs=1e-3 if free else 1e-4)
                 BRepBndLib.AddOptimal_s(face, bound, False, False)
                 truth = np.array([*bound.CornerMin().Coord(), *bound.CornerMax().Coord()])
                 assert np.abs(box[i] - truth).max() < 1e-4, (path.name, i, shape.surfaces["kind"][i])
@@ -250,7 +210,7 @@ def columns(table: dict[str, Any], *names: str) -> Array:
 @pytest.mark.data
 def test_loops_close_and_pcurves_lie_on_their_arcs(data_dir: Path) -> None:
     for path in every_file(data_dir):
-        for shape in loaded(path).shapes:
+        for shape in exact(path):
             start, end = (columns(shape.arcs, *(f"{n}_{a}" for a in "xyz")) for n in ("start", "end"))
             c = shape.coedges
             arc, back = c["arc_no"], c["reversed"]
@@ -273,10 +233,10 @@ def test_loops_close_and_pcurves_lie_on_their_arcs(data_dir: Path) -> None:
             p = shape.pcurves
             key = {k: i for i, k in enumerate(zip(c["surface_no"], c["loop_no"], c["coedge_no"], strict=True))}
             of = np.array([key[k] for k in zip(p["surface_no"], p["loop_no"], p["coedge_no"], strict=True)], np.int64)
-            curves = Curves(shape.arcs, shape.arc_splines)
+            curves = curves_of(shape)
             for part in (0.0, 0.31, 1.0):
                 t = p["t0"] + part * (p["t1"] - p["t0"])
-                uv = Pcurves(p).evaluate(np.arange(len(t)), t)
+                uv = Pcurves(p).evaluate(np.arange(len(t)), t)[0]
                 points = surfaces_of(shape).evaluate(p["surface_no"], uv[:, 0], uv[:, 1]).points
                 if len(t):
                     assert np.abs(points - curves.evaluate(arc[of], t)[0]).max() < 1e-2, path.name
@@ -293,7 +253,7 @@ def test_angles_agree_with_how_much_material_is_around_the_edge(data_dir: Path) 
     for name in ("as1-tu-203.stp", "nist_ctc_01_asme1_ap242.stp"):
         for shape, solid, _, _ in pairs(data_dir / "step" / name):
             classifier = BRepClass3d_SolidClassifier(solid)
-            curves = Curves(shape.arcs, shape.arc_splines)
+            curves = curves_of(shape)
             among = np.flatnonzero(np.isin(shape.arcs["convexity"], ("convex", "concave", "smooth")))
             for i in among[:: 1 + len(among) // 20]:
                 point, tangent = (x[0] for x in curves.evaluate([i], [(curves.t0[i] + curves.t1[i]) / 2]))
@@ -314,7 +274,7 @@ def test_angles_agree_with_how_much_material_is_around_the_edge(data_dir: Path) 
 @pytest.mark.data
 def test_mesh_encloses_the_volume_and_bears_the_normals(data_dir: Path) -> None:
     for path in every_file(data_dir):
-        for shape in loaded(path).shapes:
+        for shape in exact(path):
             mesh = shape.mesh
             corner = mesh.vertices[mesh.triangles]
             volume = np.einsum("nd,nd->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6

@@ -130,3 +130,36 @@ def test_areas_centroids_and_volumes_are_exact() -> None:
     ball = list(half.surfaces["kind"]).index("sphere")
     assert [half.surfaces[f"centroid_{a}"][ball] for a in "xyz"] == pytest.approx([0, 0, 2], abs=1e-9)
     assert half.volume == pytest.approx(2 / 3 * pi * 64, rel=1e-10)
+
+
+def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_is_none() -> None:
+    """A face tangent to another that it runs back along: the normals are opposed whatever lies between."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+        BRepBuilderAPI_Transform,
+    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakePrism
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+
+    half = np.sqrt(0.5)
+    corners = [gp_Pnt(*xyz) for xyz in ((0, 0, 0), (10, 0, 0), (6, 4, 0), (0, 4, 0))]
+    # About (10, 4) from (10, 0) back to (6, 4).
+    arc = GC_MakeArcOfCircle(corners[1], gp_Pnt(10 - 4 * half, 4 - 4 * half, 0), corners[2]).Value()
+    wire = BRepBuilderAPI_MakeWire()
+    wire.Add(BRepBuilderAPI_MakeEdge(corners[0], corners[1]).Edge())
+    wire.Add(BRepBuilderAPI_MakeEdge(arc).Edge())
+    wire.Add(BRepBuilderAPI_MakeEdge(corners[2], corners[3]).Edge())
+    wire.Add(BRepBuilderAPI_MakeEdge(corners[3], corners[0]).Edge())
+    knife = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, 0, 5)).Shape()
+    crack = BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(gp_Pnt(-5, -5, 0), 20.0, 15.0, 5.0).Shape(), knife).Shape()
+    for degrees in range(0, 360, 40):  # round-off falls differently in each place
+        turn = gp_Trsf()
+        turn.SetRotation(gp_Ax1(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), np.deg2rad(degrees))
+        for shape, expected in ((knife, "convex"), (crack, "concave")):
+            arcs = extracted(BRepBuilderAPI_Transform(shape, turn, True).Shape()).arcs
+            cusps = np.flatnonzero(np.abs(arcs["angle"]) > 3)
+            assert [arcs["convexity"][i] for i in cusps] == [expected], (degrees, expected)

@@ -105,8 +105,10 @@ def plate() -> Model:
         | transform(0, [0, 100, 0]),
         "occurrence": placed | transform(0, [0, 100, 0]),
         "occurrence/2": nested | transform(90, [10, 100, 0]),
-        "occurrence/3": leaf | {"part_id": 1, "shape_id": 1} | transform(90, [10, 100, 5]),
-        "occurrence_box": {"occurrence_id": [3], "world_id": 1, "page": 0} | box([9, 100, 5], [10, 102, 5]),
+        "occurrence/3": leaf
+        | {"part_id": 1, "shape_id": 1, "page": 0}
+        | transform(90, [10, 100, 5])
+        | box([9, 100, 5], [10, 102, 5]),
         "box_page": {"world_id": [1], "page": 0, "box_count": 1} | box([9, 100, 5], [10, 102, 5]),
     }
 
@@ -140,7 +142,23 @@ def add_adjacency(model: Model) -> None:
     model["surface_adjacency"]["angle"] = 1.0
 
 
+def place_link(model: Model) -> None:
+    """A robot without a joint that moves, whose link is not where it stands."""
+    link: dict[str, Any] = {"world_id": [1], "object_no": 0, "robot": "", "object_id": 1, "child_no": 0}
+    model["world_link"] = link | transform(90, [10, 0, 1])
+
+
+def add_octree(model: Model, x1: float, listed: int) -> None:
+    """An oct-tree of one cell and one inside it."""
+    cells = {"world_id": 1, "cell": [1], "parent": 0} | box([9, 100, 5], [x1, 102, 5])
+    model["octree_cell"] = {"world_id": 1, "cell": [0]} | box([9, 100, 5], [10, 102, 5])
+    model["octree_cell/1"] = cells
+    model["octree_entry"] = {"world_id": [1], "cell": listed, "occurrence_id": 3}
+
+
 FAULTS = {
+    "octree_cell": lambda model: add_octree(model, 11, 1),
+    "octree_entry": lambda model: add_octree(model, 9.5, 7),
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],
@@ -149,7 +167,10 @@ FAULTS = {
     "orphans": lambda model: [model.pop(name) for name in ("object_part",)],
     "nesting_cycle": nest_in_itself,
     "occurrence_transform": fault("occurrence/3", "m03", [10.001]),
-    "occurrence_box": lambda model: [model[name].update(x0=[9.001]) for name in ("occurrence_box", "box_page")],
+    "occurrence_box": lambda model: [model[name].update(x0=[9.001]) for name in ("occurrence/3", "box_page")],
+    "occurrence_path": fault("occurrence/3", "path", "a/b"),
+    "occurrence_reference": fault("occurrence/2", "object_id", 7),
+    "world_link": place_link,
     "box_page": fault("box_page", "y1", [101.9]),
     "shape_box_page": fault("shape_box_page", "box_count", [1, 3]),
     "shape_box": fault("shape_box", "element_no", [0, 0, 1, 2, 4]),
@@ -158,12 +179,10 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_found(name: str, duckdb_template: str, tmp_path: Any) -> None:
-    import shutil
-
+def test_fault_is_found(name: str, fresh_store: str) -> None:
     model = plate()
     FAULTS[name](model)
-    assert f"check/{name}" in findings(str(shutil.copy(duckdb_template, tmp_path / "a.duckdb")), model)
+    assert f"check/{name}" in findings(fresh_store, model)
 
 
 def test_run_without_a_beginning_is_found(fresh_store: str) -> None:

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
 from relmodel.errors import UsageError
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.variants.compare import compare
+from tests.variants.composed import differences
+from tests.variants.conftest import EXAMPLES, Bulkheads
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 Point = tuple[float, float]
 
 
@@ -48,13 +48,6 @@ def write_plate(path: Path, outline: Sequence[Point], holes: Sequence[tuple[floa
     return path
 
 
-def changes(store: Store, before: str, after: str, name: str = "plate") -> list[dict[str, Any]]:
-    comparison = compare(store, (name, before), (name, after))
-    view = sa.text("SELECT * FROM variant_change WHERE comparison_id = :id ORDER BY level, element_a, element_b")
-    with store.read() as connection:
-        return [dict(r._mapping) for r in connection.execute(view, {"id": comparison.id})]
-
-
 def test_known_changes_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
     square: list[Point] = [(0, 0), (100, 0), (100, 60), (0, 60)]
     before = write_plate(
@@ -65,7 +58,7 @@ def test_known_changes_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
     with Store.open(fresh_store) as store:
         for variant, path in (("A", before), ("B", after)):
             load(store, path, name="plate", variant=variant)
-        rows = changes(store, "A", "B")
+        rows = differences(store, "A", "B", "plate")
         surfaces = [r for r in rows if r["level"] == "surface"]
         status = Counter((r["status"], r["kind"]) for r in surfaces)
         assert status == {
@@ -98,7 +91,7 @@ def test_a_boundary_split_elsewhere_is_no_change(duckdb_template: Path, tmp_path
     with Store.create(tmp_path / "s.duckdb") as store:
         for variant, path in zip("AB", paths, strict=True):
             load(store, path, name="plate", variant=variant)
-        rows = [r for r in changes(store, "A", "B") if r["level"] == "surface"]
+        rows = [r for r in differences(store, "A", "B", "plate") if r["level"] == "surface"]
     # Top and bottom have other arcs, and so other rows, but the same boundary; only the pieces of the side differ.
     assert Counter(r["status"] for r in rows) == {"identical": 6, "retrimmed": 2}
 
@@ -111,10 +104,9 @@ def test_round_off_is_no_change(tmp_path: Path) -> None:
             noise = [4e-7, 4e-7, 4e-7] if variant == "B" else [0, 0, 0]  # enough to leave a key's cell
             path = write_plate(tmp_path / f"{variant}.step", square, [(20, 20, 5), (60, 30, 8)], noise)
             added.append(load(store, path, name="plate", variant=variant).surfaces_added)
-        rows = changes(store, "A", "B")
+        rows = differences(store, "A", "B", "plate")
     assert added[1] > 0  # the keys do differ
-    assert {r["status"] for r in rows if r["level"] != "part"} == {"identical"}
-    assert len([r for r in rows if r["level"] == "surface"]) == 8
+    assert {(r["status"], r["differs"]) for r in rows} == {("identical", None)}
 
 
 def test_a_comparison_is_made_once_and_of_itself_finds_nothing(duckdb_template: Path, tmp_path: Path) -> None:
@@ -128,12 +120,9 @@ def test_a_comparison_is_made_once_and_of_itself_finds_nothing(duckdb_template: 
 
 
 @pytest.fixture(scope="module")
-def demo(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
+def demo(bulkheads: Bulkheads) -> list[dict[str, Any]]:
     """Differences between the demonstration bulkhead's variants A and B."""
-    with Store.create(tmp_path_factory.mktemp("demo") / "s.duckdb") as store:
-        for variant in "AB":
-            load(store, EXAMPLES / f"demo/bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
-        return changes(store, "A", "B", "bulkhead")
+    return differences(bulkheads.store, "A", "B", "bulkhead")
 
 
 def test_the_differences_are_those_of_the_generators_history(demo: list[dict[str, Any]]) -> None:
@@ -194,7 +183,7 @@ def test_the_differences_are_those_of_the_given_list(data_dir: Path, tmp_path: P
     with Store.create(tmp_path / "s.duckdb") as store:
         for variant in "AB":
             load(store, folder / variant / "bulkhead_parts.step", name="bulkhead", variant=variant)
-        rows = changes(store, "A", "B", "bulkhead")
+        rows = differences(store, "A", "B", "bulkhead")
     parts = Counter(r["status"] for r in rows if r["level"] == "part")
     assert parts == {"identical": 38, "changed": 1, "added": 1}
     assert [r["path_b"] for r in rows if r["status"] == "added" and r["level"] == "part"] == truth[

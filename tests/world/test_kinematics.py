@@ -124,10 +124,8 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
     assert np.abs(moved.world_from_rig - expected).max() < 1e-9
 
 
-def test_wrong_states_and_links_are_refused(tmp_path: Path) -> None:
-    target = str(tmp_path / "store.duckdb")
-    Store.create(target).close()
-    with Store.open(target) as store:
+def test_wrong_states_and_links_are_refused(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
         load(store, cell(tmp_path).with_name("crane.urdf"), name="crane")
         for change, said in (
             ({"joints": {"tilt_deg": 70}}, r"cell.yaml: joints of objects\[0\]: joint 'tilt' at .*70 deg.*outside"),
@@ -213,11 +211,11 @@ def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
         correct_base(rig, found, np.zeros((6, 6)))
 
 
-def test_where_and_back_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    target = str(tmp_path / "s.duckdb")
-    Store.create(target).close()
-    placed(target, cell(tmp_path))
-    asked = ["where", "head", "--on", "two", "--world", "w", "--store", target]
+def test_where_and_back_on_the_command_line(
+    fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    placed(fresh_store, cell(tmp_path))
+    asked = ["where", "head", "--on", "two", "--world", "w", "--store", fresh_store]
     capsys.readouterr()
     assert main([*asked, "--set", "travel=120", "--set", "tilt_deg=10", "--sigma-mm", "3"]) == 0
     said = yaml.safe_load(capsys.readouterr().out)

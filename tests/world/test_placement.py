@@ -34,34 +34,28 @@ def moved(angle: float, x: float) -> np.ndarray:
     return out
 
 
-def test_expansion_equals_walk(store_target: str, tmp_path: Path) -> None:
+def test_expansion_equals_walk(fresh_store: str, tmp_path: Path) -> None:
     model = SyntheticModel(1)
     first, second = moved(0.4, 100), moved(-1.2, -900)
     objects: list[dict[str, object]] = [
         {"object": "thing", "name": "a", "world_from_object": first.tolist()},
         {"object": "thing", "name": "b", "role": "fixture", "world_from_object": second.tolist()},
     ]
-    with Store.create(store_target) as store:
+    with Store.open(fresh_store) as store:
         model.fill(store)
         report = place_world(store, write_world(tmp_path / "w.yaml", "cell", objects))
         truth = {p.path: p for p in model.placed("a", first) + model.placed("b", second)}
         assert (report.status, report.revision, report.parts) == ("added", 1, len(truth))
-        occurrence, box = store.table("occurrence"), store.table("occurrence_box")
         with store.read() as connection:
-            rows = (
-                connection.execute(
-                    sa.select(occurrence, box)
-                    .join(box, box.c.occurrence_id == occurrence.c.id)
-                    .order_by(occurrence.c.id)
-                )
-                .mappings()
-                .all()
-            )
-            everything = {r["id"]: r for r in connection.execute(sa.select(occurrence)).mappings()}
+            occurrence = store.table("occurrence")
+            everything = {
+                r["id"]: r for r in connection.execute(sa.select(occurrence).order_by(occurrence.c.id)).mappings()
+            }
+            rows = [r for r in everything.values() if r["kind"] == "part"]
             pages = {r["page"]: r for r in connection.execute(sa.select(store.table("box_page"))).mappings()}
-    assert {r[occurrence.c.path] for r in rows} == set(truth)
+    assert {r["path"] for r in rows} == set(truth)
     for row in rows:
-        placed = truth[row[occurrence.c.path]]
+        placed = truth[row["path"]]
         transform = matrices({k: row[k] for k in row if str(k).startswith("m")})
         assert np.abs(transform - placed.world_from_part).max() < 1e-9
         carried = np.array([row[name] for name in BOX])
@@ -75,10 +69,10 @@ def test_expansion_equals_walk(store_target: str, tmp_path: Path) -> None:
     assert {r["path"] for r in everything.values() if r["parent_id"] is None} == {"a", "b"}
 
 
-def test_same_content_adds_nothing_and_a_change_is_a_revision(store_target: str, tmp_path: Path) -> None:
+def test_same_content_adds_nothing_and_a_change_is_a_revision(fresh_store: str, tmp_path: Path) -> None:
     model = SyntheticModel(2)
     file = write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}])
-    with Store.create(store_target) as store:
+    with Store.open(fresh_store) as store:
         model.fill(store)
         assert place_world(store, file).status == "added"
         before = count(store, "occurrence")
@@ -103,9 +97,9 @@ def test_same_content_adds_nothing_and_a_change_is_a_revision(store_target: str,
         assert list(pinned) == [1, 1, 2]
 
 
-def test_unknown_objects_and_cycles_are_refused(tmp_path: Path) -> None:
+def test_unknown_objects_and_cycles_are_refused(fresh_store: str, tmp_path: Path) -> None:
     model = SyntheticModel(4)
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(fresh_store) as store:
         model.fill(store, variant="b")
         file = write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}])
         with pytest.raises(InputError, match=r"thing is not loaded.*thing \(variant b\)"):
@@ -127,7 +121,7 @@ def test_unknown_objects_and_cycles_are_refused(tmp_path: Path) -> None:
         assert count(store, "world") == count(store, "occurrence") == 0
 
 
-def test_mounts_point_at_rigs(tmp_path: Path) -> None:
+def test_mounts_point_at_rigs(fresh_store: str, tmp_path: Path) -> None:
     (tmp_path / "head.yaml").write_text("one")
     file = tmp_path / "w.yaml"
     file.write_text(
@@ -140,7 +134,7 @@ def test_mounts_point_at_rigs(tmp_path: Path) -> None:
         run.append(connection, "rig", {"id": rig_id, "content_key": [path.read_text()]})
         return int(rig_id[0])
 
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(fresh_store) as store:
         SyntheticModel(6).fill(store)
         with pytest.raises(UsageError, match="mounts rigs"):
             place_world(store, file)
@@ -153,10 +147,10 @@ def test_mounts_point_at_rigs(tmp_path: Path) -> None:
         assert place_world(store, file, write_rig=write_rig).revision == 2
 
 
-def test_object_without_parts(tmp_path: Path) -> None:
+def test_object_without_parts(fresh_store: str, tmp_path: Path) -> None:
     model = SyntheticModel(5)
     model.root.children = []
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(fresh_store) as store:
         model.fill(store)
         report = place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}]))
         assert (report.objects, report.parts, count(store, "box_page")) == (1, 0, 0)

@@ -6,8 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction._compiled import kernel
+from vision.extraction._facet_kernels import row_moments
 
 FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
 
 
@@ -29,10 +31,11 @@ def high_pass_histogram(grey: FloatArray, bands: int) -> npt.NDArray[np.int64]:
     return histogram
 
 
-@kernel("Tuple((f8[:, ::1], i4[::1]))(f8[:, ::1], f8[:, ::1], f8[:, ::1], f8[::1], f8, f8, f8, f8, f8, f8, f8)")
+@kernel("Tuple((f8[:, ::1], i4[::1]))(f4[:, ::1], f4[:, ::1], i8, f8[:, ::1], f8[::1], f8, f8, f8, f8, f8, f8, f8)")
 def edge_candidates(
-    grey: FloatArray,
-    kernels: FloatArray,
+    grey: SingleArray,
+    taps: SingleArray,
+    border: int,
     covariance: FloatArray,
     noise: FloatArray,
     operator_variance: float,
@@ -46,81 +49,56 @@ def edge_candidates(
     """All pixels whose facet has a zero-crossing of the second directional derivative within `max_offset`.
 
     Gives (m, 6): offset along the gradient, nx, ny (unit gradient), contrast, blur, sigma of the offset; and the flat
-    pixel index (m,), ascending.  `covariance` is that of the a_ij under unit noise.
+    pixel index (m,), ascending.  `grey` is `mirrored` already; what lies within `border` px of its border is left out.
+    `covariance` is that of the a_ij under unit noise.
     """
-    rows, columns = grey.shape
-    k = kernels.shape[1] // 2
-    capacity = max(rows - 2 * k, 0) * max(columns - 2 * k, 0)
+    k = taps.shape[1] - 1
+    rows, columns = grey.shape[0] - 2 * k, grey.shape[1] - 2 * k
+    capacity = max(rows - 2 * border, 0) * max(columns - 2 * border, 0)
     values = np.empty((capacity, 6))
     pixels = np.empty(capacity, np.int32)
     count = 0
-    down = np.empty((4, columns))
-    along_r = np.empty(columns)
-    along_c = np.empty(columns)
-    p0, p1, p2, p3 = kernels[0], kernels[1], kernels[2], kernels[3]
+    down = np.empty((4, grey.shape[1]), np.float32)
+    a = np.empty((10, columns), np.float32)
+    crosses = np.empty(columns, np.bool_)
+    squares = np.empty(columns, np.float32)
+    bound, shrink = np.float32(max_offset), np.float32(2.0 * kappa)
+    four, six = np.float32(4.0), np.float32(6.0)
     var_first = covariance[1, 1]
-    v0, v1, v2, v3 = down[0], down[1], down[2], down[3]
-    for r in range(k, rows - k):
-        middle = grey[r]
+    least = np.empty(256, np.float32)
+    for level in range(256):
+        least[level] = max(min_slope * min_slope, 2.0 * var_first * noise[level] * noise[level] * f_threshold)
+    for r in range(border, rows - border):
+        row_moments(grey, r, taps, down, a)
+        # Most pixels see no crossing near: these are told apart many at a time, by the conditions below times squares.
         for c in range(columns):
-            v0[c] = p0[k] * middle[c]
-            v1[c] = 0.0
-            v2[c] = p2[k] * middle[c]
-            v3[c] = 0.0
-        for t in range(1, k + 1):
-            below, above = grey[r + t], grey[r - t]
-            w0, w1, w2, w3 = p0[k + t], p1[k + t], p2[k + t], p3[k + t]
-            for c in range(columns):
-                even = below[c] + above[c]
-                odd = below[c] - above[c]
-                v0[c] += w0 * even
-                v1[c] += w1 * odd
-                v2[c] += w2 * even
-                v3[c] += w3 * odd
-        for c in range(k, columns - k):
-            along_r[c] = p0[k] * v1[c]
-            along_c[c] = 0.0
-        for t in range(1, k + 1):
-            w0, w1 = p0[k + t], p1[k + t]
-            for c in range(k, columns - k):
-                along_r[c] += w0 * (v1[c + t] + v1[c - t])
-                along_c[c] += w1 * (v0[c + t] - v0[c - t])
-        for c in range(k, columns - k):
-            squared = along_r[c] * along_r[c] + along_c[c] * along_c[c]
-            if squared < min_slope * min_slope:
+            gr, gc = a[4, c], a[1, c]
+            square = gr * gr + gc * gc
+            second = a[7, c] * gr * gr + a[5, c] * gr * gc + a[2, c] * gc * gc
+            third = gr * gr * (a[9, c] * gr + a[8, c] * gc) + gc * gc * (a[6, c] * gr + a[3, c] * gc)
+            reach = bound * (four * second * second - six * third * square)
+            squares[c] = square
+            crosses[c] = (third < 0.0) & (shrink * abs(second) * square * np.sqrt(square) <= reach)
+        for c in range(border, columns - border):
+            if not crosses[c]:
                 continue
-            level = min(max(int(v0[c]), 0), 255)
+            level = min(max(int(a[0, c]), 0), 255)
+            if squares[c] < least[level]:
+                continue
+            along_r, along_c = np.float64(a[4, c]), np.float64(a[1, c])
+            squared = along_r * along_r + along_c * along_c
             noise_variance = noise[level] * noise[level]
-            if squared < 2.0 * var_first * noise_variance * f_threshold:
-                continue
-            a20 = p0[k] * v2[c]
-            a02 = p2[k] * v0[c]
-            a12 = p2[k] * v1[c]
-            a30 = p0[k] * v3[c]
-            a11 = 0.0
-            a21 = 0.0
-            a03 = 0.0
-            for t in range(1, k + 1):
-                a20 += p0[k + t] * (v2[c + t] + v2[c - t])
-                a02 += p2[k + t] * (v0[c + t] + v0[c - t])
-                a12 += p2[k + t] * (v1[c + t] + v1[c - t])
-                a30 += p0[k + t] * (v3[c + t] + v3[c - t])
-                a11 += p1[k + t] * (v1[c + t] - v1[c - t])
-                a21 += p1[k + t] * (v2[c + t] - v2[c - t])
-                a03 += p3[k + t] * (v0[c + t] - v0[c - t])
+            a02, a03, a11, a12 = np.float64(a[2, c]), np.float64(a[3, c]), np.float64(a[5, c]), np.float64(a[6, c])
+            a20, a21, a30 = np.float64(a[7, c]), np.float64(a[8, c]), np.float64(a[9, c])
             slope = sqrt(squared)
-            s = along_r[c] / slope
-            o = along_c[c] / slope
+            s = along_r / slope
+            o = along_c / slope
             second = 2.0 * (a20 * s * s + a11 * s * o + a02 * o * o)
             third = 6.0 * (a30 * s * s * s + a21 * s * s * o + a12 * s * o * o + a03 * o * o * o)
-            if third >= 0.0:
-                continue
             # The Gaussian that has this slope and these derivatives: d is its centre, spread its variance.
             q = second * second - slope * third
             spread = slope * slope / q
             offset = kappa * slope * second / q
-            if abs(offset) > max_offset:
-                continue
             peak = slope * exp(0.5 * offset * offset / spread)
             contrast = peak * sqrt(2.0 * pi * spread)
             if contrast < min_contrast:

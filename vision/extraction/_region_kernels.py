@@ -34,54 +34,56 @@ def add_seeds(labels: LabelArray, parts: LabelArray, number: int, count: int) ->
 def flood(labels: LabelArray, depth: npt.NDArray[np.float32]) -> None:
     """Watershed in place: labels > 0 grow over 0 from great depth to small, 4-connected, first come first served."""
     rows, columns = labels.shape
-    levels = 256
-    bucket = np.empty((rows, columns), np.uint8)
+    levels, stride = 256, columns + 2
+    # a frame of -1 around the picture: neighbours are steps of a flat index, none of which leaves the array
+    label = np.full((rows + 2) * stride, -1, np.int32)
+    bucket = np.zeros((rows + 2) * stride, np.uint8)
     for r in range(rows):
+        begin = (r + 1) * stride + 1
         for c in range(columns):
-            bucket[r, c] = min(int(depth[r, c] * 4.0), levels - 1)
+            label[begin + c] = labels[r, c]
+            bucket[begin + c] = min(int(depth[r, c] * 4.0), levels - 1)
     # every pixel is queued once, in the queue of its level or of the level that the flood stands at if that is lower
-    following = np.full(rows * columns, -1, np.int32)
+    following = np.empty((rows + 2) * stride, np.int32)
     first = np.full(levels, -1, np.int64)
     last = np.full(levels, -1, np.int64)
-    queued = np.zeros((rows, columns), np.bool_)
-    for r in range(rows):
-        for c in range(columns):
-            if labels[r, c] > 0:
-                queued[r, c] = True
-                # what lies inside a seed has nowhere to grow
-                if (
-                    (r == 0 or labels[r - 1, c] > 0)
-                    and (r == rows - 1 or labels[r + 1, c] > 0)
-                    and (c == 0 or labels[r, c - 1] > 0)
-                    and (c == columns - 1 or labels[r, c + 1] > 0)
-                ):
-                    continue
-                level = bucket[r, c]
-                pixel = r * columns + c
-                if first[level] < 0:
-                    first[level] = pixel
-                else:
-                    following[last[level]] = pixel
-                last[level] = pixel
+    steps = (stride, -stride, 1, -1)
+    for pixel in range(stride, (rows + 1) * stride):
+        # what lies inside a seed has nowhere to grow
+        if label[pixel] <= 0 or (
+            label[pixel - stride] != 0
+            and label[pixel + stride] != 0
+            and label[pixel - 1] != 0
+            and label[pixel + 1] != 0
+        ):
+            continue
+        level = bucket[pixel]
+        following[pixel] = -1
+        if first[level] < 0:
+            first[level] = pixel
+        else:
+            following[last[level]] = pixel
+        last[level] = pixel
     for level in range(levels - 1, -1, -1):
         while first[level] >= 0:
             pixel = first[level]
             first[level] = following[pixel]
-            r, c = pixel // columns, pixel % columns
-            for side in range(4):
-                rr = r + (side == 0) - (side == 1)
-                cc = c + (side == 2) - (side == 3)
-                if rr < 0 or cc < 0 or rr >= rows or cc >= columns or queued[rr, cc]:
+            for step in steps:
+                neighbour = pixel + step
+                if label[neighbour] != 0:
                     continue
-                queued[rr, cc] = True
-                labels[rr, cc] = labels[r, c]
-                at = np.int64(bucket[rr, cc]) if bucket[rr, cc] < level else level
-                neighbour = rr * columns + cc
+                label[neighbour] = label[pixel]
+                at = min(int(bucket[neighbour]), level)
+                following[neighbour] = -1
                 if first[at] < 0:
                     first[at] = neighbour
                 else:
                     following[last[at]] = neighbour
                 last[at] = neighbour
+    for r in range(rows):
+        begin = (r + 1) * stride + 1
+        for c in range(columns):
+            labels[r, c] = label[begin + c]
 
 
 @kernel("f8[:, ::1](i4[:, ::1], f8[:, ::1], i8, f8)")
@@ -92,28 +94,51 @@ def sums(labels: LabelArray, grey: FloatArray, count: int, saturation: float) ->
     out[:, 11:13] = 1e9
     out[:, 13:15] = -1.0
     for r in range(rows):
+        begin = 0
+        while begin < columns:
+            label = labels[r, begin]
+            end = begin
+            n, x, xx, g, gg, xg, saturated = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            while end < columns and labels[r, end] == label:
+                c, value = float(end), grey[r, end]
+                n += 1.0
+                x += c
+                xx += c * c
+                g += value
+                gg += value * value
+                xg += c * value
+                saturated += value >= saturation
+                end += 1
+            if label >= 0:
+                row = out[label]
+                row[0] += n
+                row[1] += x
+                row[2] += r * n
+                row[3] += xx
+                row[4] += r * x
+                row[5] += r * r * n
+                row[6] += g
+                row[7] += gg
+                row[8] += xg
+                row[9] += r * g
+                row[10] += saturated
+                row[11] = min(row[11], begin)
+                row[12] = min(row[12], r)
+                row[13] = max(row[13], end - 1)
+                row[14] = max(row[14], r)
+            begin = end
+    return out
+
+
+@kernel("i8[:, ::1](i4[:, ::1], u1[:, ::1], i8, i8)")
+def counts(labels: LabelArray, classes: npt.NDArray[np.uint8], count: int, kinds: int) -> npt.NDArray[np.int64]:
+    """(count, kinds): pixels of each class in each of the regions 0..count-1; -1 belongs to none."""
+    rows, columns = labels.shape
+    out = np.zeros((count, kinds), np.int64)
+    for r in range(rows):
         for c in range(columns):
-            label = labels[r, c]
-            if label < 0:
-                continue
-            row = out[label]
-            g = grey[r, c]
-            row[0] += 1.0
-            row[1] += c
-            row[2] += r
-            row[3] += c * c
-            row[4] += c * r
-            row[5] += r * r
-            row[6] += g
-            row[7] += g * g
-            row[8] += c * g
-            row[9] += r * g
-            if g >= saturation:
-                row[10] += 1.0
-            row[11] = min(row[11], c)
-            row[12] = min(row[12], r)
-            row[13] = max(row[13], c)
-            row[14] = max(row[14], r)
+            if labels[r, c] >= 0:
+                out[labels[r, c], classes[r, c]] += 1
     return out
 
 

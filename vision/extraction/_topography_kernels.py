@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction._compiled import kernel
+from vision.extraction._facet_kernels import row_moments
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
@@ -17,70 +18,54 @@ PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADD
 @kernel("Tuple((u1[:, ::1], f8[:, ::1]))(f4[:, ::1], f4[:, ::1], f8[::1], f8, f8, f8, f8)")
 def classify(
     grey: SingleArray,
-    kernels: SingleArray,
+    taps: SingleArray,
     noise: FloatArray,
     slope_sigma: float,
     bend_sigma: float,
     min_slope: float,
     min_bend: float,
 ) -> tuple[npt.NDArray[np.uint8], FloatArray]:
-    """Label of every pixel of a picture mirrored already by k rows and columns on each side.
+    """Label of every pixel of a picture that is `mirrored` already.
 
     Beside the labels, (m, 6) of each ridge and ravine pixel: its flat index, the sub-pixel step along x and y to the
     crest, the unit normal across it, and the second derivative there.  `slope_sigma` and `bend_sigma` are the standard
-    deviations of a slope and of a second derivative at unit noise.  Single precision: it rounds far below the noise.
+    deviations of a slope and of a second derivative at unit noise.
     """
-    k = kernels.shape[1] // 2
+    k = taps.shape[1] - 1
     rows, columns = grey.shape[0] - 2 * k, grey.shape[1] - 2 * k
     labels = np.empty((rows, columns), np.uint8)
     down = np.empty((4, grey.shape[1]), np.float32)
     a = np.empty((10, columns), np.float32)
+    least_bend, least_slope = np.empty(256, np.float32), np.empty(256, np.float32)
+    for level in range(256):
+        least_bend[level] = max(min_bend, 3.0 * bend_sigma * noise[level])
+        least_slope[level] = max(min_slope, 3.0 * slope_sigma * noise[level])
+    bend_here, slope_here = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    bends_enough = np.empty(columns, np.bool_)
     crests = np.empty((rows * columns, 6))
     count = 0
     bends, steps = np.zeros(2), np.zeros(2)
     signs, hill = np.zeros(2, np.int64), np.zeros(2, np.int64)
     for r in range(rows):
-        for i in range(4):
-            even = i % 2 == 0
-            target = down[i]
-            middle = grey[r + k]
-            w = kernels[i, k]
-            for c in range(grey.shape[1]):
-                target[c] = w * middle[c]
-            for t in range(1, k + 1):
-                w = kernels[i, k + t]
-                below, above = grey[r + k + t], grey[r + k - t]
-                if even:
-                    for c in range(grey.shape[1]):
-                        target[c] += w * (below[c] + above[c])
-                else:
-                    for c in range(grey.shape[1]):
-                        target[c] += w * (below[c] - above[c])
-        at = 0
-        for i in range(4):
-            for j in range(4 - i):
-                source = down[i]
-                line = a[at]
-                w = kernels[j, k]
-                for c in range(columns):
-                    line[c] = w * source[c + k]
-                for t in range(1, k + 1):
-                    w = kernels[j, k + t]
-                    if j % 2 == 0:
-                        for c in range(columns):
-                            line[c] += w * (source[c + k + t] + source[c + k - t])
-                    else:
-                        for c in range(columns):
-                            line[c] += w * (source[c + k + t] - source[c + k - t])
-                at += 1
+        row_moments(grey, r, taps, down, a)
+        line = labels[r]
+        for c in range(columns):
+            level = min(max(int(a[0, c]), 0), 255)
+            bend_here[c], slope_here[c] = least_bend[level], least_slope[level]
+        # Most pixels bend too little for any root: these are told apart many at a time.
+        for c in range(columns):
+            half, mean, cross = a[7, c] - a[2, c], a[7, c] + a[2, c], a[5, c]
+            bends_enough[c] = abs(mean) + np.sqrt(half * half + cross * cross) > np.float32(0.5) * bend_here[c]
+            steep = a[4, c] * a[4, c] + a[1, c] * a[1, c] > slope_here[c] * slope_here[c]
+            line[c] = SLOPE if steep else FLAT
         # a: 00 01 02 03 10 11 12 20 21 30
         for c in range(columns):
+            if not bends_enough[c]:
+                continue
             # Derivatives of the smoothed picture: these follow Taylor's series, as the cubic's own slope does not.
             gr, gc = np.float64(a[4, c]), np.float64(a[1, c])
             rr, rc, cc = 2.0 * np.float64(a[7, c]), np.float64(a[5, c]), 2.0 * np.float64(a[2, c])
-            level = min(max(int(a[0, c]), 0), 255)
-            bend = max(min_bend, 3.0 * bend_sigma * noise[level])
-            steep = max(min_slope, 3.0 * slope_sigma * noise[level])
+            bend = np.float64(bend_here[c])
             half, mean = 0.5 * (rr - cc), 0.5 * (rr + cc)
             root = sqrt(half * half + rc * rc)
             # eigenvector of mean + root
@@ -95,8 +80,7 @@ def classify(
                 er, ec = np.float64(1.0), np.float64(0.0)
             signs[:] = 0
             hill[:] = 0
-            # where neither bends half enough no root can
-            for side in range(2 if abs(mean) + root > 0.5 * bend else 0):
+            for side in range(2):
                 vr, vc = (er, ec) if side == 0 else (-ec, er)
                 second = mean + root if side == 0 else mean - root
                 first = gr * vr + gc * vc
@@ -136,11 +120,9 @@ def classify(
                 label = CONVEX
             elif hill[0] + hill[1] < 0:
                 label = CONCAVE
-            elif gr * gr + gc * gc <= steep * steep:
-                label = FLAT
             else:
-                label = SLOPE
-            labels[r, c] = label
+                continue
+            line[c] = label
             if label in (RIDGE, RAVINE):
                 side = 0 if signs[0] != 0 else 1
                 vr, vc = (er, ec) if side == 0 else (-ec, er)

@@ -11,8 +11,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from vision.extraction import covariances
+from vision.extraction.courses import Deviations, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.edges import EdgeElements
-from vision.extraction.ellipses import Ellipse, fit_ellipse
+from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.linking import Chains
 
 FloatArray = npt.NDArray[np.float64]
@@ -27,6 +29,7 @@ _FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or f
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
 _MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
+_PACKED = ("elements", "x", "y", "point_sigma")
 _TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
 
 
@@ -38,8 +41,10 @@ class Arcs:
     `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor semi-axis) and
     `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
-    direction; `residual` (px) the rms distance of its elements.  Arc i holds edge elements
-    `elements[offsets[i] : offsets[i + 1]]`, in order.
+    direction; `residual` (px) the rms distance of its elements.  `covariance` (n, 5, 5) is that of the parameters that
+    `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
+    `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
+    measured with the elements around them to `point_sigma` (px) across.
     """
 
     kind: npt.NDArray[np.int8]
@@ -59,8 +64,12 @@ class Arcs:
     sigma: FloatArray
     angle_sigma: FloatArray
     residual: FloatArray
+    covariance: FloatArray
     offsets: IntArray
     elements: IntArray
+    x: FloatArray
+    y: FloatArray
+    point_sigma: FloatArray
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -79,8 +88,10 @@ class Arcs:
     def take(self, kept: BoolArray) -> "Arcs":
         """The arcs that the mask selects."""
         members = self.chains.take(kept)
-        columns = {f.name: getattr(self, f.name)[kept] for f in fields(self) if f.name not in ("offsets", "elements")}
-        return Arcs(**columns, offsets=members.offsets, elements=members.elements)
+        of_member = np.repeat(kept, self.chains.counts)
+        columns = {f.name: getattr(self, f.name)[kept] for f in fields(self) if f.name not in ("offsets", *_PACKED)}
+        packed = {name: getattr(self, name)[of_member] for name in _PACKED}
+        return Arcs(**columns, **packed, offsets=members.offsets)
 
 
 def concatenate(parts: Sequence[Arcs]) -> Arcs:
@@ -161,9 +172,9 @@ def _join(
     first, last = members.elements[members.offsets[:-1]], members.elements[members.offsets[1:] - 1]
     starts = np.column_stack([edges.x[first], edges.y[first]])
     ends = np.column_stack([edges.x[last], edges.y[last]])
-    near = cKDTree(ends[usable]).query_ball_tree(cKDTree(starts[usable]), reach)
-    tail = np.repeat(usable, [len(found) for found in near])
-    head = usable[np.concatenate([np.sort(found) for found in near]).astype(np.intp)]
+    near = cKDTree(ends[usable]).sparse_distance_matrix(cKDTree(starts[usable]), reach, output_type="coo_matrix")
+    order = np.lexsort((near.col, near.row))
+    tail, head = usable[near.row[order]], usable[near.col[order]]
     gap = starts[head] - ends[tail]
     ahead = gap[:, 0] * -edges.ny[last[tail]] + gap[:, 1] * edges.nx[last[tail]]
     agree = edges.nx[last[tail]] * edges.nx[first[head]] + edges.ny[last[tail]] * edges.ny[first[head]]
@@ -174,9 +185,8 @@ def _join(
 
     x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    for arc in np.flatnonzero(kinds == ELLIPTIC).tolist():
-        ellipse = _ellipse_of(x, y, w, members, arc)
-        alone[arc, 4] = ellipse.square if ellipse else np.inf
+    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    alone[ovals, 4] = np.nan_to_num(_ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
     apart = _PRICE[kinds] + alone[:, 4] * alone[:, 5] / (2.0 * correlation)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, pairs, correlation)
     line = joint[:, 0] + _PRICE[LINE]
@@ -186,11 +196,9 @@ def _join(
     bent = (kinds[tail] != LINE) & (kinds[head] != LINE) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
     bent &= (circle > apart[tail] + apart[head]) & (distance < 0.5 * together)
     oval = np.full(len(pairs), np.inf)
-    for at in np.flatnonzero(bent):
-        ellipse = _ellipse_of(x, y, w, members, tail[at], head[at])
-        if ellipse and ellipse.minor > 0.15 * ellipse.major:
-            total = alone[tail[at], 5] + alone[head[at], 5]
-            oval[at] = ellipse.square * total / (2.0 * correlation) + _PRICE[ELLIPTIC]
+    tried = _ellipses_of(x, y, w, members, pairs[bent])
+    price = tried.square * (alone[tail, 5] + alone[head, 5])[bent] / (2.0 * correlation) + _PRICE[ELLIPTIC]
+    oval[bent] = np.where(tried.minor > 0.15 * tried.major, price, np.inf)
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     least = costs.min(axis=1)
     saving = apart[tail] + apart[head] - least - 0.1 * distance
@@ -218,10 +226,15 @@ def _join(
     return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept]
 
 
-def _ellipse_of(x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, *arcs: int) -> Ellipse | None:
-    """Ellipse through the members of some arcs; `x`, `y`, `w` run beside `members.elements`."""
-    rows = np.concatenate([np.arange(members.offsets[arc], members.offsets[arc + 1]) for arc in arcs])
-    return fit_ellipse(x[rows], y[rows], w[rows])
+def _ellipses_of(
+    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer]
+) -> Ellipses:
+    """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
+    arcs = groups.ravel()
+    counts = members.counts[arcs]
+    begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    rows = np.repeat(members.offsets[arcs] - begins, counts) + np.arange(counts.sum())
+    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
 
 
 def _measure(
@@ -236,11 +249,12 @@ def _measure(
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)
     radius2, axis_angle = nan.copy(), nan.copy()
-    for arc in np.flatnonzero(kinds == ELLIPTIC).tolist():
-        ellipse = _ellipse_of(x, y, w, members, arc)
-        if ellipse:
-            fit[arc, [0, 1, 2, 4, 7]] = (*ellipse[:3], ellipse.square, ellipse.square)
-            radius2[arc], axis_angle[arc] = ellipse.minor, ellipse.angle
+    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    found = _ellipses_of(x, y, w, members, ovals[:, None])
+    good = np.isfinite(found.square)
+    columns = np.stack([found.centre_x, found.centre_y, found.major, found.square, found.square], axis=1)
+    fit[ovals[good, None], np.array([0, 1, 2, 4, 7])] = columns[good]
+    radius2[ovals], axis_angle[ovals] = found.minor, found.angle
     line, circular = (kinds == LINE)[:, None], (kinds == CIRCULAR)[:, None]
     centre, direction, radius = fit[:, :2], fit[:, 2:4], fit[:, 2]
     on_line = centre + np.sum((ends - centre) * direction, axis=2, keepdims=True) * direction
@@ -258,14 +272,16 @@ def _measure(
 
     steps = np.hypot(np.diff(x, append=0.0), np.diff(y, append=0.0))
     steps[last] = 0.0
-    course = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
+    walked = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
     closing = np.hypot(*(ends[0] - ends[1]).T)
-    turn = course / np.maximum(radius, 1e-9)
-    round_trip = np.isin(kinds, (CIRCULAR, ELLIPTIC)) & (closing < 0.15 * course) & (turn > 4.5)
+    turn = walked / np.maximum(radius, 1e-9)
+    round_trip = np.isin(kinds, (CIRCULAR, ELLIPTIC)) & (closing < 0.15 * walked) & (turn > 4.5)
     closed = members.closed | round_trip
-    length = np.where(line[:, 0], np.hypot(*(end - start).T), course + np.where(closed, closing, 0.0))
+    length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     curved = circular[:, 0] | oval
+    deviations, covariance = _deviations(x, y, w, members, kinds, fit, found, half_spread, correlation)
+    course = settle(edges, members, deviations, scale)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
@@ -284,6 +300,47 @@ def _measure(
         sigma=np.sqrt(variance),
         angle_sigma=np.sqrt(variance / np.maximum(fit[:, 6], 1e-12)),
         residual=np.sqrt(fit[:, 7]),
+        covariance=covariance,
         offsets=members.offsets,
         elements=members.elements,
+        x=course.x,
+        y=course.y,
+        point_sigma=course.sigma,
     )
+
+
+def _deviations(
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    fit: FloatArray,
+    ellipses: Ellipses,
+    half_spread: FloatArray,
+    correlation: float,
+) -> tuple[Deviations, FloatArray]:
+    """How the members (m,) lie to their arcs, and the covariances (n, 5, 5) of these; `ellipses` are those of the
+    elliptic ones, in order, as seen."""
+    arc = members.chain_of_member
+    columns = np.full((4, len(x)), np.nan)
+    covariance = np.full((len(kinds), 5, 5), np.nan)
+    for kind in (LINE, CIRCULAR, ELLIPTIC):
+        own = np.flatnonzero(kinds == kind)
+        rows = np.flatnonzero(kinds[arc] == kind)
+        at, px, py = arc[rows], x[rows], y[rows]
+        if kind == LINE:
+            found = from_lines(px, py, fit[at])
+            jacobian = covariances.of_lines((px - fit[at, 0]) * fit[at, 2] + (py - fit[at, 1]) * fit[at, 3])
+        elif kind == CIRCULAR:
+            found = from_circles(px, py, fit[at], half_spread[at])
+            jacobian = covariances.of_circles(found)
+        else:
+            which = np.searchsorted(own, at)
+            found = from_ellipses(px, py, ellipses, which, half_spread[at])
+            jacobian = covariances.of_ellipses(px, py, found, ellipses, which)
+        columns[:, rows] = found.distance, found.nx, found.ny, found.bias
+        size = jacobian.shape[1]
+        first = np.searchsorted(at, own)
+        covariance[own, :size, :size] = covariances.of_parameters(jacobian, found.distance, w[rows], first, correlation)
+    return Deviations(*columns), covariance

@@ -9,6 +9,7 @@ facet) fix the Gaussian-blurred step that has them:
 exact for such a step at any offset and any blur; to first order in d it is Haralick's crossing.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from math import log, pi, sqrt
@@ -49,6 +50,13 @@ class EdgeElements:
         return EdgeElements(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
 
+def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
+    """The elements of several columns, one after the other."""
+    return EdgeElements(
+        **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(EdgeElements)}
+    )
+
+
 def grey_image(image: npt.ArrayLike) -> FloatArray:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or float (taken as 0..255) grey.
 
@@ -80,15 +88,17 @@ def edge_elements(
     at most `max_sigma` px.  `noise` (256,) is the curve of `noise_curve`, estimated when not given.  No element lies
     within the facet's radius (4 sigma) of the border.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import _edge_kernels, _facet_kernels
 
     grey = grey_image(image)
     kernels = gaussian_kernels(sigma)
+    taps = _facet_kernels.half_kernels(kernels.one_d)
     kappa, operator_variance = _calibration(sigma)
     curve = noise_curve(grey) if noise is None else np.ascontiguousarray(noise, dtype=np.float64)
     values, pixels = _edge_kernels.edge_candidates(
-        grey,
-        kernels.one_d,
+        _facet_kernels.mirrored(grey, taps),
+        taps,
+        kernels.radius,
         kernels.moment_covariance,
         curve,
         operator_variance,

@@ -1,81 +1,94 @@
 """Ellipses through points: the direct fit of Halir and Flusser ("Numerically stable direct least squares fitting of
 ellipses", WSCG 1998, after Fitzgibbon), repeated with gradient weights so that it minimises Sampson's distance."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
-
-class Ellipse(NamedTuple):
-    """Centre and semi-axes (px), angle of the major axis from x towards y (rad, in (-pi/2, pi/2]), and the weighted
-    mean square Sampson distance of the points (px^2)."""
-
-    centre_x: float
-    centre_y: float
-    major: float
-    minor: float
-    angle: float
-    square: float
+_ROUNDS = 3
+_QUADRATIC, _LINEAR = slice(0, 3), slice(3, 6)
 
 
-def fit_ellipse(x: FloatArray, y: FloatArray, weight: FloatArray) -> Ellipse | None:
-    """Ellipse through at least six weighted points (n,); None where they determine none."""
-    if len(x) < 6:
-        return None
-    ox, oy = float(x.mean()), float(y.mean())
-    scale = float(np.sqrt(np.mean((x - ox) ** 2 + (y - oy) ** 2)))
-    if scale == 0.0:
-        return None
-    u, v = (x - ox) / scale, (y - oy) / scale
-    quadratic, linear = np.column_stack([u * u, u * v, v * v]), np.column_stack([u, v, np.ones_like(u)])
-    gain = weight / weight.sum()
-    conic = np.zeros(6)
-    for _ in range(3):
-        found = _direct(quadratic, linear, gain)
-        if found is None:
-            return None
-        conic = found
-        gradient = _gradient_square(conic, u, v)
-        if gradient.min() <= 1e-12 * gradient.max():
-            return None
+@dataclass(frozen=True)
+class Ellipses:
+    """Columns of one length n: centre and semi-axes (px), angle of the major axis from x towards y (rad, in (-pi/2,
+    pi/2]), and the weighted mean square Sampson distance of the points (px^2); all NaN where the points determine none.
+    """
+
+    centre_x: FloatArray
+    centre_y: FloatArray
+    major: FloatArray
+    minor: FloatArray
+    angle: FloatArray
+    square: FloatArray
+
+
+def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.NDArray[np.integer]) -> Ellipses:
+    """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
+    if len(counts) == 0:
+        return Ellipses(*np.zeros((6, 0)))
+
+    def total(values: FloatArray) -> FloatArray:
+        return np.asarray(np.add.reduceat(values, first, axis=0))
+
+    def spread(values: FloatArray) -> FloatArray:
+        return np.asarray(np.repeat(values, counts, axis=0))
+
+    middle = total(np.column_stack([x, y])) / counts[:, None]
+    u, v = (np.column_stack([x, y]) - spread(middle)).T
+    scale = np.sqrt(total(u * u + v * v) / counts)
+    good = (counts >= 6) & (scale > 0.0)
+    scale = np.where(good, scale, 1.0)
+    u, v = u / spread(scale), v / spread(scale)
+    design = np.column_stack([u * u, u * v, v * v, u, v, np.ones_like(u)])
+    weight_sum = total(weight)
+    gain, gradient = weight / spread(weight_sum), np.ones_like(u)
+    conic = np.zeros((len(counts), 6))
+    for _ in range(_ROUNDS):
+        scatter = total((gain[:, None] * design)[:, :, None] * design[:, None, :])
+        conic, found = _direct(scatter)
+        a, b, c, d, e, _ = spread(conic).T
+        gradient = (2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2
+        least, greatest = np.minimum.reduceat(gradient, first), np.maximum.reduceat(gradient, first)
+        good &= found & (least > 1e-12 * greatest)
+        gradient = np.where(np.repeat(good, counts), gradient, 1.0)
         gain = weight / gradient
-        gain /= gain.sum()
-    value = quadratic @ conic[:3] + linear @ conic[3:]
-    square = float(np.sum(weight * value**2 / gradient) / weight.sum()) * scale**2
-    a, b, c, d, e, f = conic
+        gain /= spread(total(gain))
+    value = np.sum(design * spread(conic), axis=1)
+    square = total(weight * value**2 / gradient) / weight_sum * scale**2
+    conic[~good] = (1.0, 0.0, 1.0, 0.0, 0.0, -1.0)
+    a, b, c, d, e, f = conic.T
     determinant = 4.0 * a * c - b * b
     cu, cv = (b * e - 2.0 * c * d) / determinant, (b * d - 2.0 * a * e) / determinant
     at_centre = f + 0.5 * (d * cu + e * cv)
-    eigenvalues, axes = np.linalg.eigh(np.array([[a, b / 2], [b / 2, c]]) / -at_centre)
-    if not eigenvalues[0] > 0.0:
-        return None
-    major, minor = scale / np.sqrt(eigenvalues)
-    angle = float(np.arctan(axes[1, 0] / axes[0, 0])) if axes[0, 0] != 0.0 else np.pi / 2
-    return Ellipse(ox + scale * cu, oy + scale * cv, float(major), float(minor), angle, square)
+    quadratic = np.stack([np.stack([a, b / 2], axis=1), np.stack([b / 2, c], axis=1)], axis=1)
+    eigenvalues, axes = np.linalg.eigh(quadratic / -at_centre[:, None, None])
+    good &= eigenvalues[:, 0] > 0.0
+    axes_length = scale[:, None] / np.sqrt(np.where(good[:, None], eigenvalues, 1.0))
+    along = axes[:, :, 0] * np.where(axes[:, 0, 0] < 0.0, -1.0, 1.0)[:, None]
+    angle = np.where(along[:, 0] > 0.0, np.arctan2(along[:, 1], along[:, 0]), np.pi / 2)
+    columns = np.stack(
+        [middle[:, 0] + scale * cu, middle[:, 1] + scale * cv, axes_length[:, 0], axes_length[:, 1], angle, square]
+    )
+    return Ellipses(*np.where(good, columns, np.nan))
 
 
-def _direct(quadratic: FloatArray, linear: FloatArray, gain: FloatArray) -> FloatArray | None:
-    """Conic a u^2 + b uv + c v^2 + d u + e v + f with 4 ac - b^2 > 0 of least weighted algebraic distance."""
-    s1 = quadratic.T @ (gain[:, None] * quadratic)
-    s2 = quadratic.T @ (gain[:, None] * linear)
-    s3 = linear.T @ (gain[:, None] * linear)
-    try:
-        reduction = -np.linalg.solve(s3, s2.T)
-    except np.linalg.LinAlgError:
-        return None
+def _direct(scatter: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """(n, 6) conics a u^2 + b uv + c v^2 + d u + e v + f with 4 ac - b^2 > 0 of least weighted algebraic distance, from
+    the scatter (n, 6, 6) of their terms, and which could be found."""
+    s1, s2, s3 = scatter[:, _QUADRATIC, _QUADRATIC], scatter[:, _QUADRATIC, _LINEAR], scatter[:, _LINEAR, _LINEAR]
+    found = np.abs(np.linalg.det(s3)) > 1e-14
+    reduction = -np.linalg.solve(np.where(found[:, None, None], s3, np.eye(3)), np.swapaxes(s2, 1, 2))
     m = s1 + s2 @ reduction
-    _, vectors = np.linalg.eig(np.stack([m[2] / 2.0, -m[1], m[0] / 2.0]))
+    _, vectors = np.linalg.eig(np.stack([m[:, 2] / 2.0, -m[:, 1], m[:, 0] / 2.0], axis=1))
     vectors = np.real(vectors)
-    condition = 4.0 * vectors[0] * vectors[2] - vectors[1] ** 2
-    best = int(np.argmax(condition))
-    if not condition[best] > 0.0:
-        return None
-    return np.concatenate([vectors[:, best], reduction @ vectors[:, best]])
-
-
-def _gradient_square(conic: FloatArray, u: FloatArray, v: FloatArray) -> FloatArray:
-    a, b, c, d, e, _ = conic
-    return np.asarray((2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2)
+    condition = 4.0 * vectors[:, 0] * vectors[:, 2] - vectors[:, 1] ** 2
+    best = condition.argmax(axis=1)
+    each = np.arange(len(best))
+    top = vectors[each, :, best]
+    found &= condition[each, best] > 0.0
+    return np.concatenate([top, np.einsum("nij,nj->ni", reduction, top)], axis=1), found

@@ -10,24 +10,26 @@ import numpy.typing as npt
 
 from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, fit_arcs
-from vision.extraction.edges import EdgeElements, edge_elements, grey_image
+from vision.extraction.edges import EdgeElements, grey_image
 from vision.extraction.linking import Chains, clear, fill_gaps, link
 from vision.extraction.marks import ArcMarks, arc_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
+from vision.extraction.scales import elements_over_scales
 from vision.extraction.topography import Crests, crest_arcs, label_histogram, topographic_labels
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "3"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "6"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)
 class ExtractionParameters:
     """What an extraction depends on besides the picture.
 
-    `scale` (px) of the facets for edges, `topography_scale` for the labels; `min_contrast` (grey 0..255),
+    `scales` (px) of the facets for edges, ascending: of several, a finer one needs a coarser to confirm what it sees;
+    `topography_scale` for the labels; `min_contrast` (grey 0..255),
     `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
     linked; chains shorter than `min_elements` or weaker than `min_strength` (mean contrast times fourth root of the
     number of elements) are cleared; `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof`
@@ -35,7 +37,7 @@ class ExtractionParameters:
     `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
     """
 
-    scale: float = 1.4
+    scales: tuple[float, ...] = (1.4,)
     topography_scale: float = 2.0
     min_contrast: float = 4.0
     significance: float = 1e-3
@@ -125,9 +127,9 @@ def extract(
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
     noise = noise_curve(grey)
     lap("noise")
-    edges = edge_elements(
+    edges = elements_over_scales(
         grey,
-        p.scale,
+        p.scales,
         min_contrast=p.min_contrast,
         significance=p.significance,
         max_sigma=p.max_sigma,
@@ -143,7 +145,7 @@ def extract(
     chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
     chains = clear(edges, chains, min_elements=p.min_elements, min_strength=p.min_strength)
     lap("linking")
-    arcs = fit_arcs(edges, chains, scale=p.scale, reach=p.join_reach)
+    arcs = fit_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
     lap("arcs")
     marks = arc_marks(grey, edges, arcs)
     lap("marks")

@@ -97,6 +97,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         "image_arc": _arcs(extraction),
         "image_arc_mark": _marks(extraction),
         "image_arc_polyline": _polylines(extraction),
+        "image_arc_covariance": _covariances(extraction),
         "image_region": {
             "region_no": region_no,
             "area": regions.area,
@@ -164,15 +165,22 @@ def _arcs(extraction: Extraction) -> Columns:
 
 
 def _polylines(extraction: Extraction) -> Columns:
-    parts = ((extraction.edges, extraction.arcs), (extraction.crests.elements, extraction.crest_arcs))
-    x = np.concatenate([elements.x[arcs.elements] for elements, arcs in parts])
-    y = np.concatenate([elements.y[arcs.elements] for elements, arcs in parts])
-    offsets = concatenate([arcs for _, arcs in parts]).offsets
+    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     return {
-        "arc_no": np.arange(len(offsets) - 1, dtype=np.int32),
-        "x": _packed(x, offsets),
-        "y": _packed(y, offsets),
+        "arc_no": np.arange(len(arcs), dtype=np.int32),
+        "x": _packed(arcs.x, arcs.offsets),
+        "y": _packed(arcs.y, arcs.offsets),
+        "sigma": _packed(arcs.point_sigma, arcs.offsets),
     }
+
+
+def _covariances(extraction: Extraction) -> Columns:
+    """Covariances of the arcs that have one, row by row."""
+    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
+    known = np.isfinite(arcs.covariance)
+    which = np.flatnonzero(known[:, 0, 0])
+    offsets = np.concatenate([[0], np.cumsum(known.sum(axis=(1, 2))[which])])
+    return {"arc_no": which.astype(np.int32), "covariance": Ragged(arcs.covariance[known], offsets)}
 
 
 def _marks(extraction: Extraction) -> Columns:

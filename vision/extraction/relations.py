@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.arcs import LINE, Arcs
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.regions import Regions
 
@@ -16,8 +16,21 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 IndexArray = npt.NDArray[np.intp]
 
-KINDS = ("bounds", "adjacent", "parallel", "collinear")
-BOUNDS, ADJACENT, PARALLEL, COLLINEAR = range(4)
+KINDS = (
+    "bounds",
+    "adjacent",
+    "surrounds",
+    "parallel",
+    "collinear",
+    "perpendicular",
+    "junction",
+    "t_junction",
+    "concentric",
+    "equal_radius",
+)
+BOUNDS, ADJACENT, SURROUNDS, PARALLEL, COLLINEAR, PERPENDICULAR, JUNCTION, T_JUNCTION, CONCENTRIC, EQUAL_RADIUS = range(
+    10
+)
 
 _LOOK = 2.5  # px from an edge element at which the region beside it is read
 _MIN_LINE = 15.0  # px: shorter lines have no direction to speak of
@@ -25,6 +38,11 @@ _MAX_ANGLE = np.deg2rad(3.0)
 _MAX_LATERAL = 2.0  # px between collinear lines
 _END_SIGMA = 2.0  # px: ends are where linking stopped, not where edges end
 _MIN_OVERLAP = 0.3  # of the shorter of two parallel lines
+_MEET = 8.0  # px between ends that meet: linking stops short of corners
+_END_COURSE = 6  # points at an end that give its tangent
+_MAX_CENTRE_SIGMA = 1.0  # px: a centre less sure says nothing of concentricity
+_MAX_CENTRES_APART = 2.0  # px
+_EQUAL_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)
@@ -42,10 +60,14 @@ class RegionArcs:
 
 @dataclass(frozen=True)
 class Relations:
-    """Columns of one length: `kind` indexes `KINDS`; units a and b; every row has its inverse.
+    """Columns of one length: `kind` indexes `KINDS`; units a and b; every row has its inverse, but for surrounds, where
+    a is the outer one.
 
-    Values: bounds and adjacent, the shared length; parallel, the distance of b to the left of a (the bright side;
-    negative to the right); collinear, the gap between the nearer ends; all in px.
+    Values: bounds, adjacent and surrounds, the shared length; parallel, the distance of b to the left of a (the bright
+    side; negative to the right); collinear, the gap between the nearer ends; concentric, the distance of the centres;
+    equal_radius, b's less a's; all in px.  Perpendicular, the angle between the lines; junction (an end of a meets an
+    end of b), between the ways that both lead away; t_junction (an end of one meets the course of the other), between
+    the tangents; all in rad.
     """
 
     kind: npt.NDArray[np.int8]
@@ -86,8 +108,10 @@ def relations(arcs: Arcs, regions: Regions, borders: RegionArcs, *, radius: floa
     """All relations of `KINDS`; parallel lines up to `radius` px apart, collinear ones with gaps up to it."""
     parts = [
         _bounds(arcs, regions, borders),
-        _adjacent(len(arcs), regions),
+        *_neighbours(len(arcs), regions),
         *_lines(arcs, radius),
+        *_junctions(arcs),
+        *_centres(arcs, radius),
     ]
     kind = np.concatenate([np.full(len(part[0]), code) for code, part in enumerate(parts)]).astype(np.int8)
     a, b, value, sigma = (np.concatenate([part[i] for part in parts]) for i in range(4))
@@ -108,18 +132,38 @@ def _bounds(arcs: Arcs, regions: Regions, borders: RegionArcs) -> Part:
     return _both_ways(arc, len(arcs) + region, length, np.sqrt(2.0 + 0.05 * length))
 
 
-def _adjacent(first_region: int, regions: Regions) -> Part:
+def _neighbours(first_region: int, regions: Regions) -> tuple[Part, Part]:
+    """Adjacent rows, and surrounds where all that borders on a region is one other and what lies within."""
     from vision.extraction import _region_kernels
 
     count = max(len(regions), 1)
     borders = _region_kernels.border_pairs(regions.labels, np.zeros(regions.labels.shape, np.bool_))
-    key, steps = np.unique(borders[:, 0] * count + borders[:, 1], return_counts=True)
-    length = steps * (np.pi / 4.0)  # a border in general position counts 4 / pi pixel sides a pixel of length
-    return _both_ways(first_region + key // count, first_region + key % count, length, np.sqrt(2.0 + 0.05 * length))
+    key, steps = np.unique_counts(borders[:, 0] * count + borders[:, 1])
+    length = np.asarray(
+        steps * (np.pi / 4.0), dtype=np.float64
+    )  # a border in general position counts 4 / pi pixel sides a pixel of length
+    sigma = np.sqrt(2.0 + 0.05 * length)
+    one, other, shared, spread = _both_ways(key // count, key % count, length, sigma)
+    rows, columns = regions.labels.shape
+    inside = (regions.x0 > 0) & (regions.y0 > 0) & (regions.x1 < columns - 1) & (regions.y1 < rows - 1)
+    around = np.full(len(one), False)
+    left = np.full(len(regions), True)  # what lies inside others is taken away, from the innermost outwards
+    while True:
+        open_ = left[one] & left[other]
+        alone = (np.bincount(one[open_], minlength=count)[: len(regions)] == 1) & inside & left
+        if not alone.any():
+            break
+        around |= open_ & alone[one]
+        left &= ~alone
+    part = np.flatnonzero(around)
+    return (
+        (first_region + one, first_region + other, shared, spread),
+        (first_region + other[part], first_region + one[part], shared[part], spread[part]),
+    )
 
 
-def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part]:
-    """Parallel and collinear rows among the straight arcs."""
+def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
+    """Parallel, collinear and perpendicular rows among the straight arcs."""
     from scipy.spatial import cKDTree
 
     line = np.flatnonzero((arcs.kind == LINE) & (arcs.length >= _MIN_LINE))
@@ -138,6 +182,11 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part]:
         near = owner[cKDTree(points).query_pairs(radius + 0.5 * step, output_type="ndarray")]
     a, b = np.unique(np.sort(near[near[:, 0] != near[:, 1]], axis=1), axis=0).T
     cross = direction[a, 0] * direction[b, 1] - direction[a, 1] * direction[b, 0]
+    square = np.abs(cross) > np.cos(_MAX_ANGLE)
+    lean = np.hypot(arcs.angle_sigma[line][a], arcs.angle_sigma[line][b])
+    perpendicular = _both_ways(
+        line[a][square], line[b][square], np.arcsin(np.minimum(np.abs(cross[square]), 1.0)), lean[square]
+    )
     kept = np.abs(cross) < np.sin(_MAX_ANGLE)
     a, b = np.concatenate([a[kept], b[kept]]), np.concatenate([b[kept], a[kept]])
 
@@ -163,4 +212,93 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part]:
     return (
         (line[a][parallel], line[b][parallel], lateral[parallel], lateral_sigma[parallel]),
         (line[a][collinear], line[b][collinear], -overlap[collinear], np.full(collinear.sum(), _END_SIGMA)),
+        perpendicular,
+    )
+
+
+def _junctions(arcs: Arcs) -> tuple[Part, Part]:
+    """Ends that meet ends, and ends that meet the course of another arc."""
+    from scipy.spatial import cKDTree
+
+    open_ = np.flatnonzero(~arcs.closed)
+    course = np.column_stack([arcs.x, arcs.y])
+    of_point = arcs.chains.chain_of_member
+    first, last = arcs.offsets[:-1][open_], arcs.offsets[1:][open_] - 1
+    reach = np.minimum(_END_COURSE, last - first)
+    ends = np.concatenate([course[first], course[last]])
+    away = np.concatenate([course[first + reach] - course[first], course[last - reach] - course[last]])
+    straight = np.tile(arcs.kind[open_] == LINE, 2)
+    away[straight] = np.concatenate([arcs.direction[open_], -arcs.direction[open_]])[straight]
+    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+    owner = np.tile(open_, 2)
+    if len(owner) == 0:
+        nothing: Part = (owner, owner, np.zeros(0), np.zeros(0))
+        return nothing, nothing
+    near = cKDTree(ends).query_pairs(_MEET, output_type="ndarray")
+    near = near[owner[near[:, 0]] != owner[near[:, 1]]]
+    near = near[
+        _nearest(owner[near[:, 0]], owner[near[:, 1]], np.linalg.norm(ends[near[:, 0]] - ends[near[:, 1]], axis=1))
+    ]
+    a, b = near.T
+    angle = np.arccos(np.clip(np.sum(away[a] * away[b], axis=1), -1.0, 1.0))
+    sigma = arcs.angle_sigma[owner]
+    meeting = _both_ways(owner[a], owner[b], angle, np.hypot(sigma[a], sigma[b]))
+
+    along = np.minimum(
+        np.arange(len(course)) - arcs.offsets[of_point], arcs.offsets[of_point + 1] - 1 - np.arange(len(course))
+    )
+    body = np.flatnonzero((along > _MEET) | arcs.closed[of_point])
+    if len(body) == 0:
+        return meeting, (owner[:0], owner[:0], np.zeros(0), np.zeros(0))
+    distance, nearest = map(np.asarray, cKDTree(course[body]).query(ends, distance_upper_bound=_MEET))
+    met = np.isfinite(distance)
+    end, point = np.flatnonzero(met), body[np.asarray(nearest)[met]]
+    apart = np.flatnonzero(of_point[point] != owner[end])
+    apart = apart[_nearest(owner[end[apart]], of_point[point[apart]], distance[end[apart]])]
+    other, point = end[apart], point[apart]
+    ahead = np.minimum(point + 2, arcs.offsets[of_point[point] + 1] - 1)
+    behind = np.maximum(point - 2, arcs.offsets[of_point[point]])
+    tangent = course[ahead] - course[behind]
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
+    lean = np.arccos(np.clip(np.abs(np.sum(tangent * away[other], axis=1)), 0.0, 1.0))
+    spread = np.hypot(sigma[other], arcs.angle_sigma[of_point[point]])
+    return meeting, _both_ways(owner[other], of_point[point], lean, spread)
+
+
+def _nearest(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], distance: npt.NDArray[np.floating]) -> IndexArray:
+    """Rows of the nearest meeting of each two arcs, whichever is named first: two may meet at both of their ends."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    rows = np.lexsort((distance, high, low))
+    first = np.ones(len(rows), bool)
+    first[1:] = (np.diff(low[rows]) != 0) | (np.diff(high[rows]) != 0)
+    return rows[first]
+
+
+def _centres(arcs: Arcs, radius: float) -> tuple[Part, Part]:
+    """Concentric circular and elliptic arcs, and circular arcs of equal radius within three times `radius`."""
+    from scipy.spatial import cKDTree
+
+    centre_variance = arcs.covariance[:, 0, 0] + arcs.covariance[:, 1, 1]
+    sure = np.isin(arcs.kind, (CIRCULAR, ELLIPTIC)) & (centre_variance < 2.0 * _MAX_CENTRE_SIGMA**2)
+    which = np.flatnonzero(sure)
+    if len(which) < 2:
+        nothing: Part = (which[:0], which[:0], np.zeros(0), np.zeros(0))
+        return nothing, nothing
+    centre = np.column_stack([arcs.centre_x, arcs.centre_y])[which]
+    pairs = cKDTree(centre).query_pairs(3.0 * radius, output_type="ndarray")
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
+    a, b = which[pairs].T
+    spread = np.sqrt(0.5 * (centre_variance[a] + centre_variance[b]))
+    one = apart <= _MAX_CENTRES_APART
+    concentric = _both_ways(a[one], b[one], apart[one], spread[one])
+    difference = arcs.radius[b] - arcs.radius[a]
+    sigma = np.sqrt(arcs.covariance[a, 2, 2] + arcs.covariance[b, 2, 2])
+    equal = (arcs.kind[a] == CIRCULAR) & (arcs.kind[b] == CIRCULAR) & (np.abs(difference) <= _EQUAL_SIGMAS * sigma)
+    there, back, value, error = a[equal], b[equal], difference[equal], sigma[equal]
+    return concentric, (
+        np.concatenate([there, back]),
+        np.concatenate([back, there]),
+        np.concatenate([value, -value]),
+        np.tile(error, 2),
     )

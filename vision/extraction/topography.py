@@ -71,15 +71,15 @@ def topographic_labels(
     deviations under `noise` (256,), the curve over grey.  Pixels of `edges` are inflections unless a stronger label
     (peak, pit, saddle, ridge, ravine) holds.
     """
-    from vision.extraction import _topography_kernels
+    from vision.extraction import _facet_kernels, _topography_kernels
 
     kernels = gaussian_kernels(sigma)
     variance = np.diag(kernels.moment_covariance)
     slope_sigma = float(np.sqrt(variance[1]))
-    mirrored = np.pad(grey.astype(np.float32), kernels.radius, mode="symmetric")
+    taps = _facet_kernels.half_kernels(kernels.one_d)
     labels, crests = _topography_kernels.classify(
-        mirrored,
-        kernels.one_d.astype(np.float32),
+        _facet_kernels.mirrored(grey, taps),
+        taps,
         noise,
         slope_sigma,
         float(2.0 * np.sqrt(variance[3])),
@@ -130,6 +130,6 @@ def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_heig
 
 def label_histogram(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
-    inside = regions >= 0
-    key = regions[inside].astype(np.int64) * len(LABELS) + labels[inside]
-    return np.bincount(key, minlength=count * len(LABELS)).reshape(count, len(LABELS))
+    from vision.extraction import _region_kernels
+
+    return _region_kernels.counts(np.ascontiguousarray(regions), labels, count, len(LABELS))

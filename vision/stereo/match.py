@@ -95,12 +95,12 @@ def match_stereo(
 
 def stereo_arcs(extraction: Extraction) -> StereoArcs:
     """The arcs of an extraction as stereo takes them."""
-    edges, arcs = extraction.edges, extraction.arcs
+    arcs = extraction.arcs
     straight = arcs.kind == KINDS.index("line")
     own = np.where(straight, arcs.sigma, np.maximum(arcs.sigma, arcs.residual))
     return StereoArcs(
         offsets=arcs.offsets.astype(np.int64),
-        points=np.column_stack([edges.x, edges.y])[arcs.elements],
+        points=np.column_stack([arcs.x, arcs.y]),
         contrast=arcs.contrast,  # positive: arcs are walked with the bright side on the left
         sigma=np.hypot(own, _LIGHT_SIGMA),
         straight=straight,

@@ -27,6 +27,7 @@ CREATE TABLE variant_difference (
     shape_b BIGINT REFERENCES shape (id),
     element_a INTEGER,
     element_b INTEGER,
+    differs TEXT,
     dx DOUBLE PRECISION,
     dy DOUBLE PRECISION,
     dz DOUBLE PRECISION,
@@ -44,14 +45,15 @@ COMMENT ON TABLE variant_difference IS 'What became of each placed part, and of 
 COMMENT ON COLUMN variant_difference.comparison_id IS 'the comparison';
 COMMENT ON COLUMN variant_difference.difference_no IS 'ordinal: parts, then features, then surfaces';
 COMMENT ON COLUMN variant_difference.level IS 'part, feature or surface';
-COMMENT ON COLUMN variant_difference.status IS 'identical; retrimmed (same unbounded surfaces, other boundary); moved; changed (paired, other dimensions or content); added; removed';
+COMMENT ON COLUMN variant_difference.status IS 'identical; retrimmed (same unbounded surfaces, other boundary); moved; changed (paired, other geometry); added; removed';
 COMMENT ON COLUMN variant_difference.path_a IS 'path of the placed part before; of a feature or surface: of the first placed part that has it';
 COMMENT ON COLUMN variant_difference.path_b IS 'path of the placed part after';
 COMMENT ON COLUMN variant_difference.shape_a IS 'shape of the part before';
 COMMENT ON COLUMN variant_difference.shape_b IS 'shape of the part after';
 COMMENT ON COLUMN variant_difference.element_a IS 'feature_no or surface_no in shape_a';
 COMMENT ON COLUMN variant_difference.element_b IS 'feature_no or surface_no in shape_b';
-COMMENT ON COLUMN variant_difference.dx IS 'x of the displacement where moved, mm; of parts in the object''s frame, of others in the shape''s';
+COMMENT ON COLUMN variant_difference.differs IS 'of parts: what differs besides geometry and place (path, number, name, material, colour, attributes, face labels); of changed features: the dimensions, before and after';
+COMMENT ON COLUMN variant_difference.dx IS 'x of the displacement of the origin where moved or changed, mm; of parts in the object''s frame, of others in the shape''s';
 COMMENT ON COLUMN variant_difference.dy IS 'y of the displacement, mm';
 COMMENT ON COLUMN variant_difference.dz IS 'z of the displacement, mm';
 COMMENT ON COLUMN variant_difference.distance IS 'length of the displacement, mm';
@@ -63,7 +65,7 @@ SELECT
     d.level, d.status, d.path_a, d.path_b,
     coalesce(ka.kind, kb.kind, sa.recognised_kind, sb.recognised_kind) AS kind,
     coalesce(fa.name, ha.name) AS name_a, coalesce(fb.name, hb.name) AS name_b,
-    d.element_a, d.element_b, d.dx, d.dy, d.dz, d.distance, d.angle,
+    d.element_a, d.element_b, d.differs, d.dx, d.dy, d.dz, d.distance, d.angle,
     coalesce((fb.x0 + fb.x1) / 2, sb.centroid_x, (fa.x0 + fa.x1) / 2, sa.centroid_x) AS x,
     coalesce((fb.y0 + fb.y1) / 2, sb.centroid_y, (fa.y0 + fa.y1) / 2, sa.centroid_y) AS y,
     coalesce((fb.z0 + fb.z1) / 2, sb.centroid_z, (fa.z0 + fa.z1) / 2, sa.centroid_z) AS z
@@ -94,7 +96,8 @@ COMMENT ON COLUMN variant_change.name_a IS 'name of the feature or surface befor
 COMMENT ON COLUMN variant_change.name_b IS 'name of the feature or surface after';
 COMMENT ON COLUMN variant_change.element_a IS 'feature_no or surface_no before';
 COMMENT ON COLUMN variant_change.element_b IS 'feature_no or surface_no after';
-COMMENT ON COLUMN variant_change.dx IS 'x of the displacement where moved, mm';
+COMMENT ON COLUMN variant_change.differs IS 'of parts: what differs besides geometry and place; of changed features: the dimensions, before and after';
+COMMENT ON COLUMN variant_change.dx IS 'x of the displacement where moved or changed, mm';
 COMMENT ON COLUMN variant_change.dy IS 'y of the displacement, mm';
 COMMENT ON COLUMN variant_change.dz IS 'z of the displacement, mm';
 COMMENT ON COLUMN variant_change.distance IS 'length of the displacement, mm';

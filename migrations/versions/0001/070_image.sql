@@ -136,14 +136,28 @@ CREATE TABLE image_arc_polyline (
     arc_no INTEGER NOT NULL,
     x REAL[] NOT NULL,
     y REAL[] NOT NULL,
+    sigma REAL[] NOT NULL,
     PRIMARY KEY (extraction_id, arc_no),
     FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
 );
-COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its linked edge elements in order.';
+COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its edge elements in order, each moved across the arc to where its neighbours along it agree.';
 COMMENT ON COLUMN image_arc_polyline.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_polyline.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_polyline.x IS 'x of the points, px';
 COMMENT ON COLUMN image_arc_polyline.y IS 'y of the points, px';
+COMMENT ON COLUMN image_arc_polyline.sigma IS 'standard deviation of each point across the arc, px';
+
+CREATE TABLE image_arc_covariance (
+    extraction_id BIGINT NOT NULL,
+    arc_no INTEGER NOT NULL,
+    covariance DOUBLE PRECISION[] NOT NULL,
+    PRIMARY KEY (extraction_id, arc_no),
+    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
+);
+COMMENT ON TABLE image_arc_covariance IS 'What its elements leave open of a line, circular or elliptic arc.';
+COMMENT ON COLUMN image_arc_covariance.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_arc_covariance.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_covariance.covariance IS 'covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle';
 
 CREATE TABLE image_region (
     extraction_id BIGINT NOT NULL REFERENCES extraction (id),
@@ -237,6 +251,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('image_arc', 'image', 'primary'),
     ('image_arc_mark', 'image', 'primary'),
     ('image_arc_polyline', 'image', 'primary'),
+    ('image_arc_covariance', 'image', 'primary'),
     ('image_region', 'image', 'primary'),
     ('region_outline', 'image', 'primary'),
     ('region_arc', 'image', 'primary'),

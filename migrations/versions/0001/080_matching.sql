@@ -81,9 +81,9 @@ CREATE TABLE unit_relation (
     FOREIGN KEY (unit_set_id, unit_a) REFERENCES unit (unit_set_id, unit_no),
     FOREIGN KEY (unit_set_id, unit_b) REFERENCES unit (unit_set_id, unit_no)
 );
-COMMENT ON TABLE unit_relation IS 'Relations of two units with their measured values, stored with their inverse.';
+COMMENT ON TABLE unit_relation IS 'Relations of two units with their measured values, stored with their inverse but for surrounds.';
 COMMENT ON COLUMN unit_relation.unit_set_id IS 'the set';
-COMMENT ON COLUMN unit_relation.kind IS 'bounds, adjacent, parallel, collinear, perpendicular, junction, concentric, equal_radius, surrounds';
+COMMENT ON COLUMN unit_relation.kind IS 'bounds, adjacent, surrounds (a is the outer one), parallel, collinear, perpendicular, junction (end to end), t_junction (end to course), concentric, equal_radius';
 COMMENT ON COLUMN unit_relation.unit_a IS 'one unit';
 COMMENT ON COLUMN unit_relation.unit_b IS 'the other';
 COMMENT ON COLUMN unit_relation.value IS 'measured value: distance (px), angle (rad), shared length (px)';

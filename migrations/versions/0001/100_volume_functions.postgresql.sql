@@ -3,7 +3,7 @@
 -- A page of boxes is looked at only where its own box meets the box asked for.  The parts met are materialised, else
 -- the planner carries every element of the world before it asks which parts are met.
 
-CREATE INDEX occurrence_box_page ON occurrence_box (world_id, page);
+CREATE INDEX occurrence_page ON occurrence (world_id, page);
 
 CREATE FUNCTION parts_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
@@ -15,20 +15,19 @@ CREATE FUNCTION parts_in_box(
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
 WITH met AS MATERIALIZED (
-    SELECT w.name AS world, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+    SELECT w.name AS world, o.id, o.path, o.part_id, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
     FROM current_world AS w
     JOIN box_page AS p ON p.world_id = w.id
         AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
         AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
-        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-        AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
+        AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
+        AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
     WHERE in_world IS NULL OR w.name = in_world
 )
-SELECT met.world, met.occurrence_id, o.path, part.name, met.x0, met.y0, met.z0, met.x1, met.y1, met.z1
+SELECT met.world, met.id AS occurrence_id, met.path, part.name, met.x0, met.y0, met.z0, met.x1, met.y1, met.z1
 FROM met
-JOIN occurrence AS o ON o.id = met.occurrence_id
-JOIN part ON part.id = o.part_id
+JOIN part ON part.id = met.part_id
 $$;
 COMMENT ON FUNCTION parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
@@ -43,24 +42,19 @@ CREATE FUNCTION elements_in_box(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-WITH met AS MATERIALIZED (
-    SELECT w.name AS world, b.occurrence_id, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1
+WITH placed AS MATERIALIZED (
+    SELECT w.name AS world, o.id, o.path, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23
     FROM current_world AS w
     JOIN box_page AS p ON p.world_id = w.id
         AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
         AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-    JOIN occurrence_box AS b ON b.world_id = p.world_id AND b.page = p.page
-        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-        AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
+        AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
+        AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
     WHERE in_world IS NULL OR w.name = in_world
-),
-placed AS MATERIALIZED (
-    SELECT met.world, o.id, o.path, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23
-    FROM met
-    JOIN occurrence AS o ON o.id = met.occurrence_id
 ),
 carried AS (
     SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,

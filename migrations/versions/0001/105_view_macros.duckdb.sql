@@ -2,9 +2,9 @@
 --     SELECT * FROM parts_in_sphere(x, y, z, radius)
 --     SELECT * FROM parts_in_view(camera_id, c00, c01, c02, c03, c10, ..., c23, near, far)
 -- and the same of features, surfaces and arcs; the name of a world after them where the store holds several.  Lengths in
--- mm; c00 .. c23 are world_from_camera (x right, y down, z forward).  The view is that of the camera without distortion.
--- What is given back is that whose box in its shape's frame, as it lies in the world, meets the ball or is not wholly
--- outside any face of the view or of the box around it.
+-- mm; c00 .. c23 are world_from_camera (x right, y down, z forward).  The view is the least picture without distortion
+-- that holds all that the camera sees.  What is given back is that whose box in its shape's frame, as it lies in the
+-- world, meets the ball or is not wholly outside any face of the view or of the box around it.
 
 CREATE MACRO view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS TABLE
 SELECT
@@ -17,8 +17,8 @@ SELECT
 FROM (
     SELECT depth * (u - c.cx - c.skew * (v - c.cy) / c.fy) / c.fx AS x, depth * (v - c.cy) / c.fy AS y, depth AS z
     FROM camera AS c
-    CROSS JOIN LATERAL (SELECT -0.5 AS u UNION ALL SELECT c.width - 0.5) AS across
-    CROSS JOIN LATERAL (SELECT -0.5 AS v UNION ALL SELECT c.height - 0.5) AS down
+    CROSS JOIN LATERAL (SELECT c.view_u0 AS u UNION ALL SELECT c.view_u1) AS across
+    CROSS JOIN LATERAL (SELECT c.view_v0 AS v UNION ALL SELECT c.view_v1) AS down
     CROSS JOIN (SELECT near AS depth UNION ALL SELECT far) AS depths
     WHERE c.id = in_camera
 ) AS corner;
@@ -28,13 +28,13 @@ COMMENT ON MACRO TABLE view_box IS
 CREATE MACRO view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS TABLE
 SELECT w.nx, w.ny, w.nz, w.nx * c03 + w.ny * c13 + w.nz * c23 + q.d AS d
 FROM (
-    SELECT -c.fx AS x, -c.skew AS y, -c.cx - 0.5 AS z, 0.0 AS d FROM camera AS c WHERE c.id = in_camera
+    SELECT -c.fx AS x, -c.skew AS y, c.view_u0 - c.cx AS z, 0.0 AS d FROM camera AS c WHERE c.id = in_camera
     UNION ALL
-    SELECT c.fx, c.skew, c.cx - c.width + 0.5, 0.0 FROM camera AS c WHERE c.id = in_camera
+    SELECT c.fx, c.skew, c.cx - c.view_u1, 0.0 FROM camera AS c WHERE c.id = in_camera
     UNION ALL
-    SELECT 0.0, -c.fy, -c.cy - 0.5, 0.0 FROM camera AS c WHERE c.id = in_camera
+    SELECT 0.0, -c.fy, c.view_v0 - c.cy, 0.0 FROM camera AS c WHERE c.id = in_camera
     UNION ALL
-    SELECT 0.0, c.fy, c.cy - c.height + 0.5, 0.0 FROM camera AS c WHERE c.id = in_camera
+    SELECT 0.0, c.fy, c.cy - c.view_v1, 0.0 FROM camera AS c WHERE c.id = in_camera
     UNION ALL
     SELECT 0.0, 0.0, -1.0, -near
     UNION ALL

@@ -1,7 +1,7 @@
 """Say what differs between two variants of an object: parts, features and surfaces.
 
-identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed.  The rows
-stay in the store: SELECT * FROM variant_change.
+identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed; and of
+parts what else differs (path, number, material, ...).  The rows stay in the store: SELECT * FROM variant_change.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import argparse
 from relmodel.cli.options import add_format, store_target
 from relmodel.cli.output import print_rows, say
 
-EXAMPLE = "relmodel diff A B --object bulkhead --level feature --store cell.duckdb"
+EXAMPLE = """relmodel diff A B --object bulkhead --level feature --store cell.duckdb
+  relmodel diff bracket:left bracket:right --format csv --store cell.duckdb"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.cli.progress import shown
     from relmodel.store import Store
     from relmodel.variants.compare import compare
 
@@ -36,12 +38,14 @@ def run(args: argparse.Namespace) -> int:
         return name, variant
 
     with Store.open(store_target(args)) as store:
-        comparison = compare(store, named(args.before), named(args.after), reach=args.reach)
+        with shown() as progress:
+            comparison = compare(store, named(args.before), named(args.after), reach=args.reach, progress=progress)
         with store.read() as connection:
             rows = store.rows(connection, "compare/changes", comparison_id=comparison.id)
     for level in ("part", "feature", "surface"):
         counts = [f"{status} {n}" for (of, status), n in sorted(comparison.counts.items()) if of == level]
         say(f"{level}s: {', '.join(counts) or 'none compared: every part is geometrically as it was'}")
-    names = ("level", "status", "kind", "before", "after", "path", "dx", "dy", "dz", "distance", "angle", "x", "y", "z")
+    words = ["level", "status", "differs", "kind", "before", "after", "path"]
+    names = [*words, "dx", "dy", "dz", "distance", "angle", "x", "y", "z"]
     print_rows(names, [tuple(r) for r in rows if args.level in (None, r.level)], args.format)
     return 0

@@ -31,9 +31,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--picture", type=Path, metavar="PICTURE", help="draw what the stage found and write it here")
     parser.add_argument("--mask", type=Path, metavar="IMAGE", help="look only where this picture is brighter than half")
     parser.add_argument(
+        "--scales",
+        type=_scales,
+        default=(1.4,),
+        metavar="PX,PX",
+        help="facet scales for edges, the finest first; of several, a coarser must confirm a finer (default: 1.4)",
+    )
+    parser.add_argument(
         "--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"
     )
     add_format(parser)
+
+
+def _scales(text: str) -> tuple[float, ...]:
+    return tuple(float(scale) for scale in text.split(","))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -44,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
     mask = read_picture(args.mask).grey > 127.5 if args.mask else None
     pictures = [read_picture(path) for path in args.images]
-    parameters = ExtractionParameters(regions=args.regions)
+    parameters = ExtractionParameters(scales=args.scales, regions=args.regions)
     found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
     if args.store:
         _keep(args.store, pictures, found)

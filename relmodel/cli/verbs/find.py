@@ -10,11 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows
+from relmodel.cli.output import print_rows, say
 from relmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from relmodel.index.volumes import Volume
+    from vision.cameras import Prior, Rig
 
 EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
 
@@ -43,6 +44,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for")
     words = "box: whose box is not wholly outside (default); exact: whose triangles or sampled arcs reach into it"
     parser.add_argument("--precision", choices=("box", "exact"), default="box", help=words)
+    words = "the index that is asked: rtree (default), or octree, which relmodel index --octree writes; equal answers"
+    parser.add_argument("--kind", choices=("rtree", "octree"), default="rtree", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     add_format(parser)
 
@@ -51,38 +54,47 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.index.find import find_rows
     from relmodel.store import Store
 
-    volumes = _volumes(args)
-    asked = {"level": args.level, "world": args.world, "precision": args.precision}
+    rig, prior = _rig_and_prior(args)
+    volumes = _views(args, rig, prior) if rig else [_volume(args)]
+    asked = {"level": args.level, "world": args.world, "precision": args.precision, "kind": args.kind}
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
+        if rig and prior:
+            from vision.view_volume import SAMPLED_POSES, superfluous
+
+            level = args.level or "part"
+            held, more = superfluous(store, rig, prior, args.near, args.far, level=level, world=args.world)
+            say(
+                f"the widened view holds {held} {level}s by their boxes; "
+                f"none of {SAMPLED_POSES} sampled poses shows {more} of them"
+            )
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
     return 0
 
 
-def _volumes(args: argparse.Namespace) -> list[Volume]:
-    """The volume, or the view of each camera of the rig."""
+def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:
     if not args.camera:
         if args.at or args.prior:
             raise UsageError("--at and --prior say where a camera is: give them with --camera only")
-        return [_volume(args)]
+        return None, None
     if (args.at is None) == (args.prior is None):
         raise UsageError("--camera needs --at POSE.yaml, which says where the rig is, or --prior PRIOR.yaml")
-    from relmodel.index.volumes import Frustum
-    from relmodel.index.widening import widened
-    from vision.cameras import read_pose, read_prior, read_rig
-    from vision.view_volume import WIDENED_CONFIDENCE
+    from vision.cameras import read_prior, read_rig
 
-    rig = read_rig(args.camera)
-    prior = read_prior(args.prior) if args.prior else None
-    world_from_rig = prior.world_from_rig if prior else read_pose(args.at)
-    volumes: list[Volume] = []
-    for name, camera in rig.cameras.items():
-        width, height, matrix = camera.undistorted_view()
-        rig_from_camera = rig.rig_from_camera[name]
-        view = Frustum(width, height, matrix, world_from_rig @ rig_from_camera, args.near, args.far)
-        volumes.append(widened(view, prior.covariance, WIDENED_CONFIDENCE, rig_from_camera) if prior else view)
-    return volumes
+    return read_rig(args.camera), read_prior(args.prior) if args.prior else None
+
+
+def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volume]:
+    """The view of each camera of the rig."""
+    from vision.cameras import read_pose
+    from vision.view_volume import view_volume, widened_view_volume
+
+    cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
+    if prior:
+        return [widened_view_volume(camera, pose, prior, args.near, args.far) for camera, pose in cameras]
+    world_from_rig = read_pose(args.at)
+    return [view_volume(camera, world_from_rig @ pose, args.near, args.far) for camera, pose in cameras]
 
 
 def _volume(args: argparse.Namespace) -> Volume:

@@ -35,9 +35,11 @@ def run(args: argparse.Namespace) -> int:
     if not args.compare:
         with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
             world_id, name = world_named(store, connection, args.world)
-            chosen = [row.kind for row in store.rows(connection, "index_choice", world_id=world_id)]
-        kept = [(name, chosen[0] if chosen else "rtree", "compared" if chosen else "default")] if name else []
-        print_rows(("world", "kind", "because"), kept, args.format)
+            chosen = store.rows(connection, "index_choice", world_id=world_id)
+        kept = [(name, row.kind, "compared", row.grid_cell_mm) for row in chosen]
+        if name and not kept:
+            kept = [(name, "rtree", "default", None)]
+        print_rows(("world", "kind", "because", "grid_cell_mm"), kept, args.format)
         return 0
     from relmodel.index.compare import HITS, compare
 

@@ -1,6 +1,8 @@
-"""Load a CAD file, a mesh or a robot (URDF) as an object.
+"""Load CAD files, meshes or robots (URDF) as objects.
 
-A second load of the same content adds nothing; another variant adds only what differs.
+A second load of the same content adds nothing; another variant adds only what differs.  Of several files each becomes
+an object by the name of its file, or with --object a variant of that object by the name of its file.  They are read
+side by side; one that is refused leaves the others loaded, and the exit status is then that of the refusal (3).
 """
 
 from __future__ import annotations
@@ -10,32 +12,68 @@ from pathlib import Path
 
 from relmodel.cli.options import store_target
 from relmodel.cli.output import say
+from relmodel.errors import UsageError
 
-EXAMPLE = "relmodel load bulkhead.step --object bulkhead --variant A --store cell.duckdb"
+EXAMPLE = """relmodel load bulkhead.step --object bulkhead --variant A --store cell.duckdb
+  relmodel load table.stl --unit mm --store cell.duckdb
+  relmodel load A.step B.step C.step --object bulkhead --store cell.duckdb"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="STEP, OBJ, STL, PLY, GLB or URDF")
-    parser.add_argument("--object", required=True, metavar="NAME", help="name that the object is given")
-    parser.add_argument("--variant", default="", help="name of the variant")
-    parser.add_argument("--unit", help="length unit of a file that does not say it: mm, cm, m, inch, ...")
-    parser.add_argument("--allow-partial", action="store_true", help="take what can be read of a damaged file")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="STEP (.gz too), OBJ, STL, PLY, GLB, 3MF, URDF"
+    )
+    parser.add_argument("--object", metavar="NAME", help="name that the object is given (default: that of the file)")
+    parser.add_argument("--variant", help="name of the variant, of a single file")
+    parser.add_argument("--unit", help="length unit of files that do not say it: mm, cm, m, inch, ...")
+    parser.add_argument("--allow-partial", action="store_true", help="take what can be read of a damaged STEP file")
+    parser.add_argument(
+        "--time-limit",
+        type=float,
+        default=300.0,
+        metavar="SECONDS",
+        help="how long the reading of a STEP file may take (default: 300)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.loading.load import load
+    from relmodel.cli.progress import shown
+    from relmodel.errors import InputError
+    from relmodel.loading.load import Request, load_all
     from relmodel.store import Store
 
-    with Store.open(store_target(args)) as store:
-        report = load(
-            store, args.file, name=args.object, variant=args.variant, unit=args.unit, allow_partial=args.allow_partial
+    several = len(args.files) > 1
+    if several and args.variant is not None:
+        raise UsageError("--variant names one file: leave it out, and each file is a variant by its own name")
+    requests = []
+    for file in args.files:
+        stem = file.name.split(".")[0]
+        variant = args.variant or (stem if several and args.object else "")
+        how = (args.unit, args.allow_partial, args.time_limit)
+        requests.append(Request(file, args.object or stem, variant, *how))
+    twice = {
+        (r.name, r.variant) for r in requests if sum((o.name, o.variant) == (r.name, r.variant) for o in requests) > 1
+    }
+    if twice:
+        raise UsageError(
+            f"two files would be {' '.join(min(twice)).strip()}: load them one by one, with names of their own"
         )
-    name = f"{report.name} variant {report.variant}" if report.variant else report.name
-    say(
-        f"{name}, revision {report.revision}: {report.status} (run {report.run}); {report.parts} parts placed "
-        f"{report.occurrences} times, {report.faces_loaded} faces; new: {report.shapes_added} shapes, "
-        f"{report.surfaces_added} surfaces, {report.arcs_added} arcs"
-    )
-    if report.message:
-        say(report.message)
-    return 0
+    refused = None
+    with Store.open(store_target(args)) as store, shown() as progress:
+        for request, outcome in load_all(store, requests, progress):
+            if isinstance(outcome, InputError):
+                if not several:
+                    raise outcome
+                say(f"relmodel load: {outcome}")
+                refused = outcome
+                continue
+            name = f"{outcome.name} variant {outcome.variant}" if outcome.variant else outcome.name
+            say(
+                f"{name}, revision {outcome.revision}: {outcome.status} (run {outcome.run}); {outcome.parts} parts "
+                f"placed {outcome.occurrences} times, {outcome.faces_loaded} faces; "
+                f"new: {outcome.shapes_added} shapes, "
+                f"{outcome.surfaces_added} surfaces, {outcome.arcs_added} arcs"
+            )
+            if outcome.message:
+                say(f"{request.path.name}: {outcome.message}")
+    return refused.exit_status if refused else 0

@@ -16,15 +16,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.cli.progress import shown
     from relmodel.store import Store
     from relmodel.world.placement import place_world
     from vision.cameras import read_rig
     from vision.input_rows import record_rig
 
-    with Store.open(store_target(args)) as store:
+    with Store.open(store_target(args)) as store, shown() as progress:
         report = place_world(
             store,
             args.file,
+            progress=progress,
             write_rig=lambda run, connection, _, path: record_rig(run, connection, read_rig(path)),
         )
     say(

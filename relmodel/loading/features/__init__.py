@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from relmodel.loading.features import blends, openings, patterns, pockets, protrusions, thin
+from relmodel.loading.features import blends, openings, patterns, pockets, protrusions, slots, thin, turned
 from relmodel.loading.features.feature import Feature, feature_class_key, lengths, union
 from relmodel.loading.features.graph import Boundary, boundary
 from relmodel.loading.features.holes import holes
@@ -36,7 +36,9 @@ def recognise(shape: Shape) -> list[Feature]:
     found = holes(b.surfaces, b.graph)
     features = list(found)
     if b.sides:
-        features += _of_faces(b, shape, found)
+        rings, beyond = turned.grooves(b, found)
+        found = [hole for hole in found if not _surfaces([hole]) <= _surfaces(rings)]
+        features = [*found, *rings, *_of_faces(b, shape, found, rings, beyond)]
         taken = _surfaces(features)
         features += [bevels[i] for i in sorted(bevels.keys() - taken)]
         features += blends.fillets(b, _surfaces(features))
@@ -46,12 +48,15 @@ def recognise(shape: Shape) -> list[Feature]:
     for feature in features:
         counts[feature.kind] = counts.get(feature.kind, 0) + 1
         feature.name = f"{feature.kind} {counts[feature.kind]}"
+        feature.surfaces = sorted((i, role) for whole, role in feature.surfaces for i in b.pieces[whole])
     return features
 
 
-def _of_faces(b: Boundary, shape: Shape, found: list[Feature]) -> list[Feature]:
+def _of_faces(
+    b: Boundary, shape: Shape, found: list[Feature], rings: list[Feature], beyond: dict[int, int]
+) -> list[Feature]:
     """Features that need the loops of the faces: a shape without them (a mesh) has only holes and patterns."""
-    bored = _surfaces(found)
+    bored = _surfaces([*found, *rings])
     lugs = protrusions.lugs(b, found)
     hollows = pockets.pockets(b, bored)
     straight = np.asarray(shape.arcs["recognised_kind"], dtype=str) == "line"
@@ -60,15 +65,15 @@ def _of_faces(b: Boundary, shape: Shape, found: list[Feature]) -> list[Feature]:
     floors = _with_role(hollows, "floor")
     standing = thin.ribs(b, pairs, floors, bored | _surfaces(lugs))
     sides = _surfaces(standing)
-    discs = protrusions.shaft_flanges(b)
+    discs = turned.shaft_flanges(b, set(beyond))
     through = openings.openings(b, bored | _surfaces(hollows))
-    slots = pockets.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides)
+    open_ = slots.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides)
     # The floor of an open slot may have looked like the side of a rib.
-    floors |= _with_role(slots, "floor")
+    floors |= _with_role(open_, "floor")
     standing = [f for f in standing if not floors & _surfaces([f])]
-    webs = thin.webs(b, pairs, [*hollows, *(f for f in slots if f.kind == "open_slot")])
-    bosses = protrusions.bosses(b, bored, _surfaces(standing) | _surfaces(lugs))
-    return [*hollows, *slots, *through, *standing, *webs, *bosses, *lugs, *discs]
+    webs = thin.webs(b, pairs, [*hollows, *(f for f in open_ if f.kind == "open_slot")])
+    bosses = protrusions.bosses(b, bored, _surfaces(standing) | _surfaces(lugs), beyond)
+    return [*hollows, *open_, *through, *standing, *webs, *bosses, *lugs, *discs]
 
 
 def _surfaces(features: Iterable[Feature]) -> set[int]:

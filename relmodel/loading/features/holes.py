@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
+_REACH = 10.0  # length of a gap, in diameters, that a drill crosses
+_AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
+_WITHIN = 0.9  # of the radius
 _HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
 
 
@@ -53,7 +56,7 @@ def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
 def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, more than half a turn.
 
-    One that another bore crosses is one still: what it is cut into has that bore beside it.
+    One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
     """
     rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
     if len(rows) == 0:
@@ -66,23 +69,27 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
     for k in range(int(label.max()) + 1):
         members = rows[label == k].tolist()
         extents = sorted((*s.along(i, s.axis[members[0]]), i) for i in members)
-        bore, reach = [extents[0][2]], extents[0][1]
+        bore, reach, cut = [extents[0][2]], extents[0][1], extents[0][1] - extents[0][0]
         for low, high, i in extents[1:]:
-            if low > reach + LENGTH_TOLERANCE and not _crossed(s, graph, bore[-1], i):
-                bores.append(sorted(bore))
-                bore = []
+            if low > reach + LENGTH_TOLERANCE:
+                most = min(_REACH * 2 * float(s.radius[i]), _AIR * (cut + high - low))
+                if low - reach > most or not _interrupted(s, i, reach, low):
+                    bores.append(sorted(bore))
+                    bore, cut = [], 0.0
             bore.append(i)
+            cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
     return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN)
 
 
-def _crossed(s: Surfaces, graph: nx.MultiGraph[int], one: int, other: int) -> bool:
-    """Whether two bores in line end in one concave cylinder across them."""
-    return any(
-        s.kind[k] == "cylinder" and s.concave[k] and s.radius[k] >= s.radius[one] and not _on_axis(s, one, k)
-        for k in set(graph.neighbors(one)) & set(graph.neighbors(other))
-    )
+def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
+    """Whether nothing but air lies between two lengths of a bore."""
+    axis, radius = s.axis[bore], s.radius[bore]
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u *= _WITHIN * radius / np.linalg.norm(u)
+    v = np.cross(axis, u)
+    return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
 
 
 def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
@@ -170,11 +177,17 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
 
     dimensions = {"diameter": (2 * float(s.radius[narrow[0]]), "mm"), "depth": (high - low, "mm")}
     counterbores = [i for i in members if roles[i] == "counterbore"]
+    enclosed = [i for i in counterbores if _enclosed(s, i, core, axis)]
+    if enclosed:
+        counterbores = [i for i in counterbores if i not in enclosed]
+        roles |= dict.fromkeys(enclosed, "groove")
+        dimensions["groove_diameter"] = (2 * max(float(s.radius[i]) for i in enclosed), "mm")
+        dimensions["groove_width"] = (float(np.ptp([s.along(i, axis) for i in enclosed[:1]])), "mm")
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
-        ends = [s.along(i, axis) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
+        ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
         dimensions["counterbore_diameter"] = (2 * widest, "mm")
-        dimensions["counterbore_depth"] = (max(e[1] for e in ends) - min(e[0] for e in ends), "mm")
+        dimensions["counterbore_depth"] = (_topmost(ends), "mm")
     if cones:
         radius, cone = max(cones)
         dimensions["countersink_diameter"] = (2 * radius, "mm")
@@ -191,6 +204,22 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
         box=union(s.boxes[members]),
         surfaces=sorted(roles.items()),
     )
+
+
+def _enclosed(s: Surfaces, wide: int, core: list[tuple[float, float]], axis: Floats) -> bool:
+    """Whether the bore goes on on either side of what is wider: a groove for a ring."""
+    low, high = s.along(wide, axis)
+    below = any(abs(e[1] - low) < LENGTH_TOLERANCE for e in core)
+    return below and any(abs(e[0] - high) < LENGTH_TOLERANCE for e in core)
+
+
+def _topmost(extents: list[tuple[float, float]]) -> float:
+    """Length of the highest run of extents that touch: the other side may be widened too."""
+    low, high = max(extents, key=lambda e: e[1])
+    for e in sorted(extents, key=lambda e: -e[1]):
+        if e[1] > low - LENGTH_TOLERANCE:
+            low = min(low, e[0])
+    return high - low
 
 
 def _ends_at(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], plane: int) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,13 +21,15 @@ from relmodel.loading.features.graph import Boundary, Side
 
 Floats = npt.NDArray[np.float64]
 
+_WITHIN = 0.9  # of the way to a wall
 _ON_THE_ELLIPSE = 1e-2  # mm
 _STEEP = np.sin(np.radians(10))
 
 
 def openings(b: Boundary, taken: set[int]) -> list[Feature]:
     """Rings of walls around an inner loop of a plane, all of its edges convex, that meet no floor."""
-    s, found = b.surfaces, []
+    s = b.surfaces
+    rings: list[tuple[int, list[int]]] = []
     used = set(taken)
     for plane in sorted(b.sides):
         if s.kind[plane] != "plane":
@@ -42,8 +46,39 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
             ring = _ring(b, walls, up, used)
             if ring is not None:
                 used |= set(ring)
-                found.append(_opening(b, ring, up))
-    return found
+                rings.append((plane, ring))
+    return [
+        _opening(b, sorted(i for _, ring in joined for i in ring), s.axis[joined[0][0]])
+        for joined in _in_line(b, rings)
+    ]
+
+
+def _in_line(b: Boundary, rings: list[tuple[int, list[int]]]) -> list[list[tuple[int, list[int]]]]:
+    """Rings that are one opening, cut through in one go: all walls in line, with another opening between."""
+    lines: dict[tuple[tuple[float, ...], ...], list[tuple[int, list[int]]]] = {}
+    for plane, ring in rings:
+        keys = tuple(sorted({b.support_key(i) for i in ring}))
+        lines.setdefault(keys, []).append((plane, ring))
+    out = []
+    for members in lines.values():
+        up = b.surfaces.axis[members[0][0]]
+        members.sort(key=lambda m: b.surfaces.along(m[1][0], up)[0])
+        joined = [members[0]]
+        for one, two in pairwise(members):
+            reach = [max(b.surfaces.along(i, up)[1] for i in one[1]), min(b.surfaces.along(i, up)[0] for i in two[1])]
+            if not b.surfaces.is_free(_inside(b, two[1], up), up, reach[0], reach[1]):
+                out.append(joined)
+                joined = []
+            joined.append(two)
+        out.append(joined)
+    return out
+
+
+def _inside(b: Boundary, ring: list[int], up: Floats) -> Floats:
+    """Lines (n, 3) along an opening, in its middle and near its walls."""
+    rims = [b.surfaces.points(i) for i in ring]
+    middle = np.concatenate(rims).mean(axis=0)
+    return np.array([middle, *(middle + _WITHIN * (p.mean(axis=0) - middle) for p in rims)])
 
 
 def _rim(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:

@@ -1,4 +1,4 @@
-"""Patterns of equal holes: bolt circles and rows."""
+"""Patterns of equal holes: bolt circles, rows and grids."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ _SURELY_A_CIRCLE = 5  # four may be corners of a grid
 
 
 def patterns(holes: list[Feature]) -> list[Feature]:
-    """Holes of one class with mouths in one plane, evenly spaced on a circle or a line, three at least.
+    """Holes of one class with mouths in one plane, evenly spaced on a circle, a line or a rectangular grid.
 
-    Each hole counts once: circles of five and more first, then rows, then smaller circles; the longest of each first.
+    Each hole counts once: circles of five and more first, then grids of six and more, rows, smaller circles, and last
+    the corners of rectangles; of each the one of most holes first.
     """
     groups: dict[str, list[int]] = {}
     for i, hole in enumerate(holes):
@@ -47,11 +48,19 @@ def _in_plane(holes: list[Feature]) -> list[Feature]:
     rows = sorted(_rows(flat), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
     large = [c for c in rounds if len(c) >= _SURELY_A_CIRCLE]
     small = [c for c in rounds if len(c) < _SURELY_A_CIRCLE]
-    for kind, candidates in (("circular_pattern", large), ("linear_pattern", rows), ("circular_pattern", small)):
+    grids = sorted(_grids(flat), key=lambda g: (-g.size, g.ravel().tolist()))
+    for kind, candidates in (
+        ("circular_pattern", large),
+        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size > 4]),
+        ("linear_pattern", rows),
+        ("circular_pattern", small),
+        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size == 4]),
+    ):
         for members in candidates:
             if free[members].all():
                 free[members] = False
-                found.append(_pattern(kind, [holes[i] for i in members]))
+                shape = next((g.shape for g in grids if g.ravel().tolist() == members), (1, len(members)))
+                found.append(_pattern(kind, [holes[i] for i in members], shape))
     return found
 
 
@@ -113,7 +122,41 @@ def _rows(flat: Floats) -> list[list[int]]:
     return [list(r) for r in sorted(found)]
 
 
-def _pattern(kind: str, holes: list[Feature]) -> Feature:
+def _grids(flat: Floats) -> list[npt.NDArray[np.int64]]:
+    """Points at the crossings of two sets of even lines at right angles: rows, no more than columns, of points."""
+    found: dict[tuple[int, ...], npt.NDArray[np.int64]] = {}
+    for i, beside in enumerate(_nearest(flat)):
+        for j in beside:
+            a = flat[j] - flat[i]
+            length = float(np.linalg.norm(a))
+            if length < _SAME or _at(flat, (flat[i] - a)[None]) is not None:
+                continue
+            # The next line is that of the nearest point square to the first.
+            arm = flat - flat[i]
+            square = (np.abs(arm @ a) < _SAME * length) & (arm @ [-a[1], a[0]] > _SAME * length)
+            if not square.any():
+                continue
+            b = arm[min(np.flatnonzero(square).tolist(), key=lambda k: float(np.linalg.norm(arm[k])))]
+            counts = [_run(flat, i, step) for step in (a, b)]
+            places = flat[i] + np.arange(counts[1])[:, None, None] * b + np.arange(counts[0])[None, :, None] * a
+            members = _at(flat, places.reshape(-1, 2))
+            if members is None or min(counts) < 2 or len(set(members)) < len(members):
+                continue
+            grid = np.array(members).reshape(counts[1], counts[0])
+            turned = counts[1] > counts[0] or (counts[1] == counts[0] and np.linalg.norm(b) > length + _SAME)
+            found.setdefault(tuple(sorted(members)), grid.T if turned else grid)
+    return list(found.values())
+
+
+def _run(flat: Floats, start: int, step: Floats) -> int:
+    """Number of points in even steps from one."""
+    count = 1
+    while count <= len(flat) and _at(flat, (flat[start] + count * step)[None]) is not None:
+        count += 1
+    return count
+
+
+def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature:
     z = holes[0].shape_from_feature[:3, 2]
     at = np.array([h.shape_from_feature[:3, 3] for h in holes])
     centre = at.mean(axis=0)
@@ -123,6 +166,10 @@ def _pattern(kind: str, holes: list[Feature]) -> Feature:
     else:
         x = at[1] - at[0]
         measures = lengths(pitch=float(np.linalg.norm(x)))
+    if kind == "grid_pattern":
+        rows, columns = shape
+        measures |= lengths(row_pitch=float(np.linalg.norm(at[columns] - at[0])))
+        measures |= {"rows": (float(rows), "1"), "columns": (float(columns), "1")}
     measures |= lengths(hole_diameter=holes[0].dimensions["diameter"][0])
     box = union(np.array([h.box for h in holes]))
     surfaces = sorted({i for h in holes for i, _ in h.surfaces})

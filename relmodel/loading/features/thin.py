@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,15 +12,22 @@ from relmodel.loading.clusters import clusters, unsigned
 from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
 from relmodel.loading.features.graph import Boundary
 
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _THIN = 0.6  # thickness of a rib or flange to its height
+_TOUCHING = 0.01  # share of the smaller of two planes that one covers at least
+_UNDER = 0.3  # share of a floor that has the web under it
 _THIN_WEB = 0.2  # thickness of a web to its width
 _CONTACT = 0.6  # length of a foot to that of the side on it
 _SHARE = 0.3  # length of a flange to that of the side that it is of
 _TALL = 0.3  # height of a flange to that of the part
 _SAME = 1e-2  # mm, thickness and middle of the pieces of one rib
+_LONG = 2.0  # length of a rib to its thickness: what is shorter is a post
+_LEAN = np.sin(np.radians([0.5, 15]))  # of a side with draft
 _CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many times its thickness with its corners
 
 
@@ -27,7 +35,8 @@ _CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many 
 class Pair:
     """Two planes, one behind the other, with material between.
 
-    normal: from the second to the first; u, v (3,): directions in the planes; overlap: u0, v0, u1, v1.
+    normal: from the second to the first; u, v (3,): directions in the planes; overlap: u0, v0, u1, v1 of what one
+    covers of the other, and its area.
     """
 
     first: int
@@ -37,6 +46,7 @@ class Pair:
     u: Floats
     v: Floats
     overlap: Floats
+    area: float
 
 
 def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
@@ -71,8 +81,17 @@ def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: F
 
 
 def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs: dict[tuple[int, int], Pair]) -> None:
+    from shapely import intersection
+
     s = b.surfaces
     v = np.cross(normal, u)
+
+    outlines: dict[int, Polygon | MultiPolygon] = {}
+
+    def outline(plane: int) -> Polygon | MultiPolygon:
+        if plane not in outlines:
+            outlines[plane] = _outline(np.column_stack([s.points(plane) @ u, s.points(plane) @ v]))
+        return outlines[plane]
 
     def extents(members: Ints) -> tuple[Floats, Floats]:
         flat = [np.column_stack([s.points(i) @ u, s.points(i) @ v]) for i in members.tolist()]
@@ -94,14 +113,31 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
             least = np.maximum(boxes[i, :2], other_boxes[near, :2])
             most = np.minimum(boxes[i, 2:], other_boxes[near, 2:])
             hit = np.flatnonzero(np.all(most - least > LENGTH_TOLERANCE, axis=1))
-            if len(hit) == 0:
-                continue
             gap = sense * (at[i] - other_at[near])
-            for j in hit[gap[hit] < gap[hit].min() + LENGTH_TOLERANCE].tolist():
+            nearest = np.inf
+            for j in hit[np.argsort(gap[hit], kind="stable")].tolist():
+                if gap[j] > nearest + LENGTH_TOLERANCE:
+                    break
                 one, two = int(members[i]), int(others[near[j]])
+                shared = intersection(outline(one), outline(two))
+                if shared.area < _TOUCHING * min(outline(one).area, outline(two).area):
+                    continue
+                nearest = gap[j]
                 first, second = (one, two) if sense > 0 else (two, one)
-                overlap = np.concatenate([least[j], most[j]])
-                pairs[first, second] = Pair(first, second, float(gap[j]), normal, u, v, overlap)
+                pairs[first, second] = Pair(
+                    first, second, float(gap[j]), normal, u, v, np.array(shared.bounds), shared.area
+                )
+
+
+def _outline(points: Floats) -> Polygon | MultiPolygon:
+    """The area that triangles (3 n, 2) cover."""
+    from shapely import coverage_union_all, polygons
+
+    corner = points.reshape(-1, 3, 2)
+    (x, y), (p, q) = (corner[:, 1] - corner[:, 0]).T, (corner[:, 2] - corner[:, 0]).T
+    across = x * q - y * p
+    covered: Polygon | MultiPolygon = coverage_union_all(polygons(corner[np.abs(across) > 1e-12]))  # type: ignore[assignment]
+    return covered
 
 
 def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> list[Feature]:
@@ -110,10 +146,13 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
     floors: of pockets and slots; what is opposed to one is a web.
     """
     standing: dict[tuple[int, ...], list[_Standing]] = {}
+    slender = {
+        i for p in pairs if p.thickness < _THIN * min(p.overlap[2:] - p.overlap[:2]) for i in (p.first, p.second)
+    }
     for pair in pairs:
         if {pair.first, pair.second} & (floors | taken):
             continue
-        stands = _stands(b, pair)
+        stands = _stands(b, pair, slender)
         if stands is None:
             continue
         along = np.abs([pair.u @ stands.up, pair.v @ stands.up])
@@ -123,6 +162,7 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
     found = []
     for pieces in standing.values():
         found += [rib for joined in _joined(b, pieces) if (rib := _rib(b, joined)) is not None]
+    found += _drafted(b, floors | taken | {i for f in found for i, _ in f.surfaces})
     return sorted(found, key=lambda feature: feature.surfaces)
 
 
@@ -143,13 +183,16 @@ class _Standing:
     firm: list[int]
 
 
-def _stands(b: Boundary, pair: Pair) -> _Standing | None:
-    """How a pair stands: a rib on both its feet, a flange on the one it has."""
+def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
+    """How a pair stands: a rib on both its feet, a flange on the one it has.
+
+    slender: sides of what is thin; it stands on one of them, a rib that crosses it, only where on nothing else.
+    """
     s = b.surfaces
     planes = (pair.first, pair.second)
     feet = [_feet(b, i) for i in planes]
-    crests = [b.neighbours(i, "convex") for i in planes]
-    for foot in feet[0] or feet[1]:
+    crests = [[*b.neighbours(i, "convex"), *_round_crest(b, i)] for i in planes]
+    for foot in sorted(feet[0] or feet[1], key=lambda j: (j in slender, -(feet[0] or feet[1])[j], j)):
         up = s.axis[foot]
         if abs(up @ pair.normal) > ANGLE_TOLERANCE:
             continue
@@ -161,6 +204,13 @@ def _stands(b: Boundary, pair: Pair) -> _Standing | None:
         if firm and foot in feet[planes.index(firm[0])] and _is_flange(b, firm[0], foot, up):
             return _Standing(pair, up, firm)
     return None
+
+
+def _round_crest(b: Boundary, side: int) -> list[int]:
+    """The half cylinder that a side of a rib ends in."""
+    s = b.surfaces
+    smooth = sorted({x.other for x in b.sides.get(side, []) if x.convexity == "smooth"} - b.blends.keys())
+    return [j for j in smooth if s.kind[j] == "cylinder" and not s.concave[j]]
 
 
 def _feet(b: Boundary, side: int) -> dict[int, float]:
@@ -220,6 +270,7 @@ def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
     firm = sorted({i for p in pieces for i in p.firm})
     # The blends at foot and crest add to the height.
     finish = {x.other for i in firm for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
+    finish |= {j for i in firm for j in _round_crest(b, i)}
     ends = np.concatenate([s.points(i) for i in firm]) @ run
     tops = np.concatenate([s.points(i) for i in [*firm, *sorted(finish)]]) @ up
     length, height = float(np.ptp(ends)), float(np.ptp(tops))
@@ -229,9 +280,55 @@ def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
     outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
     if kind == "flange" and length < _SHARE * outer:  # the wall of one pocket near the rim
         return None
+    if length < _LONG * pair.thickness:
+        return None
     pose = frame(x, up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
     dimensions = lengths(thickness=pair.thickness, length=length, height=height)
     return Feature(kind, "", dimensions, pose, union(s.boxes[members]), [(i, "side") for i in members])
+
+
+def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Ribs whose sides lean to each other by one angle, from a foot up to one crest; thickness is that at the foot."""
+    s, found = b.surfaces, []
+    used = set(taken)
+    for crest in sorted(b.sides):
+        if s.kind[crest] != "plane" or s.start[crest] == s.start[crest + 1]:
+            continue
+        up = s.axis[crest]
+        sides = []
+        for i in b.neighbours(crest, "convex"):
+            feet = [j for j in _feet(b, i) if s.axis[j] @ up > 1 - ANGLE_TOLERANCE]
+            if s.kind[i] == "plane" and feet and i not in used and _LEAN[0] < s.axis[i] @ up < _LEAN[1]:
+                sides.append((i, float(s.origin[feet[0]] @ up)))
+        for n, (one, level) in enumerate(sides):
+            for two, other in sides[n + 1 :]:
+                rib = _drafted_rib(b, crest, one, two, level) if abs(level - other) < LENGTH_TOLERANCE else None
+                if rib is not None and not used & {one, two}:
+                    found.append(rib)
+                    used |= {one, two}
+    return found
+
+
+def _drafted_rib(b: Boundary, crest: int, one: int, two: int, level: float) -> Feature | None:
+    s, up = b.surfaces, b.surfaces.axis[crest]
+    lean = float(s.axis[one] @ up)
+    across = s.axis[one] - lean * up
+    across /= np.linalg.norm(across)
+    if np.abs(s.axis[two] - lean * up + np.cos(np.arcsin(lean)) * across).max() > _LEAN[0] / 10:
+        return None
+    places = [float((s.origin[i] @ s.axis[i] - level * lean) / (s.axis[i] @ across)) for i in (one, two)]
+    run = np.cross(across, up)
+    ends = np.concatenate([s.points(one), s.points(two)]) @ run
+    thickness, length = places[0] - places[1], float(np.ptp(ends))
+    height = float(s.origin[crest] @ up) - level
+    if not LENGTH_TOLERANCE < thickness < _THIN * height or length < _LONG * thickness:
+        return None
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    pose = frame(x, up, (ends.min() + ends.max()) / 2 * run + sum(places) / 2 * across + level * up)
+    dimensions = lengths(thickness=thickness, length=length, height=height)
+    dimensions["draft_angle"] = (float(np.arcsin(lean)), "rad")
+    roles = [(i, "side") for i in sorted((one, two))]
+    return Feature("rib", "", dimensions, pose, union(s.boxes[[one, two]]), roles)
 
 
 def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature]:
@@ -247,7 +344,8 @@ def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature
         least = min(known, key=lambda f: f.dimensions["length"][0] * f.dimensions["width"][0])
         length, width = least.dimensions["length"][0], least.dimensions["width"][0]
         floors = tuple(sorted(i for f in known for i, role in f.surfaces if role == "floor"))
-        if pair.thickness > _THIN_WEB * min(length, width) or floors in found:
+        under = sum(float(s.area[i]) for i, role in least.surfaces if role == "floor")
+        if pair.thickness > _THIN_WEB * min(length, width) or pair.area < _UNDER * under or floors in found:
             continue
         up = least.shape_from_feature[:3, 2]
         middle = least.shape_from_feature[:3, 3] - up * pair.thickness / 2

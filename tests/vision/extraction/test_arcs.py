@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, fit_arcs
 from vision.extraction.edges import edge_elements
-from vision.extraction.ellipses import fit_ellipse
+from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.linking import clear, fill_gaps, link
 
 from .synthetic import FloatArray, disc, render, step
@@ -82,12 +82,19 @@ def test_ellipse_through_part_of_its_course() -> None:
         300 + 80 * np.cos(t) * np.sin(0.5) + 50 * np.sin(t) * np.cos(0.5),
     )
     rng = np.random.default_rng(0)
-    ellipse = fit_ellipse(x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120), np.ones(120))
-    assert ellipse is not None
-    assert ellipse[:4] == pytest.approx((500, 300, 80, 50), abs=0.5)
-    assert ellipse.angle == pytest.approx(0.5, abs=0.01)
-    assert np.sqrt(ellipse.square) == pytest.approx(0.05, rel=0.2)
-    assert fit_ellipse(t, 2 * t, np.ones(120)) is None
+    noisy_x, noisy_y = x + rng.normal(0, 0.05, 120), y + rng.normal(0, 0.05, 120)
+    # a line determines none, and spoils none of its neighbours
+    found = fit_ellipses(
+        np.concatenate([t, noisy_x, t]),
+        np.concatenate([2 * t, noisy_y, 2 * t]),
+        np.ones(360),
+        np.array([120, 120, 120]),
+    )
+    assert np.isfinite(found.square).tolist() == [False, True, False]
+    assert (found.centre_x[1], found.centre_y[1]) == pytest.approx((500, 300), abs=0.5)
+    assert (found.major[1], found.minor[1]) == pytest.approx((80, 50), abs=0.5)
+    assert found.angle[1] == pytest.approx(0.5, abs=0.01)
+    assert np.sqrt(found.square[1]) == pytest.approx(0.05, rel=0.2)
 
 
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
@@ -126,3 +133,40 @@ def test_a_square_corner_parts_two_lines() -> None:
 
 def test_nothing_gives_nothing() -> None:
     assert len(arcs_of(np.full((50, 50), 90.0))) == 0
+
+
+@pytest.mark.parametrize("shape", ["line", "circle", "ellipse"])
+def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
+    """Over 60 draws of noise the deviation from the truth, measured by the covariance, is chi-square distributed."""
+    clean, truth = _known(shape)
+    squares = []
+    for seed in range(60):
+        arcs = arcs_of(noisy(clean, 6.0, seed))
+        at = int(np.argmax(arcs.length))
+        if shape == "line":
+            middle = np.array([arcs.start_x[at] + arcs.end_x[at], arcs.start_y[at] + arcs.end_y[at]]) / 2
+            normal = np.array([-arcs.direction[at, 1], arcs.direction[at, 0]])
+            # the middle of a line is fixed along it, so only offset and angle are open
+            found = np.array([(middle - truth[:2]) @ normal, np.arctan2(*arcs.direction[at, ::-1]) - truth[2]])
+            found[1] = np.arctan(np.tan(found[1]))
+        else:
+            names = ("centre_x", "centre_y", "radius", "radius2", "axis_angle")[: len(truth)]
+            found = np.array([getattr(arcs, name)[at] for name in names]) - truth
+        covariance = arcs.covariance[at, : len(found), : len(found)]
+        squares.append(found @ np.linalg.solve(covariance, found) / len(found))
+    assert 0.5 < np.median(squares) / 0.8 < 2.0
+
+
+def _known(shape: str) -> tuple[FloatArray, FloatArray]:
+    if shape == "line":
+        return step(0.4, 0.0, (91, 91)), np.array([45.0, 45.0, 0.4 + np.pi / 2])
+    if shape == "circle":
+        return disc(60.3, 58.8, 30.0, (120, 120)), np.array([60.3, 58.8, 30.0])
+    times, n, angle = 6, 130, 0.4
+    y, x = (np.mgrid[: times * n, : times * n] - (times - 1) / 2) / times
+    u, v = (
+        (x - 64.2) * np.cos(angle) + (y - 61.8) * np.sin(angle),
+        (y - 61.8) * np.cos(angle) - (x - 64.2) * np.sin(angle),
+    )
+    inside = gaussian_filter(((u / 48) ** 2 + (v / 33) ** 2 < 1).astype(float), 0.7 * times)
+    return 160 - 100 * inside.reshape(n, times, n, times).mean(axis=(1, 3)), np.array([64.2, 61.8, 48.0, 33.0, angle])

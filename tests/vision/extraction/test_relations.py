@@ -6,9 +6,20 @@ import pytest
 from relmodel.errors import UsageError
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
-from vision.extraction.relations import ADJACENT, BOUNDS, COLLINEAR, PARALLEL
+from vision.extraction.relations import (
+    ADJACENT,
+    BOUNDS,
+    COLLINEAR,
+    CONCENTRIC,
+    EQUAL_RADIUS,
+    JUNCTION,
+    PARALLEL,
+    PERPENDICULAR,
+    SURROUNDS,
+    T_JUNCTION,
+)
 
-from .synthetic import FloatArray, render
+from .synthetic import FloatArray, disc, render
 
 
 def square(half: float) -> FloatArray:
@@ -63,8 +74,8 @@ def test_parallel_lines_know_their_distance(ring: Extraction) -> None:
 
 def test_every_relation_has_its_inverse(ring: Extraction) -> None:
     found = ring.relations
-    rows = {(k, a, b) for k, a, b in zip(found.kind, found.a, found.b, strict=True)}
-    assert len(rows) == len(found)
+    rows = {(k, a, b) for k, a, b in zip(found.kind, found.a, found.b, strict=True) if k != SURROUNDS}
+    assert len(rows) == np.count_nonzero(found.kind != SURROUNDS)
     assert all((k, b, a) in rows for k, a, b in rows)
     assert {BOUNDS, ADJACENT, PARALLEL} <= {k for k, _, _ in rows}
     assert np.all(found.sigma > 0)
@@ -99,3 +110,48 @@ def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> No
     assert len(extract(image, ExtractionParameters(regions="plain")).regions) == 2
     with pytest.raises(UsageError, match="leak-proof or plain"):
         ExtractionParameters(regions="round")
+
+
+def test_corners_meet_at_right_angles(ring: Extraction) -> None:
+    found, arcs = ring.relations, ring.arcs
+    long = np.flatnonzero((arcs.kind == LINE) & (arcs.length > 40))
+    for kind in (JUNCTION, PERPENDICULAR):
+        rows = (found.kind == kind) & np.isin(found.a, long) & np.isin(found.b, long)
+        assert np.abs(found.value[rows] - np.pi / 2).max() < 0.02
+    corners = (found.kind == JUNCTION) & np.isin(found.a, long) & np.isin(found.b, long)
+    assert np.count_nonzero(corners) == 16  # four of each square, both ways
+
+
+def test_what_lies_in_a_hole_is_surrounded(ring: Extraction) -> None:
+    labels, found, first = ring.regions.labels, ring.relations, len(ring.arcs)
+    outside, between, inside = labels[10, 10], labels[100, 50], labels[100, 100]
+    rows = found.kind == SURROUNDS
+    assert set(zip(found.a[rows] - first, found.b[rows] - first, strict=True)) == {
+        (outside, between),
+        (between, inside),
+    }
+
+
+def test_rings_are_concentric_and_twins_of_equal_radius() -> None:
+    image = disc(60.2, 60.4, 30, (120, 260)) - disc(60.2, 60.4, 15, (120, 260)) + disc(190.1, 59.7, 30, (120, 260))
+    found = extract(np.clip(image + np.random.default_rng(4).normal(0, 2, image.shape), 0, 255))
+    arcs, relations = found.arcs, found.relations
+    big = np.flatnonzero(arcs.radius > 25)
+    small = np.flatnonzero(arcs.radius < 20)
+    assert (len(big), len(small)) == (2, 1)
+    left = big[np.argmin(arcs.centre_x[big])]
+    rows = relations.kind == CONCENTRIC
+    assert set(zip(relations.a[rows], relations.b[rows], strict=True)) == {(left, small[0]), (small[0], left)}
+    assert np.all(relations.value[rows] < 3 * relations.sigma[rows] + 0.02)
+    rows = relations.kind == EQUAL_RADIUS
+    assert set(zip(relations.a[rows], relations.b[rows], strict=True)) == {(big[0], big[1]), (big[1], big[0])}
+
+
+def test_an_end_on_the_course_of_another_is_a_t() -> None:
+    # left half grey 60, right half 160 above and 230 below: one line down, one that ends on it from the right
+    image = render(lambda x, y: x - 60.3, (120, 120), 0.7, 60, 160)
+    image += render(lambda x, y: np.minimum(x - 60.3, y - 55.2), (120, 120), 0.7, 0, 70)
+    found = extract(np.clip(image + np.random.default_rng(5).normal(0, 2, image.shape), 0, 255))
+    rows = found.relations.kind == T_JUNCTION
+    assert np.count_nonzero(rows) == 2
+    assert found.relations.value[rows] == pytest.approx(np.pi / 2, abs=0.03)

@@ -7,6 +7,7 @@ from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.topography import LABELS, crest_arcs, label_histogram, topographic_labels
 
+from .landscapes import labels_of, random_landscape
 from .synthetic import step
 
 Y, X = np.mgrid[:41, :41] - 20.0
@@ -86,3 +87,16 @@ def test_a_fillet_gives_a_ridge_and_a_sharp_step_none() -> None:
     assert len(ridge) == 1
     assert np.allclose([ridge.start_x[0], ridge.end_x[0]], 60.0, atol=0.1)
     assert len(extract(step(0.3, 0.0, fillet.shape) + noise).crest_arcs) == 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_labels_of_hills_are_those_of_their_exact_derivatives(seed: int) -> None:
+    size, sigma = 72, 2.0
+    land = random_landscape(np.random.default_rng(seed), size)
+    y, x = np.mgrid[:size, :size].astype(np.float64)
+    image = land.jet(np.column_stack([x.ravel(), y.ravel()]))[0].reshape(size, size)
+    truth, clear = labels_of(land.smoothed(sigma), size, min_slope=0.5, min_bend=0.3, margin=0.1)
+    labels, _ = topographic_labels(image, np.full(256, 1e-3), sigma=sigma, min_bend=0.3)
+    clear[:10] = clear[-10:] = clear[:, :10] = clear[:, -10:] = False  # the facets there see beyond the border
+    assert len(np.unique(truth[clear])) >= 6
+    assert np.mean(labels[clear] == truth[clear]) >= 0.98

@@ -16,7 +16,7 @@ from vision.localisation.stored_scene import scene_from_store
 _FACES = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))
 
 
-def test_bodies_of_one_file_are_told_apart(tmp_path: Path) -> None:
+def test_bodies_of_one_file_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
     """Two cubes in one mesh, placed twice: four bodies of six surfaces and twelve arcs, each within its own cube."""
     lines = []
     for number, x in enumerate((0, 300)):
@@ -27,7 +27,7 @@ def test_bodies_of_one_file_are_told_apart(tmp_path: Path) -> None:
         "world: w\nobjects:\n  - {object: cubes, name: one}\n  - {object: cubes, name: two, world_from_object: "
         "[[1, 0, 0, 0], [0, 1, 0, 1000], [0, 0, 1, 0], [0, 0, 0, 1]]}\n"
     )
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(fresh_store) as store:
         load(store, tmp_path / "cubes.obj", name="cubes", unit="mm")
         place_world(store, tmp_path / "world.yaml")
         with store.read() as connection:

@@ -1,9 +1,13 @@
-"""The questions of `queries/examples` on both engines, against the generator's lists and NumPy."""
+"""The questions of `queries/examples` on both engines, against the generator's lists, the renderer's truth and NumPy.
+
+The store holds both variants of the demonstration bulkhead, their comparison, and an inspection of the first pair.
+"""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +22,9 @@ from relmodel.store import Store, sql
 from relmodel.store.ask import ask
 from relmodel.variants.compare import compare
 from relmodel.world import place_world
+from tests.cli.conftest import Pair, inspected
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
 FEATURES = {v: GOLDEN[v]["features"] for v in "AB"}
 Answers = dict[str, list[Any]]
@@ -34,7 +39,7 @@ def fill(store: Store) -> None:
         load(store, EXAMPLES / f"demo/bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
     place_world(store, EXAMPLES / "demo/world.yaml")
     compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
-    with store.write() as connection:
+    with store.write() as connection:  # the demonstration's file names no material
         shape = connection.execute(sa.select(store.table("shape").c.id)).first()
         assert shape is not None
         row: dict[str, Any] = {"id": [10**9], "content_key": ["x"], "number": ["P-1"], "name": ["plate"]}
@@ -42,25 +47,13 @@ def fill(store: Store) -> None:
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Any:
-    if request.param == "duckdb":
-        target = str(tmp_path_factory.mktemp("questions") / "s.duckdb")
-    else:
-        target = request.getfixturevalue("questions_database")
-    with Store.create(target) as opened:
+def store(request: pytest.FixtureRequest, new_store: Callable[[str], str], pair: Pair) -> Iterator[Store]:
+    target = new_store(request.param)
+    with Store.open(target) as opened:
         fill(opened)
+    inspected(target, *pair.options())
+    with Store.open(target) as opened:
         yield opened
-
-
-@pytest.fixture(scope="module")
-def questions_database(postgresql_server: str) -> Any:
-    server = sa.create_engine(postgresql_server, isolation_level="AUTOCOMMIT")
-    with server.connect() as connection:
-        connection.exec_driver_sql("CREATE DATABASE questions")
-    yield server.url.set(database="questions").render_as_string(hide_password=False)
-    with server.connect() as connection:
-        connection.exec_driver_sql("DROP DATABASE questions WITH (FORCE)")
-    server.dispose()
 
 
 def columns(store: Store, table: str) -> list[dict[str, Any]]:
@@ -96,6 +89,13 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
     kept = {f["name"] for f in FEATURES["B"]}
     gone = sorted(f["centre"] for f in holes if f["name"] not in kept)
     assert [[round(r[2]), round(r[3])] for r in answers["features_that_b_lacks"]] == gone
+    both = [({f["name"]: f for f in FEATURES[v] if f["kind"].endswith("_hole")}) for v in "AB"]
+    wider = [(a, both[1][n]) for n, a in both[0].items() if n in both[1] and a["radius"] != both[1][n]["radius"]]
+    thinner = [a for n, a in both[0].items() if n in both[1] and a["box"][2::3] != both[1][n]["box"][2::3]]
+    words = {f"diameter {2 * a['radius']:g} -> {2 * b['radius']:g} mm" for a, b in wider}
+    changed = answers["dimensions_that_changed"]
+    assert {r[2] for r in changed if r[2].startswith("diameter")} == words
+    assert len(changed) == len(wider) + len(thinner) == 3
     assert answers["parts_of_a_material"] == [("P-1", "plate", "Al 7075-T6")]
 
     depth = Counter(round(f["depth"], 6) for f in by_kind("A", "pocket") if f["depth"] > 40)
@@ -122,7 +122,6 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
     assert {r[0] for r in answers["bolts_near_a_duct"]} == close
     assert len(close) == 8
     assert [(r[1], r[3]) for r in answers["loads"]] == [(v, f"bulkhead_{v}.step.gz") for v in "AB"]
-    assert answers["matched_arcs"] == answers["rejected_arcs"] == []  # nothing was inspected
 
     # The others against the rows themselves, by plain Python.
     shape = body_shape(store)
@@ -169,6 +168,79 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
         if (world.max(0) >= [1800, -500, 900]).all() and (world.min(0) <= [2000, -400, 1100]).all():
             inside.add(f["feature_no"])
     assert {r[1] for r in answers["features_in_a_box"] if r[0] == "bulkhead/BODY"} == inside
+
+
+def plain_rows(store: Store, table: str, run: int) -> list[dict[str, Any]]:
+    return [r for r in columns(store, table) if r["run_id"] == run]
+
+
+def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> None:
+    """Matched model arcs are where the image arcs are when NumPy projects them by the renderer's exact pose."""
+    truth = json.loads((EXAMPLES / "demo/pair_00_truth.json").read_text())
+    answers: dict[str, list[dict[str, Any]]] = {}
+    for name in ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig"):
+        with store.read() as connection:
+            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
+            answers[name] = [dict(r._mapping) for r in connection.execute(text)]
+    run = max(r["id"] for r in columns(store, "run") if r["kind"] == "inspect")
+
+    # Every image arc is matched or rejected, once.
+    extraction = {r["camera"]: r["extraction_id"] for r in plain_rows(store, "inspection_image", run)}
+    arcs = {(r["extraction_id"], r["arc_no"]): r for r in columns(store, "image_arc")}
+    matched = {(r["camera"], r["image_arc_no"]) for r in answers["matched_arcs"]}
+    for camera, extracted in extraction.items():
+        own = {no: r for (of, no), r in arcs.items() if of == extracted}
+        left = own.keys() - {no for c, no in matched if c == camera}
+        rejected = [r for r in answers["rejected_arcs"] if r["camera"] == camera]
+        assert sum(r["arcs"] for r in rejected) == len(left)
+        assert sum(r["pixels"] for r in rejected) == pytest.approx(sum(own[no]["length"] for no in left))
+        assert all(r["reason"] for r in rejected)
+
+    # Where the matched ones are.
+    samples = {
+        (r["shape_id"], r["arc_no"]): np.reshape(r["points"], (-1, 3)) for r in columns(store, "shape_arc_sample")
+    }
+    shape_of_part = {r["id"]: r["shape_id"] for r in columns(store, "part")}
+    placed = {r["path"]: r for r in columns(store, "occurrence")}
+    rig = np.array(truth["world_from_rig"])
+    off = []
+    for row in answers["matched_arcs"]:
+        if row["view_kind"] != "sharp":
+            continue
+        part = placed[row["path"]]
+        world_from_part = matrices({c: np.array([part[c]]) for c in part if c[:1] == "m" and c[1:].isdigit()})[0]
+        points = samples[shape_of_part[part["part_id"]], row["element_no"]]
+        camera = pair.rig["cameras"][row["camera"]]
+        world_from_camera = rig @ np.array(camera.get("rig_from_camera", np.eye(4)))
+        seen = np.linalg.inv(world_from_camera) @ world_from_part
+        xyz = points @ seen[:3, :3].T + seen[:3, 3]
+        pixels = (xyz @ np.array(camera["matrix"]).T)[:, :2] / xyz[:, 2:]
+        arc = arcs[extraction[row["camera"]], row["image_arc_no"]]
+        ends = np.array([[arc["start_x"], arc["start_y"]], [arc["end_x"], arc["end_y"]]])
+        a, b = pixels[:-1, None], pixels[1:, None]
+        along = np.clip(((ends - a) * (b - a)).sum(-1) / np.maximum(((b - a) ** 2).sum(-1), 1e-12), 0, 1)
+        off.append(np.linalg.norm(a + along[..., None] * (b - a) - ends, axis=-1).min(0).mean())
+    assert len(off) > 50
+    assert np.median(off) < 0.7
+    assert np.mean(np.array(off) < 3) > 0.9
+
+    # What is in view, against the renderer's rays at full size.
+    views = {f"bulkhead/{p['path']}": [p[c] for c in ("left", "right") if c in p] for p in truth["parts_in_view"]}
+    share = {
+        path: sum(v["visible_px"] for v in seen) / sum(v["unoccluded_px"] for v in seen)
+        for path, seen in views.items()
+        if sum(v["visible_px"] for v in seen) > 1000
+    }
+    named = {r["path"]: r["share"] for r in answers["parts_in_view"]}
+    assert {p for p, s in share.items() if s > 0.55} <= named.keys()
+    assert not {p for p, s in share.items() if s < 0.45} & named.keys()
+    assert named["bulkhead/BODY"] == pytest.approx(share["bulkhead/BODY"], abs=0.02)
+
+    (pose,) = answers["where_was_the_rig"]
+    assert pose["verdict"] == "accepted"
+    assert [pose[c] for c in "xyz"] == pytest.approx(rig[:3, 3], abs=2)
+    covariance = np.reshape(plain_rows(store, "pose", run)[0]["covariance"], (6, 6))
+    assert [pose[f"sigma_{c}"] for c in "xyz"] == pytest.approx(np.sqrt(np.diag(covariance)[:3]))
 
 
 def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:

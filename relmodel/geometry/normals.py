@@ -1,0 +1,71 @@
+"""Normals of analytic surfaces at points on them, without their parameters."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+
+_AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away from it is not sound
+
+
+def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:
+    """Outward unit normals (n, 3) of the surfaces `row` (n,) at points (n, 3) on them.
+
+    NaN where a point does not tell: on the axis of a cone, on a torus that crosses itself, on other kinds.
+    """
+    code = np.array([ANALYTIC_KINDS.index(k) if k in ANALYTIC_KINDS else -1 for k in surfaces.kind], np.int64)[row]
+    hand = np.sign(np.einsum("nd,nd->n", np.cross(surfaces.x, surfaces.y), surfaces.z))
+    hand = np.where(surfaces.reversed, -hand, hand)
+    out = np.full((len(row), 3), np.nan)
+    for number, kind in enumerate(ANALYTIC_KINDS):
+        at = np.flatnonzero(code == number)
+        if len(at):
+            one = row[at]
+            if kind == "plane":
+                out[at] = (hand[:, None] * surfaces.z)[one]
+            else:
+                out[at] = hand[one, None] * _ROUND[kind](surfaces, one, points[at] - surfaces.origin[one])
+    return out
+
+
+def _cylinder(surfaces: Surfaces, row: Index, d: Array) -> Array:
+    return _away(surfaces, row, d)[0]
+
+
+def _cone(surfaces: Surfaces, row: Index, d: Array) -> Array:
+    away, reach, height = _away(surfaces, row, d)
+    angle = surfaces.semi_angle[row]
+    # Beyond the apex the same generators go on at the other side.
+    side = np.sign(surfaces.radius[row] + height * np.tan(angle))
+    normal = np.cos(angle)[:, None] * away - (side * np.sin(angle))[:, None] * surfaces.z[row]
+    normal[reach < _AXIS] = np.nan
+    return np.asarray(normal)
+
+
+def _sphere(surfaces: Surfaces, row: Index, d: Array) -> Array:
+    return np.asarray(d / np.linalg.norm(d, axis=1, keepdims=True))
+
+
+def _torus(surfaces: Surfaces, row: Index, d: Array) -> Array:
+    away = _away(surfaces, row, d)[0]
+    arm = d - surfaces.radius[row, None] * away
+    normal = arm / np.linalg.norm(arm, axis=1, keepdims=True)
+    normal[surfaces.radius2[row] >= surfaces.radius[row] - _AXIS] = np.nan
+    return np.asarray(normal)
+
+
+def _away(surfaces: Surfaces, row: Index, d: Array) -> tuple[Array, Array, Array]:
+    """Unit vectors away from the axis, distances from it and heights along it."""
+    z = surfaces.z[row]
+    height = np.einsum("nd,nd->n", d, z)
+    across = d - height[:, None] * z
+    reach = np.sqrt(np.einsum("nd,nd->n", across, across))
+    return across / np.where(reach > 0, reach, 1.0)[:, None], reach, height
+
+
+_ROUND = {"cylinder": _cylinder, "cone": _cone, "sphere": _sphere, "torus": _torus}

@@ -1,0 +1,322 @@
+"""Open depressions: slots of many sections that run out at a side, and steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.features.feature import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Feature,
+    commonest,
+    frame,
+    lengths,
+)
+from relmodel.loading.features.graph import Boundary
+from relmodel.loading.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
+
+Floats = npt.NDArray[np.float64]
+
+_STEEP = np.sin(np.radians(10))  # walls of a step may have this much draft
+_LEANING = np.sin(np.radians(60))  # walls of a slot may lean so much, back or over its floor
+_EVEN = np.radians(1)  # walls that lean back do so alike
+_BESIDE = 0.2  # share of a floor's extent that a wall has at least
+_SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does
+_FLAT = np.radians(170)  # walls of a V that open further are a bent face
+
+
+def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Feature]:
+    """Slots open at an end, and steps: floors of which some sides rise into plane walls.
+
+    A wall may look like the floor and the floor like its wall: the greater is the floor, so that the depth is the
+    lesser reach.  thin: walls of ribs and flanges, which are no steps.
+    """
+    s, candidates = b.surfaces, []
+    for floor in plane_floors(b, taken):
+        up = floor.up
+        outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
+        rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
+        if len(rising) == len(outer):  # a hollow
+            continue
+        walls: dict[int, float] = {}
+        for i, x in rising:
+            for j in b.across(i, x)[1]:
+                if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _LEANING:
+                    walls[j] = walls.get(j, 0.0) + x.length
+        points = np.concatenate([s.points(i) for i in floor.faces])
+        beside: dict[tuple[float, ...], float] = {}
+        for j, n in walls.items():
+            beside[b.plane_key([j])] = beside.get(b.plane_key([j]), 0.0) + n
+        extent = {j: float(np.ptp(points @ _level(up, s.axis[j]))) for j in sorted(walls)}
+        sides = [j for j in extent if beside[b.plane_key([j])] > _BESIDE * extent[j]]
+        sides = [j for j in sides if abs(s.axis[j] @ up) < _STEEP or _keeps_to(b, j, points, _level(up, s.axis[j]))]
+        if sides:
+            candidates.append((floor, sides, set(walls)))
+    candidates.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c[0].faces), 3), c[0].faces))
+    slots: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
+    used: set[int] = set()
+    for floor, sides, around in candidates:
+        pairs = [] if used & set(floor.faces) else _facing(b, floor, sides)
+        for one, two in pairs:
+            floors, members = slots.setdefault(b.plane_key([floor.faces[0], one, two]), ([], []))
+            floors += floor.faces
+            members += [one, two]
+            used |= set(floor.faces) | around
+    found = [_slot(b, _floor(b, f), sorted(set(w))) for f, w in slots.values()]
+    steps: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
+    for floor, sides, _ in candidates:
+        planes = {b.plane_key([j]) for j in sides}
+        around = {*floor.faces, *sides}
+        if used & around or thin & around or len(planes) > 2 or any(abs(s.axis[j] @ floor.up) > _STEEP for j in sides):
+            continue
+        floors, members = steps.setdefault(b.plane_key([floor.faces[0], *sides]), ([], []))
+        floors += floor.faces
+        members += sides
+        used |= around
+    rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
+    notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
+    slotted = {i for f in [*rounds, *notches] for i, _ in f.surfaces}
+    for f, w in steps.values():
+        step = None if slotted & {*f, *w} else _step(b, _floor(b, f), sorted(set(w)))
+        if step is not None:
+            found.append(step)
+    return sorted([*found, *rounds, *notches], key=lambda feature: feature.surfaces)
+
+
+def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
+    """Whether a leaning wall is no longer than the floor: the slope of a gusset is no floor between its two feet."""
+    low, high = b.surfaces.along(wall, run)
+    return bool(_SPANS * (high - low) < np.ptp(points @ run))
+
+
+def _floor(b: Boundary, faces: list[int]) -> Floor:
+    s, first = b.surfaces, faces[0]
+    return Floor(sorted(set(faces)), s.axis[first], float(s.origin[first] @ s.axis[first]))
+
+
+def _level(up: Floats, normal: Floats) -> Floats:
+    """Direction in which a wall runs along a floor."""
+    run = np.cross(up, normal)
+    out: Floats = run / np.linalg.norm(run)
+    return out
+
+
+def _place(b: Boundary, wall: int, across: Floats, up: Floats, height: float) -> float:
+    """Where a plane wall stands at a height."""
+    s = b.surfaces
+    return float((s.origin[wall] @ s.axis[wall] - height * (s.axis[wall] @ up)) / (s.axis[wall] @ across))
+
+
+def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]]:
+    """Pairs of walls that face each other across the floor, each with the nearest."""
+    s, pairs = b.surfaces, []
+    for one in walls:
+        run = _level(floor.up, s.axis[one])
+        across = np.cross(run, floor.up)
+        at = _place(b, one, across, floor.up, floor.level)
+        low, high = s.along(one, run)
+        best: tuple[float, int] | None = None
+        for two in walls:
+            if _level(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
+                continue
+            leans = s.axis[[one, two]] @ floor.up
+            if leans.max() > _STEEP and np.ptp(leans) > _EVEN:
+                continue
+            gap = _place(b, two, across, floor.up, floor.level) - at
+            from_, to = s.along(two, run)
+            reach = min(high, to) - max(low, from_)
+            if gap > LENGTH_TOLERANCE and reach > LENGTH_TOLERANCE and (best is None or gap < best[0]):
+                best = gap, two
+        if best is not None:
+            pairs.append((min(one, best[1]), max(one, best[1])))
+    return sorted(set(pairs))
+
+
+def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
+    s, up, level = b.surfaces, floor.up, floor.level
+    run = _level(up, s.axis[walls[0]])
+    across = np.cross(run, up)
+    roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
+    necks, ceilings = _necks(b, walls, up)
+    roles |= dict.fromkeys(necks, "wall") | dict.fromkeys(ceilings, "undercut")
+    depth = top(b, necks or walls, up) - level
+    at_floor = [_place(b, i, across, up, level) for i in walls]
+    at_mouth = [_place(b, i, across, up, level + depth) for i in necks or walls]
+    low, high = min(at_floor), max(at_floor)
+    points = np.concatenate([s.points(i) for i in floor.faces])
+    inside = (points @ across > low - 1e-2) & (points @ across < high + 1e-2)
+    ends = points[inside] @ run
+    # A floor that runs on beyond two ears is theirs no longer; one with a curved end bulges less than this.
+    reach = [s.along(i, run) for i, role in roles.items() if role != "floor"]
+    start, stop, width = ends.min(), ends.max(), high - low
+    if (first := min(r[0] for r in reach)) - start > width / 2:
+        start = first
+    if stop - (last := max(r[1] for r in reach)) > width / 2:
+        stop = last
+    length = float(stop - start)
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    centre = (start + stop) / 2 * run + (low + high) / 2 * across + level * up
+    pose = frame(x, up, centre)
+    box = prism_box(b, sorted(roles), pose, length, width, depth)
+    mouth = max(at_mouth) - min(at_mouth)
+    dimensions = lengths(length=length, width=min(mouth, width), depth=depth) | fillet_radius(b, roles)
+    if mouth < width - LENGTH_TOLERANCE:
+        dimensions |= lengths(undercut_width=width)
+        if ceilings:
+            dimensions |= lengths(undercut_depth=s.along(ceilings[0], up)[1] - level)
+        else:
+            lean = float(np.arcsin(np.clip(-(s.axis[walls[0]] @ up), -1, 1)))
+            dimensions["angle"] = (np.pi / 2 - lean, "rad")
+    else:
+        dimensions |= s.draft(walls, up)
+    upright = [i for i, role in roles.items() if role == "wall" and s.kind[i] == "cylinder" and s.concave[i]]
+    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(np.cross(s.axis[i], up)) < _STEEP]
+    if corners and 2 * commonest(corners) < width - LENGTH_TOLERANCE:
+        dimensions |= lengths(corner_radius=commonest(corners))
+    return Feature("open_slot", "", dimensions, pose, box, sorted(roles.items()))
+
+
+def _necks(b: Boundary, walls: list[int], up: Floats) -> tuple[list[int], list[int]]:
+    """Of a slot that is wider below: the walls above the overhang on either side, and the overhangs."""
+    s = b.surfaces
+    necks, ceilings = [], []
+    for wall in walls:
+        over = [j for j in b.neighbours(wall, "concave") if s.kind[j] == "plane" and s.axis[j] @ up < -1 + _STEEP]
+        above = [
+            k
+            for j in over
+            for k in b.neighbours(j, "convex")
+            if s.kind[k] == "plane" and s.axis[k] @ s.axis[wall] > 1 - _STEEP
+        ]
+        if not above:
+            return [], []
+        necks += above
+        ceilings += over
+    return sorted(set(necks)), sorted(set(ceilings))
+
+
+def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
+    s, up, level = b.surfaces, floor.up, floor.level
+    roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
+    points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
+    for wall in walls:
+        run = _level(up, s.axis[wall])
+        places = np.concatenate([s.points(i) for i in walls if abs(s.axis[i] @ s.axis[wall]) > 0.99]) @ run
+        shares = np.ptp(places) / max(np.ptp(points @ run), LENGTH_TOLERANCE)
+        if not _SPANS < shares < 1 / _SPANS:
+            return None
+    run = _level(up, s.axis[walls[0]])
+    across = np.cross(up, run)
+    length, width = float(np.ptp(points @ run)), float(np.ptp(points @ across))
+    if len(walls) > 1 and width > length:
+        run, length, width = across, width, length
+    depth = top(b, walls, up) - level
+    if depth < LENGTH_TOLERANCE:
+        return None
+    across = np.cross(up, run)
+    centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    pose = frame(x, up, centre)
+    box = prism_box(b, sorted(roles), pose, length, width, depth)
+    dimensions = lengths(length=length, width=width, depth=depth) | fillet_radius(b, roles)
+    return Feature("step", "", dimensions, pose, box, sorted(roles.items()))
+
+
+def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Two planes that meet in a concave edge below the one plane that both run out in."""
+    s, found = b.surfaces, []
+    used = set(taken)
+    planes = [i for i in sorted(b.sides) if s.kind[i] == "plane" and s.start[i] < s.start[i + 1]]
+    for one in planes:
+        for two in b.neighbours(one, "concave"):
+            if two <= one or used & {one, two} or s.kind[two] != "plane":
+                continue
+            opening = float(np.pi - np.arccos(np.clip(s.axis[one] @ s.axis[two], -1, 1)))
+            mouths = [{b.plane_key([m]): m for m in _beyond(b, i, {one, two})} for i in (one, two)]
+            run = np.cross(s.axis[one], s.axis[two])
+            run /= np.linalg.norm(run)
+            common = [s.axis[mouths[0][key]] for key in sorted(mouths[0].keys() & mouths[1].keys())]
+            common = [up for up in common if abs(run @ up) < ANGLE_TOLERANCE]
+            common = [up for up in common if min(s.axis[one] @ up, s.axis[two] @ up) > -ANGLE_TOLERANCE]
+            if not common or opening > _FLAT:
+                continue
+            up = common[0]
+            blends = sorted(_blends_between(b, one, two))
+            members = [one, two]
+            more = {"angle": (opening, "rad")} | lengths(**({"fillet_radius": b.blends[blends[0]]} if blends else {}))
+            found.append(_groove(b, members, blends, run, up, more))
+            used |= {one, two, *blends}
+    return found
+
+
+def _beyond(b: Boundary, wall: int, members: set[int]) -> list[int]:
+    """Planes beyond the convex edges of a wall, past a chamfer."""
+    s, found = b.surfaces, []
+    for j in b.neighbours(wall, "convex"):
+        found += [k for k in b.neighbours(j, "convex") if k not in members] if j in b.chamfers else [j]
+    return [j for j in found if s.kind[j] == "plane"]
+
+
+def _blends_between(b: Boundary, one: int, two: int) -> set[int]:
+    beside = [{x.other for x in b.sides[i] if x.convexity == "smooth" and x.other in b.blends} for i in (one, two)]
+    return beside[0] & beside[1]
+
+
+def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
+    """With a round bottom: a hollow cylinder alone below one plane, or half of one between two walls."""
+    s, found = b.surfaces, []
+    used = set(taken)
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] != "cylinder" or not s.concave[i] or i in used or i in b.blends or s.start[i] == s.start[i + 1]:
+            continue
+        around = [x for x in sides if x.other not in (i, -1)]
+        up = s.normals(i).mean(axis=0)
+        up -= (up @ s.axis[i]) * s.axis[i]
+        # Closed at both ends it is none, nor all around.
+        if np.linalg.norm(up) < ANGLE_TOLERANCE or len({x.other for x in around if x.convexity == "concave"}) > 1:
+            continue
+        up /= np.linalg.norm(up)
+        smooth = {x.other for x in around if x.convexity == "smooth"}
+        walls = sorted(k for k in smooth if s.kind[k] == "plane" and abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE)
+        if len(walls) == len(smooth) == 2 and s.axis[walls[0]] @ s.axis[walls[1]] < -1 + ANGLE_TOLERANCE:
+            # The walls of a slot that is round at both ends lead to the other end.
+            ends = {x.other for k in walls for x in b.sides[k] if x.convexity == "smooth"} - {i}
+            if used & set(walls) or any(s.kind[k] == "cylinder" and s.concave[k] for k in ends):
+                continue
+            along = np.cross(s.axis[i], s.axis[walls[0]])
+            up = along * np.sign(along @ up)
+        elif not smooth:
+            mouths: dict[tuple[float, ...], list[int]] = {}
+            for k in [x.other for x in around if x.convexity == "convex" and s.kind[x.other] == "plane"]:
+                if abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE and s.axis[k] @ up > 0:
+                    mouths.setdefault(b.plane_key([k]), []).append(k)
+            mouth = next((m for _, m in sorted(mouths.items()) if len(m) > 1), None)
+            if mouth is None:
+                continue
+            up = s.axis[mouth[0]]
+        else:
+            continue
+        found.append(_groove(b, [i, *walls], [i], s.axis[i], up, lengths(fillet_radius=float(s.radius[i]))))
+        used |= {i, *walls}
+    return found
+
+
+def _groove(
+    b: Boundary, members: list[int], floor: list[int], run: Floats, up: Floats, more: dict[str, tuple[float, str]]
+) -> Feature:
+    """A slot of a constant section that has no flat floor; its width is that of its mouth."""
+    s = b.surfaces
+    across = np.cross(up, run)
+    points = np.concatenate([s.points(i) for i in [*members, *floor]])
+    low, high = (points @ up).min(), top(b, members, up)
+    ends, breadth = points @ run, points @ across
+    centre = (ends.min() + ends.max()) / 2 * run + (breadth.min() + breadth.max()) / 2 * across + low * up
+    length, width, depth = float(np.ptp(ends)), float(np.ptp(breadth)), float(high - low)
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    pose = frame(x, up, centre)
+    roles = dict.fromkeys(members, "wall") | dict.fromkeys(floor, "floor")
+    box = prism_box(b, sorted(roles), pose, length, width, depth)
+    return Feature(
+        "open_slot", "", lengths(length=length, width=width, depth=depth) | more, pose, box, sorted(roles.items())
+    )

@@ -1,0 +1,52 @@
+"""Writing the dimensions, tolerances and datums of new parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sqlalchemy import Connection
+
+from relmodel.loading.identity import ShapeKeys
+from relmodel.loading.neutral import Part
+from relmodel.store import Run
+
+_OWN = ("kind", "type", "name", "value", "lower_limit", "upper_limit", "unit", "stated_unit", "modifier", "zone")
+
+
+def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part, ShapeKeys, dict[str, int]]]) -> None:
+    """Append the PMI of parts (identity, part, keys of its shape, identities of shapes by key), their shapes being
+    there."""
+    if not parts:
+        return
+    shapes = sorted({ids[keys.shape] for _, _, keys, ids in parts})
+    # A shape that the store held may list its surfaces in another order than the file.
+    listed = {
+        (int(row.shape_id), row.content_key): int(row.surface_no)
+        for row in run.store.rows(connection, "load/surfaces_of_shapes", shape_ids=shapes)
+    }
+    rows = [(i, no, one) for i, part, _, _ in parts for no, one in enumerate(part.pmi)]
+    run.append(
+        connection,
+        "part_pmi",
+        {
+            "part_id": [i for i, _, _ in rows],
+            "pmi_no": [no for _, no, _ in rows],
+            **{name: [getattr(one, name) for _, _, one in rows] for name in _OWN},
+        },
+    )
+    datums = [(i, no, *datum) for i, no, one in rows for datum in one.datums]
+    if datums:
+        names = ("part_id", "pmi_no", "precedence", "letter", "modifier")
+        run.append(connection, "part_pmi_datum", dict(zip(names, map(list, zip(*datums, strict=True)), strict=True)))
+    surfaces = [
+        (i, no, shape, listed[shape, keys.surfaces[surface]], role)
+        for i, part, keys, ids in parts
+        for shape in [ids[keys.shape]]
+        for no, one in enumerate(part.pmi)
+        for surface, role in one.surfaces
+    ]
+    if surfaces:
+        names = ("part_id", "pmi_no", "shape_id", "surface_no", "role")
+        run.append(
+            connection, "part_pmi_surface", dict(zip(names, map(list, zip(*surfaces, strict=True)), strict=True))
+        )

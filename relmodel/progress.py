@@ -1,0 +1,12 @@
+"""How far long work is: library code tells, and only the command line shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+# What is being done, how many steps are done, and how many there are.
+Progress = Callable[[str, int, int], None]
+
+
+def silent(what: str, done: int, of: int) -> None:
+    """Tell nobody."""

@@ -1,0 +1,112 @@
+"""Several files at once: rows as of one after another, and one that is refused leaves the others."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+import trimesh
+
+from relmodel.cli.main import main
+from relmodel.errors import InputError
+from relmodel.loading.load import Request, load, load_all
+from relmodel.store import Store
+
+# What differs from run to run: clocks and processes.
+TIMES = {"began_at", "happened_at", "seconds", "process", "loaded_at", "made_at"}
+
+
+def boxes(folder: Path) -> list[Path]:
+    """Files of two formats, two of them alike."""
+    files = []
+    for name, height in (("a.stl", 10), ("b.ply", 11), ("c.stl", 12), ("d.stl", 10), ("e.stl", 14)):
+        trimesh.creation.box((30, 20, height)).export(folder / name)
+        files.append(folder / name)
+    return files
+
+
+def contents(store: Store) -> dict[str, list[Any]]:
+    """All rows of all tables, but for times."""
+    with store.read() as connection:
+        names = [r.relation for r in connection.execute(store.table("sds_relation").select()) if r.standing != "view"]
+        out = {}
+        for name in sorted(names):
+            table = store.table(name)
+            columns = [c for c in table.columns if c.name not in TIMES]
+            out[name] = sorted(
+                repr(tuple(row)) for row in connection.execute(table.select().with_only_columns(*columns))
+            )
+        return out
+
+
+def test_rows_are_those_of_one_after_another(fresh_store: str, duckdb_template: Path, tmp_path: Path) -> None:
+    files = boxes(tmp_path)
+    shutil.copy(duckdb_template, tmp_path / "turns.duckdb")
+    with Store.open(fresh_store) as together, Store.open(tmp_path / "turns.duckdb") as turns:
+        told: list[tuple[str, int, int]] = []
+        requests = [Request(file, file.stem, unit="mm") for file in files]
+        outcomes = list(load_all(together, requests, lambda *step: told.append(step)))
+        assert [request for request, _ in outcomes] == requests
+        assert told == [
+            (f"{f.name}: {what}", 2 * i + k, 10)
+            for i, f in enumerate(files)
+            for k, what in enumerate(("reading", "storing"))
+        ]
+        for (_, outcome), file in zip(outcomes, files, strict=True):
+            report = load(turns, file, name=file.stem, unit="mm")
+            assert outcome == report
+        if together.dialect == turns.dialect:
+            assert contents(together) == contents(turns)
+
+
+def test_one_that_is_refused_leaves_the_others(duckdb_template: Path, tmp_path: Path) -> None:
+    files = boxes(tmp_path)
+    files[1].write_bytes(b"no mesh")
+    shutil.copy(duckdb_template, tmp_path / "store.duckdb")
+    with Store.open(tmp_path / "store.duckdb") as store:
+        requests = [Request(f, f.stem, unit="mm") for f in (tmp_path / "gone.stl", *files)]
+        outcomes = [outcome for _, outcome in load_all(store, requests)]
+        assert [isinstance(o, InputError) for o in outcomes] == [True, False, True, False, False, False]
+        with store.read() as connection:
+            names = {r.name for r in connection.execute(store.table("object_variant").select())}
+            assert names == {"a", "c", "d", "e"}
+            statuses = [r.status for r in connection.execute(store.table("load_report").select())]
+            assert sorted(statuses) == ["added", "added", "added", "added", "refused"]
+
+
+def test_several_files_on_the_command_line(
+    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(f) for f in boxes(tmp_path)]
+    shutil.copy(duckdb_template, tmp_path / "store.duckdb")
+    target = ["--unit", "mm", "--store", str(tmp_path / "store.duckdb")]
+    assert main(["load", *files[:2], *target]) == 0
+    assert main(["load", *files[:2], "--object", "box", *target]) == 0
+    capsys.readouterr()
+    assert main(["load", files[2], str(tmp_path / "gone.stl"), files[4], *target]) == 3
+    said = capsys.readouterr().err.splitlines()
+    assert [line.split(",")[0] for line in said] == [
+        "c",
+        f"relmodel load: there is no file {tmp_path}/gone.stl: check its name",
+        "e",
+    ]
+    with Store.open(tmp_path / "store.duckdb", read_only=True) as store, store.read() as connection:
+        named = {(r.name, r.variant) for r in connection.execute(store.table("object_variant").select())}
+    assert named == {("a", ""), ("b", ""), ("c", ""), ("e", ""), ("box", "a"), ("box", "b")}
+    assert main(["load", *files[:2], "--object", "box", "--variant", "A", *target]) == 2
+    assert main(["load", files[0], files[0], *target]) == 2
+
+
+@pytest.mark.data
+def test_step_files_side_by_side(data_dir: Path, duckdb_template: Path, tmp_path: Path) -> None:
+    files = [data_dir / "step" / name for name in ("cube-in.step", "cube-m.step", "sg1-c5-214.stp")]
+    stores = []
+    for name in ("together", "turns"):
+        shutil.copy(duckdb_template, tmp_path / f"{name}.duckdb")
+        stores.append(Store.open(tmp_path / f"{name}.duckdb"))
+    with stores[0] as together, stores[1] as turns:
+        reports = [report for _, report in load_all(together, [Request(f, f.stem) for f in files])]
+        assert reports == [load(turns, f, name=f.stem) for f in files]
+        assert contents(together) == contents(turns)

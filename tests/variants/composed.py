@@ -1,0 +1,60 @@
+"""Objects of parts that the CAD kernel composes, stored without a file between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import sqlalchemy as sa
+
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.loading import step_shape
+from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
+from relmodel.loading.write import LoadReport, SourceFile, store_model
+from relmodel.store import Run, Store
+from relmodel.variants.compare import compare
+
+Pose = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Item:
+    """A body placed under a name."""
+
+    name: str
+    body: Any
+    pose: Pose
+    number: str = "P-1"
+    material: str | None = None
+
+
+def pose(shift: npt.ArrayLike = (0, 0, 0), turn: npt.ArrayLike = (0, 0, 0)) -> Pose:
+    """The transform that turns by a rotation vector (rad) and then shifts (mm)."""
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = rotation_matrix(turn), shift
+    return out
+
+
+def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "thing") -> LoadReport:
+    """Store an object of these items."""
+    shapes = [step_shape.extract(item.body, {}, {}, {}) for item in items]
+    parts = [Part(item.number, item.number, i, item.material) for i, item in enumerate(items)]
+    placed = [Instance(item.name, "part", i, item.pose) for i, item in enumerate(items)]
+    model = LoadedModel("STEP", "AP242", "mm", 1.0, shapes, parts, [Assembly(name, placed)], 0, None, 0, "test")
+    with Run.begin(store, "load", {"name": name, "variant": variant}) as run, run.write() as connection:
+        report = store_model(run, connection, model, name, variant, SourceFile(f"{variant}.step", variant))
+        run.end("ok", connection=connection)
+    return report
+
+
+def differences(store: Store, before: str, after: str, name: str = "thing") -> list[dict[str, Any]]:
+    """Rows of `variant_change` between two variants."""
+    comparison = compare(store, (name, before), (name, after))
+    view = sa.text(
+        "SELECT * FROM variant_change WHERE comparison_id = :id ORDER BY level, element_a, element_b, path_b"
+    )
+    with store.read() as connection:
+        return [dict(r._mapping) for r in connection.execute(view, {"id": comparison.id})]

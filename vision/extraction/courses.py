@@ -1,0 +1,100 @@
+"""The course of an arc at measuring grade: its elements moved across it to where their neighbours along it agree.
+
+An element sees 2 sqrt(pi) times the facet's scale along the edge; once an arc is known, what lies further along tells
+as much about it.  The deviations of its elements from the fitted curve are averaged along it under a Gaussian window,
+weighted by their own variances: true waviness longer than the window stays, the noise shrinks by the square root of how
+much more is seen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.edges import EdgeElements
+from vision.extraction.ellipses import Ellipses
+from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
+
+_WINDOW = 5.0  # facet scales: standard deviation of the window along the arc
+
+
+@dataclass(frozen=True)
+class Course:
+    """Points (px) of all arcs packed, beside their elements, and the standard deviation (px) of each across its arc."""
+
+    x: FloatArray
+    y: FloatArray
+    sigma: FloatArray
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Of each member of an arc: signed distance (px) from the fitted curve along the unit normal (nx, ny), and how far
+    (px) smoothing has drawn the curve against that normal.  NaN where an arc is no curve of closed form."""
+
+    distance: FloatArray
+    nx: FloatArray
+    ny: FloatArray
+    bias: FloatArray
+
+
+def from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
+    """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
+    nx, ny = -fit[:, 3], fit[:, 2]
+    distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
+    return Deviations(distance, nx, ny, np.zeros_like(x))
+
+
+def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, half_spread: FloatArray) -> Deviations:
+    """Deviations of points (m,) from circles; `fit` (m, 3) centre and radius as seen; `half_spread` (px^2) half the
+    variance of what blurred them."""
+    u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
+    away = np.maximum(np.hypot(u, v), 1e-12)
+    return Deviations(away - radius, u / away, v / away, half_spread / radius)
+
+
+def from_ellipses(
+    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: npt.NDArray[np.intp], half_spread: FloatArray
+) -> Deviations:
+    """Deviations, to first order (Sampson), of points (m,) from the ellipses `which` (m,) names."""
+    a, b, angle = ellipses.major[which], ellipses.minor[which], ellipses.angle[which]
+    dx, dy = x - ellipses.centre_x[which], y - ellipses.centre_y[which]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    u, v = cosine * dx + sine * dy, cosine * dy - sine * dx
+    gu, gv = u / a**2, v / b**2
+    slope = np.hypot(gu, gv)
+    curvature = 1.0 / (a**2 * b**2 * slope**3)  # where the point lies on the ellipse
+    distance = 0.5 * ((u / a) ** 2 + (v / b) ** 2 - 1.0) / slope
+    nu, nv = gu / slope, gv / slope
+    return Deviations(distance, cosine * nu - sine * nv, sine * nu + cosine * nv, half_spread * curvature)
+
+
+def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> Course:
+    """Courses of arcs of edge elements found at facet scale `scale` px; what has no deviation stays where it was seen.
+
+    The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
+    ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).
+    """
+    from vision.extraction import _course_kernels
+
+    x, y, sigma = (column[members.elements] for column in (edges.x, edges.y, edges.sigma))
+    if len(members) == 0:
+        return Course(x, y, sigma)
+    steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
+    steps[members.offsets[:-1]] = 0.0
+    known = np.isfinite(deviations.distance)
+    distance, concentration, variance = _course_kernels.average_along(
+        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, _WINDOW * scale
+    )
+    spacing = np.add.reduceat(steps, members.offsets[:-1]) / np.maximum(members.counts - 1, 1)
+    shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
+    part = shared * concentration
+    shrunk = np.sqrt(variance * part / np.sqrt(1.0 + part**2))
+    move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)
+    return Course(
+        x=x + move * np.where(known, deviations.nx, 0.0),
+        y=y + move * np.where(known, deviations.ny, 0.0),
+        sigma=np.where(known, shrunk, sigma),
+    )

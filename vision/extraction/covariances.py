@@ -1,0 +1,71 @@
+"""Covariances of fitted arcs: what the scatter of their elements leaves open of their parameters.
+
+Least squares on the distances across the curve: covariance = correlation x mean square error x (J' W J)^-1, J the
+derivative of a distance by the parameters; elements a pixel apart see much the same pixels, `correlation` of them count
+as one.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.courses import Deviations
+from vision.extraction.ellipses import Ellipses
+
+FloatArray = npt.NDArray[np.float64]
+IndexArray = npt.NDArray[np.intp]
+
+PARAMETERS = {
+    "line": ("offset to the right", "angle"),
+    "circular": ("centre_x", "centre_y", "radius"),
+    "elliptic": ("centre_x", "centre_y", "radius", "radius2", "axis_angle"),
+    "free": (),
+}
+
+
+def of_lines(along: FloatArray) -> FloatArray:
+    """Jacobian (m, 2) of distances by the offset and angle of a line; `along` (m,) the place from its centroid."""
+    return np.column_stack([-np.ones_like(along), -along])
+
+
+def of_circles(deviations: Deviations) -> FloatArray:
+    """Jacobian (m, 3) of distances by the centre and radius of a circle."""
+    return -np.column_stack([deviations.nx, deviations.ny, np.ones_like(deviations.nx)])
+
+
+def of_ellipses(
+    x: FloatArray, y: FloatArray, deviations: Deviations, ellipses: Ellipses, which: IndexArray
+) -> FloatArray:
+    """Jacobian (m, 5) of distances of points (m,) by centre, semi-axes and angle of the ellipses `which` (m,) names."""
+    angle = ellipses.angle[which]
+    cosine, sine = np.cos(angle), np.sin(angle)
+    dx = x - deviations.distance * deviations.nx - ellipses.centre_x[which]
+    dy = y - deviations.distance * deviations.ny - ellipses.centre_y[which]
+    u, v = cosine * dx + sine * dy, cosine * dy - sine * dx
+    nu = cosine * deviations.nx + sine * deviations.ny
+    nv = cosine * deviations.ny - sine * deviations.nx
+    columns = [
+        deviations.nx,
+        deviations.ny,
+        nu * u / ellipses.major[which],
+        nv * v / ellipses.minor[which],
+        u * nv - v * nu,
+    ]
+    return -np.column_stack(columns)
+
+
+def of_parameters(
+    jacobian: FloatArray, distance: FloatArray, weight: FloatArray, first: IndexArray, correlation: float
+) -> FloatArray:
+    """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing."""
+    if len(first) == 0:
+        return np.zeros((0, jacobian.shape[1], jacobian.shape[1]))
+    total = np.add.reduceat(weight, first)
+    counts = np.diff(np.append(first, len(weight)))
+    error = np.add.reduceat(weight * distance**2, first) / total * counts / np.maximum(counts - jacobian.shape[1], 1)
+    normal = np.add.reduceat(weight[:, None, None] * jacobian[:, :, None] * jacobian[:, None, :], first)
+    scale = np.sqrt(np.einsum("nii->ni", normal))
+    scaled = normal / (scale[:, :, None] * scale[:, None, :])
+    solvable = np.linalg.cond(np.where(np.isfinite(scaled), scaled, 0.0)) < 1e12
+    inverse = np.linalg.inv(np.where(solvable[:, None, None], scaled, np.eye(jacobian.shape[1])))
+    out = inverse / (scale[:, :, None] * scale[:, None, :]) * (correlation * error * total / counts)[:, None, None]
+    return np.where(solvable[:, None, None], out, np.nan)
