@@ -7,20 +7,31 @@ expressions on three numbers take many times as long to compile, and no less to 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
+import numba
+import numba.types
 import numpy as np
-from numba import njit
 
 _Kernel = TypeVar("_Kernel", bound=Callable[..., Any])
-# Kernels that only kernels call need no wrapper for Python, which takes as long to compile as a small kernel.
-inner: Callable[[_Kernel], _Kernel] = njit(cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True)
-outer: Callable[[_Kernel], _Kernel] = njit(cache=True, nogil=True, error_model="numpy")
+
+
+def inner(signature: Any = None, *, wrapped: bool = False) -> Callable[[_Kernel], _Kernel]:
+    """Decorator that compiles a kernel, for a signature where a literal argument would make it compile again.
+
+    Kernels that only kernels call need no wrapper for Python, which takes as long to compile as a small kernel.
+    """
+    compiler: Any = numba.njit
+    made = compiler(signature, cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=not wrapped)
+    return cast(Callable[[_Kernel], _Kernel], made)
+
 
 _SWEEPS = 30
+types: Any = numba.types
+VECTOR, MATRIX, INTEGERS = types.float64[::1], types.float64[:, ::1], types.int64[::1]
 
 
-@inner
+@inner(types.boolean(MATRIX, VECTOR, types.int64))
 def solve(a: Any, b: Any, n: int) -> bool:
     """Solve a x = b of n unknowns by Cholesky, x into b; a is lost.  False where a is not positive."""
     for i in range(n):
@@ -45,7 +56,7 @@ def solve(a: Any, b: Any, n: int) -> bool:
     return True
 
 
-@inner
+@inner(types.void(MATRIX, MATRIX, types.int64))
 def eigenvectors(a: Any, vectors: Any, n: int) -> None:
     """Diagonalise the symmetric a (n, n) in place by Jacobi's rotations: values on its diagonal, vectors in columns;
     both by rising value."""
@@ -89,7 +100,7 @@ def eigenvectors(a: Any, vectors: Any, n: int) -> None:
                 vectors[k, i], vectors[k, least] = vectors[k, least], vectors[k, i]
 
 
-@inner
+@inner()
 def across(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
     """Two unit vectors that make a right-handed frame with a unit axis (x, y, z) as the third."""
     if abs(x) <= abs(y) and abs(x) <= abs(z):
@@ -103,7 +114,7 @@ def across(x: float, y: float, z: float) -> tuple[float, float, float, float, fl
     return ux, uy, uz, y * uz - z * uy, z * ux - x * uz, x * uy - y * ux
 
 
-@inner
+@inner()
 def circle(x: Any, y: Any, n: int) -> tuple[bool, float, float, float]:
     """Circle through n points of a plane by linear least squares (Kasa): whether there is one, centre and radius."""
     mx = my = 0.0

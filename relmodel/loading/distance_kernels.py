@@ -16,24 +16,24 @@ from relmodel.loading.algebra_kernels import inner
 CYLINDER, CONE, SPHERE, TORUS = 1, 2, 3, 4
 
 
-@inner
+@inner()
 def distance(kind: int, s: Any, x: float, y: float, z: float) -> float:
     """Signed distance (mm) of a point from the surface, positive outside."""
     qx, qy, qz = x - s[0], y - s[1], z - s[2]
     if kind == SPHERE:
-        return np.sqrt(qx * qx + qy * qy + qz * qz) - s[6]
+        return float(np.sqrt(qx * qx + qy * qy + qz * qz) - s[6])
     h = qx * s[3] + qy * s[4] + qz * s[5]
     wx, wy, wz = qx - h * s[3], qy - h * s[4], qz - h * s[5]
     rho = np.sqrt(wx * wx + wy * wy + wz * wz)
     if kind == CYLINDER:
-        return rho - s[6]
+        return float(rho - s[6])
     if kind == CONE:
-        return (rho - s[6]) * s[8] - h * s[9]
+        return float((rho - s[6]) * s[8] - h * s[9])
     out = rho - s[6]
-    return np.sqrt(out * out + h * h) - s[7]
+    return float(np.sqrt(out * out + h * h) - s[7])
 
 
-@inner
+@inner()
 def gradient(kind: int, s: Any, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Unit gradient of the distance; 0 where there is none."""
     qx, qy, qz = x - s[0], y - s[1], z - s[2]
@@ -57,7 +57,7 @@ def gradient(kind: int, s: Any, x: float, y: float, z: float) -> tuple[float, fl
     return out * wx + up * s[3], out * wy + up * s[4], out * wz + up * s[5]
 
 
-@inner
+@inner()
 def cost(kind: int, s: Any, points: Any) -> float:
     """Sum of the squared distances of points (n, 3)."""
     total = 0.0
@@ -67,7 +67,7 @@ def cost(kind: int, s: Any, points: Any) -> float:
     return total
 
 
-@inner
+@inner()
 def worst(kind: int, s: Any, points: Any) -> float:
     """Greatest distance (mm) of points (n, 3)."""
     most = 0.0

@@ -15,7 +15,7 @@ from relmodel.loading.distance_kernels import CONE, SPHERE, TORUS, cost, distanc
 _STEPS = 25
 
 
-@inner
+@inner()
 def refine(kind: int, s: Any, points: Any, goal: float) -> None:
     """Turn the surface `s` (10,), in place, into that of least squared distance to points (n, 3) near it.
 
@@ -96,7 +96,7 @@ def refine(kind: int, s: Any, points: Any, goal: float) -> None:
         s[7] *= extent
 
 
-@inner
+@inner()
 def _normal_equations(
     kind: int, s: Any, points: Any, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, ata: Any, atb: Any
 ) -> None:

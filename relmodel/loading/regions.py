@@ -17,7 +17,6 @@ KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 FREE_RAD = np.radians(20)  # strips of a free-form surface turn less
 _LITTLE_RAD = np.radians(30)
 _FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
-_WEAK_RIM = 0.6  # the same, of a free-form or another such surface
 _FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
 _EXACT_MM = 5e-5  # kernels hold a cylinder that they keep as a spline about as exactly
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
@@ -127,7 +126,7 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
     patches = _patches(vertices, triangles, edges, tolerance)
     owner, kind, surface = _curved(vertices, triangles, patches, tolerance)
-    owner = _without_weak(patches, owner, kind, _turn(vertices, triangles, owner[patches.of_triangle]))
+    owner = _without_weak(patches, owner, kind, _turn(vertices, triangles, owner[patches.of_triangle], len(kind)))
     owner, plane = _rest(vertices, triangles, patches, owner, len(kind), tolerance)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)
@@ -207,7 +206,7 @@ def slim(vertices: Floats, triangles: Ints) -> Bools:
 
 def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: float) -> tuple[Ints, Ints, Floats]:
     """Owner of each patch (-1 none) among the curved surfaces, their kinds (index into KINDS) and numbers."""
-    from relmodel.loading import growth_kernels
+    from relmodel.loading import growth_kernels, patch_kernels
 
     count = len(patches.area)
     known = ~slim(vertices, triangles)
@@ -232,23 +231,24 @@ def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: flo
     np.maximum.at(reach, patch, np.linalg.norm(vertices[vertex] - middle[patch], axis=1))
     np.maximum.at(bend, of[smooth], patches.angle[smooth])
     order = np.argsort(-patches.area, kind="stable")
+    mesh = patch_kernels.Patches(
+        np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
+        start,
+        vertex,
+        normal,
+        middle,
+        reach,
+        vertices[triangles[largest]].mean(axis=1),
+        patches.area,
+        patches.width,
+        bend,
+        patches.start,
+        patches.other,
+        patches.length,
+        smooth,
+    )
     number = growth_kernels.grow_surfaces(
-        growth_kernels.Patches(
-            np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
-            start,
-            vertex,
-            normal,
-            middle,
-            reach,
-            vertices[triangles[largest]].mean(axis=1),
-            patches.area,
-            patches.width,
-            bend,
-            patches.start,
-            patches.other,
-            patches.length,
-            smooth,
-        ),
+        mesh,
         order[bends[order] > 0],
         rounding(vertices),
         max(_EXACT_MM, rounding(vertices)),
@@ -262,11 +262,8 @@ def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: flo
     return owner, kinds[:number], rows[:number]
 
 
-def _turn(vertices: Floats, triangles: Ints, owner: Ints) -> Floats:
+def _turn(vertices: Floats, triangles: Ints, owner: Ints, count: int) -> Floats:
     """Angle (rad) by which the normals of each owner's triangles (-1 none) turn about their mean, both ways."""
-    count = int(owner.max(initial=-1)) + 1
-    if count == 0:
-        return np.zeros(0)
     normal = area_normals(vertices, triangles)[owner >= 0]
     owner = owner[owner >= 0]
     mean: Floats = np.stack([np.bincount(owner, normal[:, i], minlength=count) for i in range(3)], axis=1).astype(float)
@@ -278,26 +275,22 @@ def _turn(vertices: Floats, triangles: Ints, owner: Ints) -> Floats:
 
 
 def _without_weak(patches: _Patches, owner: Ints, kind: Ints, turn: Floats) -> Ints:
-    """Owners (-1 none) without surfaces of few patches that run smoothly into what is no such surface for long: a few
-    strips of a free-form surface may lie on a cylinder or torus by chance."""
+    """Owners (-1 none) without surfaces of few patches that run smoothly into free-form ones for long: a few strips of
+    a free-form surface may lie on a cylinder or torus by chance."""
     a = np.repeat(np.arange(len(owner)), np.diff(patches.start))
     b = patches.other
+    count = len(kind)
+    bend = patches.angle < FREE_RAD
     while (owner >= 0).any():
-        count = len(kind)
         size = np.bincount(owner[owner >= 0], minlength=count)
         border = (owner[a] >= 0) & (owner[a] != owner[b])
         rim = np.bincount(owner[a[border]], patches.length[border], minlength=count)
-        poor = (size <= np.array(_FEW)[kind]) | (turn[:count] < _LITTLE_RAD)
+        poor = (size <= np.array(_FEW)[kind]) | (turn < _LITTLE_RAD)
         # Free-form are patches without owner that bend into two others; a plane between fillets is none.
-        bend = patches.angle < FREE_RAD
         bends = np.bincount(a[bend & (owner[a] < 0) & (owner[b] < 0)], minlength=len(owner))
         free = (owner < 0) & (bends >= 2)
-        weak = (owner >= 0) & poor[owner]
-        run = []
-        for such in (free, free | weak):
-            into = border & bend & such[b] & (patches.width[b] < _WIDE * patches.width[a])
-            run.append(np.bincount(owner[a[into]], patches.length[into], minlength=count))
-        drop = poor & ((run[0] > _FREE_RIM * rim) | (run[1] > _WEAK_RIM * rim))
+        into = border & bend & free[b] & (patches.width[b] < _WIDE * patches.width[a])
+        drop = poor & (np.bincount(owner[a[into]], patches.length[into], minlength=count) > _FREE_RIM * rim)
         if not drop.any():
             break
         owner = np.where((owner >= 0) & drop[owner], -1, owner)

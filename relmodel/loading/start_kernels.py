@@ -14,7 +14,7 @@ from relmodel.loading.algebra_kernels import across, circle, eigenvectors, inner
 from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE
 
 
-@inner
+@inner()
 def start(kind: int, points: Any, middles: Any, normals: Any, direction: Any, s: Any) -> bool:
     """First guess `s` (10,) of a surface through points (n, 3), by the normals (m, 3) of facets at their middles
     (m, 3); of a torus, with an axis along the direction (3,).  False where there is none."""
@@ -30,7 +30,7 @@ def start(kind: int, points: Any, middles: Any, normals: Any, direction: Any, s:
     return _torus(points, middles, normals, direction, s)
 
 
-@inner
+@inner()
 def directions(middles: Any, normals: Any, out: Any) -> None:
     """Three directions (3, 3) that the axis of a surface of revolution may have: its normals meet the axis, which is
     to say that they belong to a linear line complex."""
@@ -55,7 +55,7 @@ def directions(middles: Any, normals: Any, out: Any) -> None:
             out[k, j] = vectors[j, k] / length if length > 1e-6 else 0.0
 
 
-@inner
+@inner()
 def _centre(points: Any) -> tuple[float, float, float]:
     x = y = z = 0.0
     for i in range(len(points)):
@@ -66,7 +66,7 @@ def _centre(points: Any) -> tuple[float, float, float]:
     return x / n, y / n, z / n
 
 
-@inner
+@inner()
 def _sphere(points: Any, s: Any) -> bool:
     cx, cy, cz = _centre(points)
     a, b, row = np.zeros((4, 4)), np.zeros(4), np.ones(4)
@@ -84,10 +84,10 @@ def _sphere(points: Any, s: Any) -> bool:
     square = b[3] + (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) / 4
     s[0], s[1], s[2] = cx + b[0] / 2, cy + b[1] / 2, cz + b[2] / 2
     s[6] = np.sqrt(max(square, 0.0))
-    return square > 0
+    return bool(square > 0)
 
 
-@inner
+@inner()
 def _axis_of_normals(normals: Any, mx: float, my: float, mz: float, s: Any) -> bool:
     """Axis of `s`: the direction in which normals (m, 3) less (mx, my, mz) are least."""
     m, vectors, n = np.zeros((3, 3)), np.empty((3, 3)), np.empty(3)
@@ -98,10 +98,10 @@ def _axis_of_normals(normals: Any, mx: float, my: float, mz: float, s: Any) -> b
                 m[j, k] += n[j] * n[k]
     eigenvectors(m, vectors, 3)
     s[3], s[4], s[5] = vectors[0, 0], vectors[1, 0], vectors[2, 0]
-    return m[1, 1] >= 1e-9 * len(normals)
+    return bool(m[1, 1] >= 1e-9 * len(normals))
 
 
-@inner
+@inner()
 def _cylinder(points: Any, normals: Any, s: Any) -> bool:
     if not _axis_of_normals(normals, 0.0, 0.0, 0.0, s):
         return False
@@ -117,7 +117,7 @@ def _cylinder(points: Any, normals: Any, s: Any) -> bool:
     return ok
 
 
-@inner
+@inner()
 def _cone(points: Any, middles: Any, normals: Any, s: Any) -> bool:
     mx, my, mz = _centre(normals)
     if not _axis_of_normals(normals, mx, my, mz, s):
@@ -164,7 +164,7 @@ def _cone(points: Any, middles: Any, normals: Any, s: Any) -> bool:
     return True
 
 
-@inner
+@inner()
 def _torus(points: Any, middles: Any, normals: Any, direction: Any, s: Any) -> bool:
     """The axis is the line along the direction that the normals meet best; across it the points lie on a circle."""
     dx, dy, dz = direction[0], direction[1], direction[2]
@@ -196,7 +196,7 @@ def _torus(points: Any, middles: Any, normals: Any, direction: Any, s: Any) -> b
     return ok and s[6] > 0
 
 
-@inner
+@inner()
 def _profile(points: Any, s: Any, rho: Any, height: Any) -> None:
     """Distances of points (n, 3) from the axis of `s`, and heights along it."""
     for i in range(len(points)):

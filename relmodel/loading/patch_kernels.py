@@ -1,0 +1,155 @@
+"""Compiled tests and fits of surfaces on the patches of a mesh: coplanar triangles.
+
+Importing this module loads numba: import it where a mesh is cut.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from relmodel.loading.algebra_kernels import INTEGERS, MATRIX, VECTOR, inner, types
+from relmodel.loading.distance_kernels import distance, gradient
+from relmodel.loading.refine_kernels import refine
+
+_MOST_FITTED = 600  # points of a large region that the fit sees
+SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the distance of their patches' middles
+LEAST_EXACT = 0.7  # share of the vertices that a surface must hold exactly
+MOST_INEXACT = 5.0  # of vertices on borders, in tolerances
+LEAST_STEEP = 0.05  # cosine of a cone's half angle: less is a plane
+_MOST_GAP = 6.0  # how much farther from a surface a patch's middle may lie than the bends about it let expect
+
+
+class Patches(NamedTuple):
+    """Patches of coplanar triangles: of each its vertices (CSR), unit normal (0 where it tells nothing), the mean of
+    its vertices, area and width; creases between neighbours as a graph (CSR, both ways)."""
+
+    points: Any  # (n, 3), mm
+    vertex_start: Any
+    vertex: Any
+    normal: Any
+    middle: Any
+    reach: Any
+    inside: Any
+    area: Any
+    width: Any
+    bend: Any
+    next_start: Any
+    next_patch: Any
+    next_length: Any
+    next_smooth: Any
+
+
+PATCHES = types.NamedTuple(
+    (MATRIX, INTEGERS, INTEGERS, MATRIX, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, INTEGERS, INTEGERS, VECTOR,
+     types.boolean[::1]), Patches,
+)  # fmt: skip
+
+
+@inner()
+def side_of(kind: int, s: Any, p: int, m: Patches) -> float:
+    """1 where a patch faces away from the inside of a surface, -1 where towards it."""
+    gx, gy, gz = gradient(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2])
+    return 1.0 if gx * m.normal[p, 0] + gy * m.normal[p, 1] + gz * m.normal[p, 2] > 0 else -1.0
+
+
+@inner()
+def fits(
+    kind: int, s: Any, side: float, p: int, m: Patches, tolerance: float, least_cosine: float, narrow: float
+) -> bool:
+    """Whether a patch lies on a surface: its vertices, and its normal about the surface's own.
+
+    A plane may have all its vertices on the rim of a surface that it touches, but then it stands off in the middle.
+    What is narrower than `narrow` may lie askew.
+    """
+    sliver = m.width[p] < narrow
+    away = distance(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2])
+    if not sliver and abs(away) > _MOST_GAP * m.reach[p] * m.bend[p] / 4 + tolerance:
+        return False
+    nx, ny, nz = m.normal[p, 0], m.normal[p, 1], m.normal[p, 2]
+    pull = 0.1 * min(1.0, 2 * m.width[p] / m.reach[p])
+    told = not sliver and nx * nx + ny * ny + nz * nz > 0
+    for j in range(m.vertex_start[p], m.vertex_start[p + 1]):
+        v = m.vertex[j]
+        x, y, z = m.points[v, 0], m.points[v, 1], m.points[v, 2]
+        if abs(distance(kind, s, x, y, z)) > tolerance:
+            return False
+        if told:  # a little inside: an apex has no normal
+            dx, dy, dz = m.inside[p, 0] - x, m.inside[p, 1] - y, m.inside[p, 2] - z
+            gx, gy, gz = gradient(kind, s, x + pull * dx, y + pull * dy, z + pull * dz)
+            if side * (gx * nx + gy * ny + gz * nz) < least_cosine and gx * gx + gy * gy + gz * gz > 0:
+                return False
+    return True
+
+
+@inner(MATRIX(INTEGERS, types.int64, PATCHES, INTEGERS, types.int64))
+def points_of(members: Any, count: int, m: Patches, mark: Any, stamp: int) -> Any:
+    """Distinct vertices (n, 3) of patches; evenly thinned where they are very many."""
+    n = 0
+    for i in range(count):
+        n += m.vertex_start[members[i] + 1] - m.vertex_start[members[i]]
+    found = np.empty(n, np.int64)
+    k = 0
+    for i in range(count):
+        for j in range(m.vertex_start[members[i]], m.vertex_start[members[i] + 1]):
+            if mark[m.vertex[j]] != stamp:
+                mark[m.vertex[j]] = stamp
+                found[k] = m.vertex[j]
+                k += 1
+    step = max(1, k // _MOST_FITTED)
+    out = np.empty(((k + step - 1) // step, 3))
+    for i in range(len(out)):
+        for c in range(3):
+            out[i, c] = m.points[found[i * step], c]
+    return out
+
+
+@inner(types.UniTuple(MATRIX, 2)(INTEGERS, types.int64, PATCHES))
+def facets_of(members: Any, count: int, m: Patches) -> tuple[Any, Any]:
+    """Middles and normals (count, 3) of patches."""
+    middles, facing = np.empty((count, 3)), np.empty((count, 3))
+    for i in range(count):
+        for c in range(3):
+            middles[i, c], facing[i, c] = m.middle[members[i], c], m.normal[members[i], c]
+    return middles, facing
+
+
+@inner(types.float64(types.int64, VECTOR, INTEGERS, types.int64, PATCHES))
+def gap_of(kind: int, s: Any, members: Any, count: int, m: Patches) -> float:
+    """Mean distance of points inside patches from a surface through their corners.
+
+    The vertices of a tessellated cylinder or cone may lie on two rims, which a sphere and many tori hold as well: but
+    then the facets stand off farther than facets of their own would.
+    """
+    total = 0.0
+    for i in range(count):
+        p = members[i]
+        total += abs(distance(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2]))
+    return total / max(count, 1)
+
+
+@inner()
+def share(kind: int, s: Any, points: Any, near: float) -> float:
+    """Share of points (n, 3) that are within a distance from a surface."""
+    n = 0
+    for i in range(len(points)):
+        if abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])) <= near:
+            n += 1
+    return n / len(points)
+
+
+@inner()
+def trim(kind: int, s: Any, points: Any, goal: float) -> None:
+    """Fit a surface, in place, to those of points (n, 3) that are nearer to it than their mean, thrice."""
+    kept = np.empty((len(points), 3))
+    for _ in range(3):
+        mean = 0.0
+        for i in range(len(points)):
+            mean += abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])) / len(points)
+        n = 0
+        for i in range(len(points)):
+            if abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])) <= mean:
+                kept[n, 0], kept[n, 1], kept[n, 2] = points[i, 0], points[i, 1], points[i, 2]
+                n += 1
+        refine(kind, s, kept[:n], goal)
