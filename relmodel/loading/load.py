@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -76,19 +77,17 @@ def load_all(
         done = 0
         while jobs:
             request, job = jobs.popleft()
-            outcome: LoadReport | InputError
-            if isinstance(job, _Job):
-                progress(f"{request.path.name}: reading", done, steps)
-                wait([job.reading])
             jobs.extend(_begin(pool, following) for following in islice(waiting, 1))
-            if isinstance(job, _Job):
-                progress(f"{request.path.name}: storing", done + 1, steps)
+            outcome: LoadReport | InputError
+            if isinstance(job, InputError):
+                outcome = job
+            else:
+                progress(f"{request.path.name}: reading", done, steps)
+                storing = partial(progress, f"{request.path.name}: storing", done + 1, steps)
                 try:
-                    outcome = _store(store, request, job)
+                    outcome = _store(store, request, job, storing)
                 except InputError as error:
                     outcome = error
-            else:
-                outcome = job
             done += 2
             yield request, outcome
 
@@ -126,13 +125,14 @@ def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | 
     return request, _Job(digest, inputs, (*packages, "numpy", "duckdb"), pool.submit(_read, request, suffix))
 
 
-def _store(store: Store, request: Request, job: _Job) -> LoadReport:
-    """Store what was read, in a run of its own."""
+def _store(store: Store, request: Request, job: _Job, storing: Callable[[], None]) -> LoadReport:
+    """Store what is read, in a run of its own that begins before; `storing` is told when it is read."""
     named = {"name": request.name, "variant": request.variant}
     parameters = {**named, "unit": request.unit, "allow_partial": request.allow_partial}
     with Run.begin(store, "load", parameters, inputs=job.inputs, packages=job.packages) as run:
         try:
             model, read = job.reading.result()
+            storing()
             began = time.perf_counter()
             with run.write() as connection:
                 source = SourceFile(request.path.name, job.digest)
