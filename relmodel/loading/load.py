@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
@@ -25,6 +26,9 @@ STEP_SUFFIXES = (".step", ".stp", ".p21")
 
 # Files read side by side; what is read is held in memory until its turn to be stored comes.
 READERS = 2
+
+# Heavy libraries that features, relations and contacts need.
+_NEEDED_TO_STORE = ("networkx", "numba", "scipy.sparse.csgraph", "scipy.spatial", "shapely")
 
 
 @dataclass(frozen=True)
@@ -94,11 +98,15 @@ def load_all(
 
 @dataclass(frozen=True)
 class _Job:
-    """A file that is being read.  reading: gives the model and how long it took, s."""
+    """A file that is being read.
+
+    by_child: whether a process of its own reads it.  reading: gives the model and how long it took, s.
+    """
 
     digest: str
     inputs: dict[str, tuple[str, str]]
     packages: tuple[str, ...]
+    by_child: bool
     reading: Future[tuple[LoadedModel, float]]
 
 
@@ -121,8 +129,9 @@ def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | 
             inputs |= {f"mesh {i}": (file.name, _digest(file)) for i, file in enumerate(urdf.mesh_files(path))}
     except InputError as error:
         return request, error
-    packages = ("cadquery-ocp-novtk",) if suffix in STEP_SUFFIXES else ("trimesh",)
-    return request, _Job(digest, inputs, (*packages, "numpy", "duckdb"), pool.submit(_read, request, suffix))
+    by_child = suffix in STEP_SUFFIXES
+    packages = ("cadquery-ocp-novtk" if by_child else "trimesh", "numpy", "duckdb")
+    return request, _Job(digest, inputs, packages, by_child, pool.submit(_read, request, suffix))
 
 
 def _store(store: Store, request: Request, job: _Job, storing: Callable[[], None]) -> LoadReport:
@@ -131,6 +140,9 @@ def _store(store: Store, request: Request, job: _Job, storing: Callable[[], None
     parameters = {**named, "unit": request.unit, "allow_partial": request.allow_partial}
     with Run.begin(store, "load", parameters, inputs=job.inputs, packages=job.packages) as run:
         try:
+            if job.by_child:
+                for module in _NEEDED_TO_STORE:  # while the child reads, this process has nothing else to do
+                    import_module(module)
             model, read = job.reading.result()
             storing()
             began = time.perf_counter()
