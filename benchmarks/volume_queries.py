@@ -324,6 +324,7 @@ def main() -> None:
         show(f"{count:,} boxes, {args.spread[0]}, without peers", ["rtree"], rows)
     if args.report:
         args.report.mkdir(parents=True, exist_ok=True)
+        pages.insert(1, "![One volume of 10 hits](volume_queries.png)")
         (args.report / "volume_queries.md").write_text("# " + "\n\n".join(pages) + "\n")
         plot(args.report, series, f"One volume of 10 hits, {args.spread[0]} boxes, {os.cpu_count()} cores")
 
