@@ -45,7 +45,7 @@ def face_regions(
 
 
 def _by_normals(corners: Floats, normals: Floats, tolerance: float) -> tuple[str, Floats] | None:
-    """Kind and numbers (as `quadric_kernels` has them) of the surface of points and their normals, by linear algebra:
+    """Kind and numbers (as `distance_kernels` has them) of the surface of points and their normals, by linear algebra:
     p = c + R n on a sphere, the same across the axis on a cylinder; n . (p - apex) = 0 on a cone."""
     p, n = corners.reshape(-1, 3), normals.reshape(-1, 3)
     limit = _SKEW * np.sqrt(len(n))

@@ -12,11 +12,15 @@ import numpy as np
 from relmodel.loading.algebra_kernels import INTEGERS, VECTOR, inner, types
 from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE, TORUS, worst
 from relmodel.loading.patch_kernels import (
+    AREA,
+    BEND,
     LEAST_EXACT,
     LEAST_STEEP,
     MOST_INEXACT,
+    NORMAL,
     PATCHES,
     SHARE_OF_GAP,
+    WIDTH,
     Patches,
     facets_of,
     fits,
@@ -60,18 +64,20 @@ def _core(
             p = core[i]
             longest = 0.0
             for e in range(m.next_start[p], m.next_start[p + 1]):
-                if m.next_smooth[e]:
-                    longest = max(longest, m.next_length[e])
+                if m.crease[e, 1] > 0:
+                    longest = max(longest, m.crease[e, 0])
             for e in range(m.next_start[p], m.next_start[p + 1]):
                 q = m.next_patch[e]
-                if seen[q] == stamp or not m.next_smooth[e] or owner[q] >= 0 or size > _MOST_PATCHES:
+                if seen[q] == stamp or m.crease[e, 1] == 0 or owner[q] >= 0 or size > _MOST_PATCHES:
                     continue
-                alike = m.width[seed] < wide * m.width[q] and m.width[q] < wide * m.width[seed]
-                if alike and (around or m.next_length[e] >= _ACROSS * longest):
+                alike = (
+                    m.facts[seed, WIDTH] < wide * m.facts[q, WIDTH] and m.facts[q, WIDTH] < wide * m.facts[seed, WIDTH]
+                )
+                if alike and (around or m.crease[e, 0] >= _ACROSS * longest):
                     seen[q] = stamp
                     core[size] = q
                     size += 1
-                    even = even and abs(m.width[q] - m.width[seed]) < _UNEVEN * m.width[seed]
+                    even = even and abs(m.facts[q, WIDTH] - m.facts[seed, WIDTH]) < _UNEVEN * m.facts[seed, WIDTH]
         begin = end
     return size, even
 
@@ -87,8 +93,8 @@ def _axes_around(core: Any, size: int, m: Patches, wide: float, owner: Any, kind
             if owner[q] >= 0 and kinds[owner[q]] != SPHERE:
                 o = owner[q]
                 x, y, z = rows[o, 3], rows[o, 4], rows[o, 5]
-            elif owner[q] < 0 and m.width[q] >= wide * m.width[core[0]]:
-                x, y, z = m.normal[q, 0], m.normal[q, 1], m.normal[q, 2]
+            elif owner[q] < 0 and m.facts[q, WIDTH] >= wide * m.facts[core[0], WIDTH]:
+                x, y, z = m.facts[q, NORMAL], m.facts[q, NORMAL + 1], m.facts[q, NORMAL + 2]
             else:
                 continue
             new = n < len(out)
@@ -172,7 +178,7 @@ def _simplest(
 def _area(members: Any, begin: int, end: int, m: Patches) -> float:
     total = 0.0
     for i in range(begin, end):
-        total += m.area[members[i]]
+        total += m.facts[members[i], AREA]
     return total
 
 
@@ -234,7 +240,7 @@ def grow_surfaces(
     surface that holds all vertices of the core within the tolerance grows over patches that it holds too, is fitted
     again to all it holds, and grows again.  The first kind is taken, unless a further one gains much more.
     """
-    patches = len(m.area)
+    patches = len(m.facts)
     seen, mark, tried = np.full(patches, -1), np.full(len(m.points), -1), np.zeros(patches, np.int64)
     members, best_members = np.empty(patches, np.int64), np.empty(patches, np.int64)
     core, failed = np.empty(_MOST_PATCHES + 1, np.int64), np.empty(_MOST_PATCHES + 1, np.int64)
@@ -250,7 +256,7 @@ def grow_surfaces(
                 _absorb(m, tolerance, owner, kinds, rows, sides, gaps, members)
         if owner[seed] >= 0 or tried[seed] > 1:
             continue
-        sag = m.width[seed] * m.bend[seed] / 8
+        sag = m.facts[seed, WIDTH] * m.facts[seed, BEND] / 8
         allowed = max(min(tight, _EXACT_OF_GAP * sag), fine)
         if not exact:
             tighter, allowed = allowed, min(SHARE_OF_GAP * sag, MOST_INEXACT * tolerance)

@@ -21,37 +21,35 @@ LEAST_STEEP = 0.05  # cosine of a cone's half angle: less is a plane
 _MOST_GAP = 6.0  # how much farther from a surface a patch's middle may lie than the bends about it let expect
 
 
+# Columns of what is told of a patch: unit normal (0 where it tells nothing), the mean of its vertices, a point well
+# inside, the reach of its vertices from their mean, area, width, its greatest bend (rad) into a smooth neighbour.
+NORMAL, MIDDLE, INSIDE, REACH, AREA, WIDTH, BEND = 0, 3, 6, 9, 10, 11, 12
+
+
 class Patches(NamedTuple):
-    """Patches of coplanar triangles: of each its vertices (CSR), unit normal (0 where it tells nothing), the mean of
-    its vertices, area and width; creases between neighbours as a graph (CSR, both ways)."""
+    """Patches of coplanar triangles: of each its vertices (CSR) and what is told of it; creases between neighbours as
+    a graph (CSR, both ways), with their lengths and 1 where they are smooth.
+
+    A few wide arrays: kernels compile the slower the more there are.
+    """
 
     points: Any  # (n, 3), mm
     vertex_start: Any
     vertex: Any
-    normal: Any
-    middle: Any
-    reach: Any
-    inside: Any
-    area: Any
-    width: Any
-    bend: Any
+    facts: Any  # (patches, 13)
     next_start: Any
     next_patch: Any
-    next_length: Any
-    next_smooth: Any
+    crease: Any  # (creases, 2)
 
 
-PATCHES = types.NamedTuple(
-    (MATRIX, INTEGERS, INTEGERS, MATRIX, MATRIX, VECTOR, MATRIX, VECTOR, VECTOR, VECTOR, INTEGERS, INTEGERS, VECTOR,
-     types.boolean[::1]), Patches,
-)  # fmt: skip
+PATCHES = types.NamedTuple((MATRIX, INTEGERS, INTEGERS, MATRIX, INTEGERS, INTEGERS, MATRIX), Patches)
 
 
 @inner()
 def side_of(kind: int, s: Any, p: int, m: Patches) -> float:
     """1 where a patch faces away from the inside of a surface, -1 where towards it."""
-    gx, gy, gz = gradient(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2])
-    return 1.0 if gx * m.normal[p, 0] + gy * m.normal[p, 1] + gz * m.normal[p, 2] > 0 else -1.0
+    gx, gy, gz = gradient(kind, s, m.facts[p, INSIDE], m.facts[p, INSIDE + 1], m.facts[p, INSIDE + 2])
+    return 1.0 if gx * m.facts[p, NORMAL] + gy * m.facts[p, NORMAL + 1] + gz * m.facts[p, NORMAL + 2] > 0 else -1.0
 
 
 @inner()
@@ -63,12 +61,12 @@ def fits(
     A plane may have all its vertices on the rim of a surface that it touches, but then it stands off in the middle.
     What is narrower than `narrow` may lie askew.
     """
-    sliver = m.width[p] < narrow
-    away = distance(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2])
-    if not sliver and abs(away) > _MOST_GAP * m.reach[p] * m.bend[p] / 4 + tolerance:
+    sliver = m.facts[p, WIDTH] < narrow
+    away = distance(kind, s, m.facts[p, INSIDE], m.facts[p, INSIDE + 1], m.facts[p, INSIDE + 2])
+    if not sliver and abs(away) > _MOST_GAP * m.facts[p, REACH] * m.facts[p, BEND] / 4 + tolerance:
         return False
-    nx, ny, nz = m.normal[p, 0], m.normal[p, 1], m.normal[p, 2]
-    pull = 0.1 * min(1.0, 2 * m.width[p] / m.reach[p])
+    nx, ny, nz = m.facts[p, NORMAL], m.facts[p, NORMAL + 1], m.facts[p, NORMAL + 2]
+    pull = 0.1 * min(1.0, 2 * m.facts[p, WIDTH] / m.facts[p, REACH])
     told = not sliver and nx * nx + ny * ny + nz * nz > 0
     for j in range(m.vertex_start[p], m.vertex_start[p + 1]):
         v = m.vertex[j]
@@ -76,7 +74,7 @@ def fits(
         if abs(distance(kind, s, x, y, z)) > tolerance:
             return False
         if told:  # a little inside: an apex has no normal
-            dx, dy, dz = m.inside[p, 0] - x, m.inside[p, 1] - y, m.inside[p, 2] - z
+            dx, dy, dz = m.facts[p, INSIDE] - x, m.facts[p, INSIDE + 1] - y, m.facts[p, INSIDE + 2] - z
             gx, gy, gz = gradient(kind, s, x + pull * dx, y + pull * dy, z + pull * dz)
             if side * (gx * nx + gy * ny + gz * nz) < least_cosine and gx * gx + gy * gy + gz * gz > 0:
                 return False
@@ -111,7 +109,7 @@ def facets_of(members: Any, count: int, m: Patches) -> tuple[Any, Any]:
     middles, facing = np.empty((count, 3)), np.empty((count, 3))
     for i in range(count):
         for c in range(3):
-            middles[i, c], facing[i, c] = m.middle[members[i], c], m.normal[members[i], c]
+            middles[i, c], facing[i, c] = m.facts[members[i], MIDDLE + c], m.facts[members[i], NORMAL + c]
     return middles, facing
 
 
@@ -125,7 +123,7 @@ def gap_of(kind: int, s: Any, members: Any, count: int, m: Patches) -> float:
     total = 0.0
     for i in range(count):
         p = members[i]
-        total += abs(distance(kind, s, m.inside[p, 0], m.inside[p, 1], m.inside[p, 2]))
+        total += abs(distance(kind, s, m.facts[p, INSIDE], m.facts[p, INSIDE + 1], m.facts[p, INSIDE + 2]))
     return total / max(count, 1)
 
 

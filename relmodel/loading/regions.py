@@ -231,21 +231,16 @@ def _curved(vertices: Floats, triangles: Ints, patches: _Patches, tolerance: flo
     np.maximum.at(reach, patch, np.linalg.norm(vertices[vertex] - middle[patch], axis=1))
     np.maximum.at(bend, of[smooth], patches.angle[smooth])
     order = np.argsort(-patches.area, kind="stable")
+    inside = vertices[triangles[largest]].mean(axis=1)
+    facts = np.column_stack([normal, middle, inside, reach, patches.area, patches.width, bend])
     mesh = patch_kernels.Patches(
         np.array(vertices, np.float64, order="C"),  # one layout, or all is compiled again
         start,
         vertex,
-        normal,
-        middle,
-        reach,
-        vertices[triangles[largest]].mean(axis=1),
-        patches.area,
-        patches.width,
-        bend,
+        np.ascontiguousarray(facts),
         patches.start,
         patches.other,
-        patches.length,
-        smooth,
+        np.column_stack([patches.length, smooth]).astype(np.float64),
     )
     number = growth_kernels.grow_surfaces(
         mesh,

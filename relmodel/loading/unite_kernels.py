@@ -84,7 +84,7 @@ def unite(
         while patch >= 0:  # those of the surfaces that `a` takes, too
             for e in range(m.next_start[patch], m.next_start[patch + 1]):
                 b = owner[m.next_patch[e]]
-                if b < 0 or b == a or met[b] == a or not m.next_smooth[e]:
+                if b < 0 or b == a or met[b] == a or m.crease[e, 1] == 0:
                     continue
                 met[b] = a
                 n = 0

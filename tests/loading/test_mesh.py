@@ -11,11 +11,14 @@ import pytest
 import trimesh
 
 from relmodel.errors import InputError
+from relmodel.loading import step_shape
 from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.features import recognise
 from relmodel.loading.mesh import read_mesh
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import read_step
+
+from .curved_parts import generate
 
 
 def shape_of(mesh: trimesh.Trimesh) -> Shape:
@@ -264,6 +267,49 @@ def test_the_unit_that_is_given_holds(unit: str, size: float, tmp_path: Path) ->
     l_bracket().export(tmp_path / "part.ply")
     model = read_mesh(tmp_path / "part.ply", unit)
     assert model.shapes[0].surfaces["x1"].max() == pytest.approx(size)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "ply", "obj", "glb", "3mf"])
+def test_every_format_gives_fitted_rows_of_the_same_part(suffix: str, tmp_path: Path) -> None:
+    bracket = l_bracket()
+    bracket.units = "m" if suffix == "glb" else "mm"
+    bracket.export(tmp_path / f"part.{suffix}")
+    unit = None if suffix in ("glb", "3mf") else "mm"
+    (shape,) = read_mesh(tmp_path / f"part.{suffix}", unit).shapes
+    assert shape.volume == pytest.approx(2500 * (1e9 if suffix == "glb" else 1), rel=1e-6)  # GLB is in metres
+    for rows in (shape.surfaces, shape.arcs):
+        assert set(rows["provenance"]) == {"fitted"}
+        assert np.all(np.asarray(rows["residual"]) < 1e-3)
+
+
+@pytest.mark.parametrize(("suffix", "unit", "cure"), [("stl", None, "give one"), ("glb", "mm", "leave --unit out")])
+def test_a_unit_is_asked_for_where_the_format_has_none(
+    suffix: str, unit: str | None, cure: str, tmp_path: Path
+) -> None:
+    l_bracket().export(tmp_path / f"part.{suffix}")
+    with pytest.raises(InputError, match=cure):
+        read_mesh(tmp_path / f"part.{suffix}", unit)
+
+
+@pytest.mark.parametrize("faces", ["", "f 1 1 2\n", "f 1 2 3\n"])
+def test_a_mesh_without_area_is_refused(faces: str, tmp_path: Path) -> None:
+    (tmp_path / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\n" + faces)
+    with pytest.raises(InputError, match="part"):
+        read_mesh(tmp_path / "part.obj", "mm")
+
+
+@pytest.mark.parametrize("seed", [0, 4, 13])
+def test_round_parts_have_the_areas_by_kind_of_their_exact_model(seed: int) -> None:
+    exact = step_shape.extract(generate(seed), {}, {}, {})
+    shape = shape_from_triangles(
+        exact.mesh.vertices.astype(np.float32).astype(float), exact.mesh.triangles.astype(np.int64)
+    )
+    assert shape is not None
+    kinds = np.asarray(exact.surfaces["recognised_kind"])
+    for kind in ("plane", "cylinder", "cone", "sphere", "torus"):
+        true = np.asarray(exact.surfaces["area"])[kinds == kind].sum()
+        found = np.asarray(shape.surfaces["area"])[np.asarray(shape.surfaces["kind"]) == kind].sum()
+        assert found == pytest.approx(true, rel=0.03, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["part.stl", "part.ply", "part.obj", "part.glb", "part.3mf", "part.gltf"])
