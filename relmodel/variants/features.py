@@ -81,8 +81,9 @@ def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -
     shift = b.frame[j, :3, 3] - a.frame[i, :3, 3]
     relative = np.einsum("nij,nkj->nik", b.frame[j, :3, :3], a.frame[i, :3, :3])
     angle = np.arccos(np.clip((np.trace(relative, axis1=1, axis2=2) - 1) / 2, -1, 1))
-    stayed = (np.linalg.norm(shift, axis=1) < 10 * TOLERANCE) & (angle < _TURN)
     identical, retrimmed = _kept(a, b, surfaces, i, j)
+    # A square pocket has four frames: what turned on the very surfaces that it had has not.
+    stayed = (np.linalg.norm(shift, axis=1) < 10 * TOLERANCE) & ((angle < _TURN) | retrimmed)
     moved = same_class & ~stayed & ~identical
     changed = ~identical & ~moved & ~(retrimmed & same_class)
     status = np.select([identical, moved, changed], ["identical", "moved", "changed"], "retrimmed").astype(object)

@@ -38,6 +38,16 @@ def pose(shift: npt.ArrayLike = (0, 0, 0), turn: npt.ArrayLike = (0, 0, 0)) -> P
     return out
 
 
+def carried(body: Any, move: Pose) -> Any:
+    """The body in other coordinates, as a file without assemblies has it."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf
+
+    transform = gp_Trsf()
+    transform.SetValues(*move[:3].ravel().tolist())
+    return BRepBuilderAPI_Transform(body, transform, True).Shape()
+
+
 def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "thing") -> LoadReport:
     """Store an object of these items."""
     shapes = [step_shape.extract(item.body, {}, {}, {}) for item in items]

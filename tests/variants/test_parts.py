@@ -12,7 +12,7 @@ import pytest
 
 from relmodel.store import Store
 from tests.loading.parts_generator import box, cylinder, generate
-from tests.variants.composed import Item, differences, pose, store_items
+from tests.variants.composed import Item, carried, differences, pose, store_items
 
 
 @pytest.fixture
@@ -38,16 +38,6 @@ def bent() -> Any:
     legs = [box((0, 0, 0), (60, 10, 8)), box((0, 0, 0), (12, 40, 8)), box((0, 0, 0), (12, 10, 25))]
     body = BRepAlgoAPI_Fuse(BRepAlgoAPI_Fuse(legs[0], legs[1]).Shape(), legs[2]).Shape()
     return BRepAlgoAPI_Cut(body, cylinder((45, 5, -1), 3, 20)).Shape()
-
-
-def carried(body: Any, move: Any) -> Any:
-    """The body in other coordinates, as a file without assemblies has it."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Trsf
-
-    transform = gp_Trsf()
-    transform.SetValues(*move[:3].ravel().tolist())
-    return BRepBuilderAPI_Transform(body, transform, True).Shape()
 
 
 def test_other_names_numbers_and_materials_are_said_beside_the_geometry(store: Store) -> None:
