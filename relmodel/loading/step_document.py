@@ -81,12 +81,12 @@ def read(source: str) -> LoadedModel:
         mode(True)
     if reader.ReadFile(source) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise UnreadableError("the CAD kernel finds errors in it")
-    instances = Instances(Path(source).read_bytes())
-    unit, unit_mm = _unit(reader, instances)
     if not reader.Transfer(document):
         raise UnreadableError("the CAD kernel finds no shape in it")
     walk = _Walk(document)
     root = walk.root()
+    instances = Instances(Path(source).read_bytes())
+    unit, unit_mm = _unit(reader, instances)
     step_text.attach(walk.shapes, walk.parts, instances, reader, walk.places)
     return LoadedModel(
         format="STEP",

@@ -25,7 +25,7 @@ _REFUSALS = {
     "before the kernel": (
         "is not a STEP file",
         "is cut off",
-        "holds no exact face",
+        "holds no face",
         "it refers to",
         "it defines",
         "it does not say",
