@@ -168,6 +168,10 @@ class Scan(Peer):
         self.database.register("incoming", _arrow(boxes))
         self.database.execute("CREATE TABLE boxes AS SELECT * FROM incoming")
 
+    @property
+    def nbytes(self) -> int:
+        return len(self.boxes) * 7 * 8
+
     def one(self, box: Floats) -> Any:
         return self.database.execute(SCAN, box.tolist()).fetchnumpy()["id"]
 

@@ -93,7 +93,7 @@ def in_volumes(
             raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
         if kind == "rtree" and level == "part" and len(volumes) == 1:
             asked = dict(zip(BOX_COLUMNS, volumes[0].bounds.tolist(), strict=True))
-            found = store.columns(connection, "find_parts_in_box", world_id=world_id, **asked)
+            found = store.columns(connection, f"find_parts_in_box.{store.dialect}", world_id=world_id, **asked)
             found = {"volume_no": np.zeros(len(found["path"]), np.int64), **found}
         else:
             bounds = [volume.bounds for volume in volumes]
@@ -146,7 +146,7 @@ def find_rows(
 
 def world_named(store: Store, connection: Connection, world: str | None) -> tuple[int, str]:
     """Identity of the newest revision and name of the world asked for; (-1, "") where there is none to take."""
-    worlds = {row.name: int(row.id) for row in store.rows(connection, "current_worlds")}
+    worlds = {row.name: int(row.id) for row in store.rows(connection, "world_revisions")}  # the newest comes last
     if world is None and len(worlds) > 1:
         raise UsageError(f"the store holds several worlds: name one of {', '.join(worlds)}")
     if world is None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
 from itertools import islice
 from pathlib import Path
 
@@ -24,6 +26,9 @@ STEP_SUFFIXES = (".step", ".stp", ".p21")
 
 # Files read side by side; what is read is held in memory until its turn to be stored comes.
 READERS = 2
+
+# Heavy libraries that features, relations and contacts need.
+_NEEDED_TO_STORE = ("networkx", "numba", "scipy.sparse.csgraph", "scipy.spatial", "shapely")
 
 
 @dataclass(frozen=True)
@@ -76,30 +81,32 @@ def load_all(
         done = 0
         while jobs:
             request, job = jobs.popleft()
-            outcome: LoadReport | InputError
-            if isinstance(job, _Job):
-                progress(f"{request.path.name}: reading", done, steps)
-                wait([job.reading])
             jobs.extend(_begin(pool, following) for following in islice(waiting, 1))
-            if isinstance(job, _Job):
-                progress(f"{request.path.name}: storing", done + 1, steps)
+            outcome: LoadReport | InputError
+            if isinstance(job, InputError):
+                outcome = job
+            else:
+                progress(f"{request.path.name}: reading", done, steps)
+                storing = partial(progress, f"{request.path.name}: storing", done + 1, steps)
                 try:
-                    outcome = _store(store, request, job)
+                    outcome = _store(store, request, job, storing)
                 except InputError as error:
                     outcome = error
-            else:
-                outcome = job
             done += 2
             yield request, outcome
 
 
 @dataclass(frozen=True)
 class _Job:
-    """A file that is being read.  reading: gives the model and how long it took, s."""
+    """A file that is being read.
+
+    by_child: whether a process of its own reads it.  reading: gives the model and how long it took, s.
+    """
 
     digest: str
     inputs: dict[str, tuple[str, str]]
     packages: tuple[str, ...]
+    by_child: bool
     reading: Future[tuple[LoadedModel, float]]
 
 
@@ -122,17 +129,22 @@ def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | 
             inputs |= {f"mesh {i}": (file.name, _digest(file)) for i, file in enumerate(urdf.mesh_files(path))}
     except InputError as error:
         return request, error
-    packages = ("cadquery-ocp-novtk",) if suffix in STEP_SUFFIXES else ("trimesh",)
-    return request, _Job(digest, inputs, (*packages, "numpy", "duckdb"), pool.submit(_read, request, suffix))
+    by_child = suffix in STEP_SUFFIXES
+    packages = ("cadquery-ocp-novtk" if by_child else "trimesh", "numpy", "duckdb")
+    return request, _Job(digest, inputs, packages, by_child, pool.submit(_read, request, suffix))
 
 
-def _store(store: Store, request: Request, job: _Job) -> LoadReport:
-    """Store what was read, in a run of its own."""
+def _store(store: Store, request: Request, job: _Job, storing: Callable[[], None]) -> LoadReport:
+    """Store what is read, in a run of its own that begins before; `storing` is told when it is read."""
     named = {"name": request.name, "variant": request.variant}
     parameters = {**named, "unit": request.unit, "allow_partial": request.allow_partial}
     with Run.begin(store, "load", parameters, inputs=job.inputs, packages=job.packages) as run:
         try:
+            if job.by_child:
+                for module in _NEEDED_TO_STORE:  # while the child reads, this process has nothing else to do
+                    import_module(module)
             model, read = job.reading.result()
+            storing()
             began = time.perf_counter()
             with run.write() as connection:
                 source = SourceFile(request.path.name, job.digest)

@@ -16,10 +16,14 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Store
 
 _METRES = 1e-3  # GLB is in metres
+_PLAIN = "#b0b4b8"  # of parts without a colour
 
 
 def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, progress: Progress = silent) -> None:
-    """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres."""
+    """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres.
+
+    Parts that share a shape in unlike colours have a geometry each, since GLB colours geometry.
+    """
     import trimesh
 
     scene = trimesh.Scene(base_frame="world")
@@ -27,19 +31,27 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     parts = store.rows(
         connection, "object/parts", part_ids=[int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     )
-    colours = {int(p.shape_id): p.colour for p in parts}
-    names = {int(p.shape_id): f"{p.number} {p.shape_id}" for p in parts}
+    painted: dict[tuple[int, str], str] = {}
+    for p in parts:
+        painted.setdefault((int(p.shape_id), p.colour or _PLAIN), f"{p.number} {p.shape_id} {p.colour or ''}".rstrip())
+    names = {int(p.id): painted[int(p.shape_id), p.colour or _PLAIN] for p in parts}
+    colours: dict[int, list[str]] = {}
+    for shape, colour in painted:
+        colours.setdefault(shape, []).append(colour)
     for done, row in enumerate(store.rows(connection, "scene_meshes", shape_ids=shapes)):
         progress(f"{path.name}: shapes", done, len(shapes))
         mesh = trimesh.Trimesh(
             np.reshape(row.vertices, (-1, 3)) * _METRES, np.reshape(row.triangles, (-1, 3)), process=False
         )
-        rgb = colours[int(row.shape_id)] or "#b0b4b8"
-        base = [*(int(rgb[i : i + 2], 16) for i in (1, 3, 5)), 255]
-        mesh.visual = trimesh.visual.TextureVisuals(
-            material=trimesh.visual.material.PBRMaterial(baseColorFactor=base, metallicFactor=0.3, roughnessFactor=0.6)
-        )
-        scene.geometry[names[int(row.shape_id)]] = mesh
+        for rgb in colours[int(row.shape_id)]:
+            base = [*(int(rgb[i : i + 2], 16) for i in (1, 3, 5)), 255]
+            one = mesh.copy()
+            one.visual = trimesh.visual.TextureVisuals(
+                material=trimesh.visual.material.PBRMaterial(
+                    baseColorFactor=base, metallicFactor=0.3, roughnessFactor=0.6
+                )
+            )
+            scene.geometry[painted[int(row.shape_id), rgb]] = one
     pose = tree.pose.copy()
     pose[:, :3, 3] *= _METRES
     row_of = {p: i for i, p in enumerate(tree.path)}
@@ -47,10 +59,12 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
         parent = name.rpartition("/")[0]
         above = row_of.get(parent)
         local = pose[i] if above is None else inverse(pose[above]) @ pose[i]
-        shape = int(tree.shape_id[i])
-        geometry = names[shape] if shape >= 0 and names[shape] in scene.geometry else None
+        geometry = names.get(int(tree.part_id[i]))
         scene.graph.update(
-            frame_to=name, frame_from=parent if above is not None else "world", matrix=local, geometry=geometry
+            frame_to=name,
+            frame_from=parent if above is not None else "world",
+            matrix=local,
+            geometry=geometry if geometry in scene.geometry else None,
         )
     progress(f"{path.name}: writing", len(shapes), len(shapes))
     path.write_bytes(scene.export(file_type="glb"))

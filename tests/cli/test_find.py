@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 
 from relmodel.cli.main import main
+from relmodel.index.find import LEVELS, in_volume
+from relmodel.index.volumes import Box, Polyhedron, Sphere, Volume
 from relmodel.store import Run, Store
+from tests.index.test_find import fill, random_boxes, random_solids
 from tests.store.test_check import plate
 
 
@@ -23,10 +27,10 @@ def world(fresh_store: str) -> str:
     return fresh_store
 
 
-def found(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, object]]:
+def found(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, Any]]:
     capsys.readouterr()
     assert main(["find", *arguments, "--format", "json"]) == 0
-    rows: list[dict[str, object]] = json.loads(capsys.readouterr().out)
+    rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
     return rows
 
 
@@ -110,3 +114,26 @@ def test_other_volumes(world: str, tmp_path: Path, capsys: pytest.CaptureFixture
     faces.write_text("half_spaces: 3\n")
     assert main(["find", "--store", world, "--polyhedron", str(faces)]) == 3
     assert "half-spaces" in capsys.readouterr().err
+
+
+def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of every level, to the last bit; the volumes are typed as a person types them."""
+    questions: list[tuple[list[str], str, dict[str, Any]]] = []
+    with Store.open(fresh_store) as store:
+        oracle = fill(store, tmp_path)
+        volumes: list[Volume] = [*random_boxes(oracle, 2, 50), *random_solids(oracle, 3, 51)]
+        for number, volume in enumerate(volumes):
+            if isinstance(volume, Box):
+                typed = ["--box", *map(repr, volume.bounds.tolist())]
+            elif isinstance(volume, Sphere):
+                typed = ["--sphere", *map(repr, np.asarray(volume.ball).tolist())]
+            else:
+                faces = tmp_path / f"faces_{number}.yaml"
+                faces.write_text(yaml.safe_dump({"half_spaces": volume.planes.tolist()}))
+                typed, volume = ["--polyhedron", str(faces)], Polyhedron(volume.planes)
+            questions += [(typed, level, in_volume(store, volume, level=level)) for level in LEVELS]
+    for typed, level, asked in questions:
+        rows = found(capsys, "--store", fresh_store, *typed, "--level", level)
+        expected = zip(*(asked[name].tolist() for name in ("path", "name", "x0", "z1")), strict=True)
+        assert sorted((r["path"], r["name"], r["x0"], r["z1"]) for r in rows) == sorted(expected)
+    assert sum(len(asked["path"]) for *_, asked in questions) > 20

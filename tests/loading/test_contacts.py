@@ -109,7 +109,7 @@ def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
     pairs = [Instance("pair", "assembly", 0, at(x, 0, 0)) for x in (0, 50)]
     solids = {"cube": box(0, 0, 0, (10.0, 10.0, 10.0)), "bar": box(0, 0, 0, (100.0, 10.0, 5.0))}
     model = model_of(solids, [pair, Assembly("all", [bar, *pairs])])
-    monkeypatch.setattr(module, "_read", lambda *_: model)
+    monkeypatch.setattr(module, "read_step", lambda *_, **__: model)
     (tmp_path / "all.step").write_text("ISO-10303-21;")
     with Store.open(fresh_store) as store:
         root = load(store, tmp_path / "all.step", name="all").object_id

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 import trimesh
 
 from relmodel.errors import InputError
@@ -30,7 +31,8 @@ def row_counts(store: Store) -> dict[str, int]:
         catalogue = connection.execute(store.table("sds_relation").select()).all()
         mine = (r for r in catalogue if r.level in MODEL_LEVELS and r.standing != "view")
         names = sorted(r.relation for r in mine if r.relation != "load_report")
-        return {name: len(connection.execute(store.table(name).select()).all()) for name in [*names, "source"]}
+        counts = {n: sa.select(sa.func.count()).select_from(store.table(n)) for n in [*names, "source"]}
+        return {name: int(connection.execute(count).scalar_one()) for name, count in counts.items()}
 
 
 def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str, tmp_path: Path) -> None:

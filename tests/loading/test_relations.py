@@ -17,6 +17,7 @@ from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.relations import arc_relations, surface_relations
 from relmodel.store.columns import Ragged
 
+from .step_parts import loaded
 from .test_features import box, cut, cylinder, plate, rounded, turned
 
 Floats = npt.NDArray[np.float64]
@@ -199,8 +200,6 @@ def all_pairs(shape: Shape) -> dict[str, set[tuple[int, int]]]:
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["nist_ctc_04_asme1_ap203.stp", "featuretype.STEP", "screw.step", "as1-tu-203.stp"])
 def test_groups_in_files_are_those_of_all_pairs(data_dir: Path, name: str) -> None:
-    from .test_step import loaded
-
     for shape in loaded(data_dir / "step" / name).shapes:
         found = {"surface": surface_relations(shape), "arc": arc_relations(shape)}
         for kind, expected in all_pairs(shape).items():

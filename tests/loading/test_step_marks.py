@@ -395,3 +395,31 @@ def test_what_is_stored_as_splines_is_recognised(tmp_path: Path) -> None:
             assert {"line", "circle"} <= {a.recognised_kind for a in arcs}
             holes = connection.exec_driver_sql("SELECT kind FROM feature_class").scalars().all()
             assert "through_hole" in holes
+
+
+def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> None:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+
+    from relmodel.loading import congruence, step_document
+
+    turn = gp_Trsf()
+    turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)
+    box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()
+    two = compound(box, BRepBuilderAPI_Transform(box, turn, True).Shape())
+    model = step_document.read(str(write_product(tmp_path / "two.step", two, "two")))
+    first, second = model.parts
+    before = model.shapes[second.shape].surfaces
+    centre = [np.array([before[f"centroid_{c}"][i] for c in "xyz"]) for i in range(6)]
+    second.pmi += [
+        Pmi("datum", "feature", "", datums=((1, c, None),), surfaces=((i, "feature"),)) for i, c in enumerate("ABCDEF")
+    ]
+    congruence.share(model)
+    assert first.shape == second.shape == 0
+    (instance,) = (one for a in model.assemblies for one in a.instances if one.kind == "part" and one.child == 1)
+    after = model.shapes[0].surfaces
+    for i, one in enumerate(second.pmi):
+        ((surface, _),) = one.surfaces
+        moved = instance.parent_from_child @ [*(after[f"centroid_{c}"][surface] for c in "xyz"), 1.0]
+        assert moved[:3] == pytest.approx(centre[i], abs=1e-6)

@@ -73,23 +73,28 @@ def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh
 
 
 def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, tmp_path: Path) -> None:
-    """A post in a frame in a row of frames, each turned: one geometry, placed where NumPy composes it."""
+    """A post in a frame in a row of frames, each turned: one geometry a colour, placed where NumPy composes it."""
     shutil.copy(duckdb_template, tmp_path / "s.duckdb")
     block = trimesh.creation.box((10, 20, 30))
     shape = shape_from_triangles(np.asarray(block.vertices), np.asarray(block.faces, np.int64))
     assert shape is not None
     inner = [pose((100 * i, 5, 0), (0, 0.1 * i, 0.3)) for i in range(3)]
+    parts = [Part("P", "P", 0), Part("R", "R", 0, colour="#ff0000")]
     outer = [pose((0, 400 * i, 7), (0.2, 0.1, 0.5 * i)) for i in range(4)]
-    frame = Assembly("FRAME", [Instance(f"POST_{i}", "part", 0, p) for i, p in enumerate(inner)])
+    # The last post of a frame is a part of its own, red.
+    frame = Assembly("FRAME", [Instance(f"POST_{i}", "part", i // 2, p) for i, p in enumerate(inner)])
     row = Assembly("ROW", [Instance(f"FRAME_{i}", "assembly", 0, p) for i, p in enumerate(outer)])
-    model = LoadedModel("GLB", None, "mm", 1.0, [shape], [Part("P", "P", 0)], [frame, row], 1, None, 0, "test")
+    model = LoadedModel("GLB", None, "mm", 1.0, [shape], parts, [frame, row], 1, None, 0, "test")
     with Store.open(tmp_path / "s.duckdb") as store, Run.begin(store, "load", {}) as run, run.write() as connection:
         store_model(run, connection, model, "row", "", SourceFile("row.glb", "x"))
         run.end("ok", connection=connection)
     out = tmp_path / "out.glb"
     assert main(["export", "row", "-o", str(out), "--store", str(tmp_path / "s.duckdb")]) == 0
     again = trimesh.load(out)
-    assert len(again.geometry) == 1
+    paint = {name: mesh.visual.material.baseColorFactor[:3].tolist() for name, mesh in again.geometry.items()}
+    assert sorted(paint.values()) == [[176, 180, 184], [255, 0, 0]]
+    assert paint[again.graph["FRAME_2/POST_2"][1]] == [255, 0, 0]
+    assert paint[again.graph["FRAME_2/POST_1"][1]] == [176, 180, 184]
     placed = {name: again.graph[name][0] for name in again.graph.nodes_geometry}
     assert len(placed) == 12
     for i, a in enumerate(outer):

@@ -1,23 +1,16 @@
 -- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
--- A page of boxes is looked at only where its own box meets the box asked for.  The parts met are materialised, else
--- the planner carries every element of the world before it asks which parts are met.
+-- Parts lie in the order of their pages, so that DuckDB skips row groups whose bounds are beyond the box asked for.  The
+-- parts met are materialised, else the planner carries every element of the world before it asks which parts are met.
 
 CREATE MACRO parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
-WITH met AS MATERIALIZED (
-    SELECT w.name AS world, o.id, o.path, o.part_id, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-    FROM current_world AS w
-    JOIN box_page AS p ON p.world_id = w.id
-        AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
-        AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
-        AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
-        AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-    WHERE in_world IS NULL OR w.name = in_world
-)
-SELECT met.world, met.id AS occurrence_id, met.path, part.name, met.x0, met.y0, met.z0, met.x1, met.y1, met.z1
-FROM met
-JOIN part ON part.id = met.part_id;
+SELECT w.name AS world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM current_world AS w
+JOIN occurrence AS o ON o.world_id = w.id
+    AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
+    AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
+JOIN part ON part.id = o.part_id
+WHERE in_world IS NULL OR w.name = in_world;
 COMMENT ON MACRO TABLE parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
@@ -28,10 +21,7 @@ WITH placed AS MATERIALIZED (
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23
     FROM current_world AS w
-    JOIN box_page AS p ON p.world_id = w.id
-        AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
-        AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
+    JOIN occurrence AS o ON o.world_id = w.id
         AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
         AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
     WHERE in_world IS NULL OR w.name = in_world

@@ -51,13 +51,13 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
 
     One side of it lies on a side of the convex hull (Freeman and Shapira, CACM 18, 1975).
     """
-    from shapely import convex_hull, get_coordinates, multipoints
+    from shapely import convex_hull, get_coordinates, linestrings
 
     u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     u /= np.linalg.norm(u)
     v = np.cross(normal, u)
     flat = np.column_stack([points @ u, points @ v])
-    hull = get_coordinates(convex_hull(multipoints(flat)))
+    hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is made sooner than many points
     sides = np.diff(hull, axis=0)
     sides = sides[np.linalg.norm(sides, axis=1) > 1e-9]
     direction = sides / np.linalg.norm(sides, axis=1, keepdims=True)

@@ -48,6 +48,8 @@ class Surfaces:
     corner: Floats
     normal: Floats
     start: Ints
+    _extents: dict[tuple[int, bytes], tuple[float, float]] = field(default_factory=dict)
+    _turns: dict[tuple[int, ...], float] = field(default_factory=dict)
 
     def points(self, surface: int) -> Floats:
         """Corners of the triangles of a surface (n, 3)."""
@@ -59,8 +61,11 @@ class Surfaces:
 
     def along(self, surface: int, direction: Floats) -> tuple[float, float]:
         """Extent of a surface along a direction, from the frame's origin; (inf, -inf) where it has no triangle."""
-        heights = self.points(surface) @ direction
-        return float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
+        key = surface, direction.tobytes()
+        if key not in self._extents:
+            heights = self.points(surface) @ direction
+            self._extents[key] = float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
+        return self._extents[key]
 
     def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
         """The dimension `draft_angle` of walls that all lean back by one angle from what is upright."""
@@ -92,6 +97,12 @@ class Surfaces:
 
     def turn(self, members: list[int]) -> float:
         """Angle (rad) about the axis of the first of the members that all of them cover together."""
+        key = tuple(members)
+        if key not in self._turns:
+            self._turns[key] = self._turn(members)
+        return self._turns[key]
+
+    def _turn(self, members: list[int]) -> float:
         axis = self.axis[members[0]]
         u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         u /= np.linalg.norm(u)
@@ -136,6 +147,7 @@ class Boundary:
     blends: dict[int, float] = field(default_factory=dict)
     chamfers: set[int] = field(default_factory=set)
     _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
+    _beside: dict[tuple[int, str], list[int]] = field(default_factory=dict)
 
     def extent(self, direction: Floats) -> float:
         """Extent of the whole shape along a direction."""
@@ -153,13 +165,15 @@ class Boundary:
         return "concave" if self.surfaces.concave[blend] else "convex", [i for i in far if i not in self.blends]
 
     def neighbours(self, surface: int, convexity: str) -> list[int]:
-        """Surfaces beyond the sides of one convexity, blends left out."""
-        found: set[int] = set()
-        for side in self.sides.get(surface, []):
-            kind, others = self.across(surface, side)
-            if kind == convexity:
-                found.update(others)
-        return sorted(found - {surface})
+        """Surfaces beyond the sides of one convexity, blends left out; to be asked when these are known."""
+        if (surface, convexity) not in self._beside:
+            found: set[int] = set()
+            for side in self.sides.get(surface, []):
+                kind, others = self.across(surface, side)
+                if kind == convexity:
+                    found.update(others)
+            self._beside[surface, convexity] = sorted(found - {surface})
+        return self._beside[surface, convexity]
 
     def plane_key(self, planes: list[int]) -> tuple[float, ...]:
         """Equal for pieces of the same planes: one, then others in any order."""

@@ -117,13 +117,18 @@ def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], memb
     ):
         return True
     # What cuts into the bore cuts its bottom too: that is what lies within the bore.
+    if (
+        s.kind[member] != "cylinder"
+        or np.linalg.norm(np.diff(s.boxes[plane].reshape(2, 3), axis=0)) > 3 * s.radius[member]
+    ):
+        return False
     arm = s.points(plane) - s.origin[member]
     arm -= np.outer(arm @ axis, axis)
     within = (
         np.linalg.norm(arm, axis=1).max(initial=np.inf if len(arm) == 0 else 0.0) < s.radius[member] + LENGTH_TOLERANCE
     )
     concave = any(edge["convexity"] == "concave" for edge in graph.get_edge_data(member, plane).values())
-    return bool(s.kind[member] == "cylinder" and within and concave)
+    return bool(within and concave)
 
 
 def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: list[list[int]]) -> Feature:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.loading.clusters import clusters
 from relmodel.loading.features.feature import Feature, feature_class_key, frame, lengths, union
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 Floats = npt.NDArray[np.float64]
 
@@ -40,15 +45,18 @@ def patterns(holes: list[Feature]) -> list[Feature]:
 
 
 def _in_plane(holes: list[Feature]) -> list[Feature]:
+    from scipy.spatial import cKDTree
+
     pose = holes[0].shape_from_feature
     at = np.array([h.shape_from_feature[:3, 3] for h in holes])
     flat = (at - pose[:3, 3]) @ pose[:3, :2]
+    tree = cKDTree(flat)
     found, free = [], np.ones(len(holes), bool)
-    rounds = sorted(_circles(flat), key=lambda c: (-len(c), c))
-    rows = sorted(_rows(flat), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
+    rounds = sorted(_circles(flat, tree), key=lambda c: (-len(c), c))
+    rows = sorted(_rows(flat, tree), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
     large = [c for c in rounds if len(c) >= _SURELY_A_CIRCLE]
     small = [c for c in rounds if len(c) < _SURELY_A_CIRCLE]
-    grids = sorted(_grids(flat), key=lambda g: (-g.size, g.ravel().tolist()))
+    grids = sorted(_grids(flat, tree), key=lambda g: (-g.size, g.ravel().tolist()))
     for kind, candidates in (
         ("circular_pattern", large),
         ("grid_pattern", [g.ravel().tolist() for g in grids if g.size > 4]),
@@ -64,26 +72,22 @@ def _in_plane(holes: list[Feature]) -> list[Feature]:
     return found
 
 
-def _nearest(flat: Floats) -> list[list[int]]:
-    from scipy.spatial import cKDTree
-
+def _nearest(flat: Floats, tree: cKDTree) -> list[list[int]]:
     count = min(_NEAREST + 1, len(flat))
-    _, beside = cKDTree(flat).query(flat, k=count)
+    _, beside = tree.query(flat, k=count)
     return [[j for j in row if j != i] for i, row in enumerate(np.asarray(beside).tolist())]
 
 
-def _at(flat: Floats, places: Floats) -> list[int] | None:
+def _at(tree: cKDTree, places: Floats) -> list[int] | None:
     """Rows of the points at places (n, 2); None where one is empty."""
-    from scipy.spatial import cKDTree
-
-    away, row = cKDTree(flat).query(places)
+    away, row = tree.query(places)
     return np.asarray(row).tolist() if np.all(away < _SAME) else None
 
 
-def _circles(flat: Floats) -> list[list[int]]:
+def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
     """Circles on which some point has two neighbours at equal chords, and every place is taken."""
     found: set[tuple[int, ...]] = set()
-    for i, beside in enumerate(_nearest(flat)):
+    for i, beside in enumerate(_nearest(flat, tree)):
         for n, j in enumerate(beside):
             for k in beside[n + 1 :]:
                 p, q = flat[j] - flat[i], flat[k] - flat[i]
@@ -100,36 +104,36 @@ def _circles(flat: Floats) -> list[list[int]]:
                 arm = flat[i] - middle
                 t = 2 * np.pi * np.arange(count) / count
                 turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
-                members = _at(flat, middle + turned)
+                members = _at(tree, middle + turned)
                 if members is not None and len(set(members)) == count:
                     found.add(tuple(sorted(members)))
     return [list(c) for c in sorted(found)]
 
 
-def _rows(flat: Floats) -> list[list[int]]:
+def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
     """Longest runs of points at equal steps."""
     found: set[tuple[int, ...]] = set()
-    for i, beside in enumerate(_nearest(flat)):
+    for i, beside in enumerate(_nearest(flat, tree)):
         for j in beside:
             step = flat[j] - flat[i]
-            if tuple(np.round(step, 3)) < (0.0, 0.0) or _at(flat, (flat[i] - step)[None]) is not None:
+            if tuple(np.round(step, 3)) < (0.0, 0.0) or _at(tree, (flat[i] - step)[None]) is not None:
                 continue
             run = [i, j]
-            while (more := _at(flat, (flat[i] + len(run) * step)[None])) is not None:
+            while (more := _at(tree, (flat[i] + len(run) * step)[None])) is not None:
                 run += more
             if len(run) >= _LEAST:
                 found.add(tuple(run))
     return [list(r) for r in sorted(found)]
 
 
-def _grids(flat: Floats) -> list[npt.NDArray[np.int64]]:
+def _grids(flat: Floats, tree: cKDTree) -> list[npt.NDArray[np.int64]]:
     """Points at the crossings of two sets of even lines at right angles: rows, no more than columns, of points."""
     found: dict[tuple[int, ...], npt.NDArray[np.int64]] = {}
-    for i, beside in enumerate(_nearest(flat)):
+    for i, beside in enumerate(_nearest(flat, tree)):
         for j in beside:
             a = flat[j] - flat[i]
             length = float(np.linalg.norm(a))
-            if length < _SAME or _at(flat, (flat[i] - a)[None]) is not None:
+            if length < _SAME or _at(tree, (flat[i] - a)[None]) is not None:
                 continue
             # The next line is that of the nearest point square to the first.
             arm = flat - flat[i]
@@ -137,9 +141,9 @@ def _grids(flat: Floats) -> list[npt.NDArray[np.int64]]:
             if not square.any():
                 continue
             b = arm[min(np.flatnonzero(square).tolist(), key=lambda k: float(np.linalg.norm(arm[k])))]
-            counts = [_run(flat, i, step) for step in (a, b)]
+            counts = [_run(flat, tree, i, step) for step in (a, b)]
             places = flat[i] + np.arange(counts[1])[:, None, None] * b + np.arange(counts[0])[None, :, None] * a
-            members = _at(flat, places.reshape(-1, 2))
+            members = _at(tree, places.reshape(-1, 2))
             if members is None or min(counts) < 2 or len(set(members)) < len(members):
                 continue
             grid = np.array(members).reshape(counts[1], counts[0])
@@ -148,10 +152,10 @@ def _grids(flat: Floats) -> list[npt.NDArray[np.int64]]:
     return list(found.values())
 
 
-def _run(flat: Floats, start: int, step: Floats) -> int:
+def _run(flat: Floats, tree: cKDTree, start: int, step: Floats) -> int:
     """Number of points in even steps from one."""
     count = 1
-    while count <= len(flat) and _at(flat, (flat[start] + count * step)[None]) is not None:
+    while count <= len(flat) and _at(tree, (flat[start] + count * step)[None]) is not None:
         count += 1
     return count
 

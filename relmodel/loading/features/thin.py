@@ -190,6 +190,8 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
     """
     s = b.surfaces
     planes = (pair.first, pair.second)
+    if not any(b.neighbours(i, "concave") for i in planes):
+        return None
     feet = [_feet(b, i) for i in planes]
     crests = [[*b.neighbours(i, "convex"), *_round_crest(b, i)] for i in planes]
     for foot in sorted(feet[0] or feet[1], key=lambda j: (j in slender, -(feet[0] or feet[1])[j], j)):
@@ -297,8 +299,10 @@ def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
         up = s.axis[crest]
         sides = []
         for i in b.neighbours(crest, "convex"):
+            if s.kind[i] != "plane" or i in used or not _LEAN[0] < s.axis[i] @ up < _LEAN[1]:
+                continue
             feet = [j for j in _feet(b, i) if s.axis[j] @ up > 1 - ANGLE_TOLERANCE]
-            if s.kind[i] == "plane" and feet and i not in used and _LEAN[0] < s.axis[i] @ up < _LEAN[1]:
+            if feet:
                 sides.append((i, float(s.origin[feet[0]] @ up)))
         for n, (one, level) in enumerate(sides):
             for two, other in sides[n + 1 :]:
