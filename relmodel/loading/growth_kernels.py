@@ -45,7 +45,7 @@ _ACROSS = 0.5  # share of its longest crease that a strip must have with a neigh
 _ASKEW = 0.5  # least cosine between the normals of a surface and of a patch that it takes at last
 _NARROW = 2.0  # narrower ones, in gaps, may have any normal
 _LOOSE_GAP = 0.2  # how much less exactly, in gaps, a surface is asked whether it then holds more
-_LOOSE = 4.0  # the same, at least, in tolerances
+_LOOSE = 8.0  # the same, at least, in tolerances
 _CREEP = 0.4  # what it may then hold more, in its area
 
 

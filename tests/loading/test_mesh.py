@@ -384,3 +384,10 @@ def test_the_mesh_of_a_part_has_the_surfaces_of_its_model(data_dir: Path) -> Non
             radii = np.unique(np.round(np.asarray(exact["radius"], float)[true], 2))
             right = np.abs(np.asarray(shape.surfaces["radius"])[found][:, None] - radii).min(axis=1) < 0.01
             assert right.mean() >= share
+
+
+@pytest.mark.data
+def test_the_mesh_of_a_part_has_the_features_of_its_model(data_dir: Path) -> None:
+    (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
+    exact = read_step(data_dir / "step" / "featuretype.STEP").shapes[0]
+    assert Counter(f.kind for f in recognise(shape)) == Counter(f.kind for f in recognise(exact))
