@@ -6,9 +6,12 @@ For what the CAD kernel does not hand on: tolerances, materials and units as the
 from __future__ import annotations
 
 import re
+from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 # Strings may hold semicolons, hashes and what looks like comments.
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*(\(|[A-Za-z_][A-Za-z0-9_]*)((?:[^;']++|'[^']*+')*+);")
@@ -41,37 +44,52 @@ class Instances:
     """
 
     def __init__(self, text: bytes) -> None:
-        begin = text.find(b"DATA;")
-        text = text[max(begin, 0) :]
         if b"/*" in text:
             text = _COMMENT.sub(lambda one: one[1] or b" ", text)
-        self._raw: dict[int, bytes] = {}
-        self._named: dict[str, list[int]] = {}
+        # Most instances are points and directions that nobody asks for: of each only its place in the text is kept.
+        self._text = text
         self._parsed: dict[int, Record] = {}
-        for one in _INSTANCE.finditer(text):
-            number, name, rest = int(one[1]), one[2], one[3]
-            self._raw[number] = name + rest
+        self._named: dict[str, array[int]] = {}
+        numbers, starts, ends = array("q"), array("q"), array("q")
+        named: dict[bytes, array[int]] = {}
+        for one in _INSTANCE.finditer(text, max(text.find(b"DATA;"), 0)):
+            number, name = int(one[1]), one[2]
+            numbers.append(number)
+            starts.append(one.start(2))
+            ends.append(one.end(3))
             if name == b"(":
-                for partial in self[number]:
-                    self._named.setdefault(partial, []).append(number)
+                for partial in _record(one[2] + one[3]):
+                    self._named.setdefault(partial, array("q")).append(number)
+            elif name in named:
+                named[name].append(number)
             else:
-                self._named.setdefault(name.decode().upper(), []).append(number)
+                named[name] = self._named.setdefault(name.decode().upper(), array("q"))
+                named[name].append(number)
+        found = np.array(numbers, np.int64)
+        self._order = np.argsort(found, kind="stable")
+        self._numbers = found[self._order]
+        self._starts, self._ends = np.array(starts, np.int64), np.array(ends, np.int64)
+
+    def __len__(self) -> int:
+        return len(self._numbers)
 
     def of(self, *names: str) -> list[int]:
         """Numbers of the instances that are, or of a complex instance have, one of the entities; in rising order."""
         return sorted({number for name in names for number in self._named.get(name, ())})
 
-    def numbers(self) -> list[int]:
-        """Numbers of all instances, in the order of the file."""
-        return list(self._raw)
+    def ordinal(self, number: int) -> int | None:
+        """Place of an instance in the file, from 0; of several with one number that of the last."""
+        at = int(np.searchsorted(self._numbers, number, side="right")) - 1
+        return int(self._order[at]) if at >= 0 and self._numbers[at] == number else None
 
-    def __contains__(self, number: object) -> bool:
-        return number in self._raw
+    def __contains__(self, number: int) -> bool:
+        return self.ordinal(number) is not None
 
     def __getitem__(self, number: int) -> Record:
         """The instance; empty where there is none of that number."""
         if number not in self._parsed:
-            self._parsed[number] = _record(self._raw.get(number, b""))
+            at = self.ordinal(number)
+            self._parsed[number] = {} if at is None else _record(self._text[self._starts[at] : self._ends[at]])
         return self._parsed[number]
 
     def parameters(self, number: int, name: str) -> list[Any]:

@@ -47,9 +47,7 @@ class _Faces:
         self._parts, self._instances = parts, instances
         self._reader = reader.Reader()
         self._places = places
-        numbers = instances.numbers()
-        same = self._reader.Model().NbEntities() == len(numbers)
-        self._ordinal = {number: i + 1 for i, number in enumerate(numbers)} if same else {}
+        self._same = self._reader.Model().NbEntities() == len(instances)
         self._representations: dict[int, list[int]] = {}
         self._related: dict[int, list[int]] = {}
         for number in instances.of("SHAPE_DEFINITION_REPRESENTATION"):
@@ -68,7 +66,8 @@ class _Faces:
         """Part and surface_no of a face by its number; none where the kernel did not bring it through."""
         before = self._reader.NbShapes()
         # What was transferred already is handed out, not made again.
-        if face not in self._ordinal or not self._reader.TransferOne(self._ordinal[face]):
+        ordinal = self._instances.ordinal(face) if self._same else None
+        if ordinal is None or not self._reader.TransferOne(ordinal + 1):
             return []
         return [
             place
