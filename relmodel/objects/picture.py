@@ -112,7 +112,10 @@ def _axes(view: str | Sequence[float]) -> Floats:
 
 
 def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _Scene:
-    placed = np.flatnonzero(tree.shape_id >= 0)
+    parts = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
+    # sheets and lines that are no material would lie on the faces that they were drawn for
+    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=parts) if not p.supplemental]
+    placed = np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))
     shapes = [int(s) for s in np.unique(tree.shape_id[placed])]
     meshes = {int(r.shape_id): r for r in store.rows(connection, "scene_meshes", shape_ids=shapes)}
     kind_of = {

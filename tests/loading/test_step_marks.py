@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -19,6 +20,8 @@ from relmodel.loading.neutral import Pmi, Shape
 from relmodel.loading.part21_instances import Instances, Typed
 from relmodel.loading.part21_units import measure
 from relmodel.loading.step import read_step
+from relmodel.objects.picture import write_picture
+from relmodel.objects.tree import read_tree
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.variants.compare import compare
@@ -302,6 +305,14 @@ def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fre
             assert scene.paths == ["b/bracket"]
             assert scene.scene.vertices[:, 2].max() == 10.0
             assert scene.scene.sample_point[:, 2].max() == pytest.approx(10.0)
+            legend = write_picture(
+                store, connection, read_tree(store, connection, "bracket"), tmp_path / "side.png", "right"
+            )
+        drawn = cv2.imread(str(tmp_path / "side.png"))
+        assert drawn is not None
+        assert legend
+        # the body alone is 10 mm deep and 20 mm high; the sheet stands 50 mm off
+        assert drawn.shape[0] > 1.5 * drawn.shape[1]
         result = compare(store, ("bracket", ""), ("bracket", "B"))
         assert result is not None
 
