@@ -1,15 +1,17 @@
 """Damaged STEP files: what becomes of each, by kind of damage.
 
-    python benchmarks/damaged_files.py FOLDER [COPIES]
+    RELMODEL_TEST_DATA=... python benchmarks/damaged_files.py [COPIES]
 
-FOLDER holds `step/`, whose files under 300 kB are damaged COPIES times in each of four ways, and `damaged/`.  Each
-copy is loaded; one that is refused is loaded again as with --allow-partial.  Ends with status 1 where the parent
-failed, a load was partial unasked, hung beyond its limit, changed the store though refused, or said no clear sentence.
+The files of the data's `step/` under 300 kB are damaged COPIES times in each of four ways; those in `damaged/` are
+taken as found.  Each copy is loaded; one that is refused is loaded again as with --allow-partial.  Ends with status 1
+where the parent failed, a load was partial unasked, hung beyond its limit, changed the store though refused, or said no
+clear sentence.
 """
 
 from __future__ import annotations
 
 import multiprocessing
+import os
 import sys
 import tempfile
 from collections import Counter
@@ -29,8 +31,11 @@ TIME_LIMIT_S = 30.0
 
 
 def main() -> int:
-    folder = Path(sys.argv[1])
-    copies = int(sys.argv[2]) if len(sys.argv) > 2 else COPIES
+    if "RELMODEL_TEST_DATA" not in os.environ:
+        print("nothing to damage: RELMODEL_TEST_DATA names the folder of the test data")
+        return 0
+    folder = Path(os.environ["RELMODEL_TEST_DATA"])
+    copies = int(sys.argv[1]) if len(sys.argv) > 1 else COPIES
     small = sorted(f for f in (folder / "step").iterdir() if f.stat().st_size < SMALL)
     jobs = [(kind, file, 1000 * i + n) for kind in KINDS for i, file in enumerate(small) for n in range(copies)]
     jobs += [("as found", file, 0) for file in sorted((folder / "damaged").iterdir())]

@@ -168,8 +168,8 @@ def _runs_along(p: Floats, along: Floats, q: Floats, other: Floats, chord: float
 
 def bodies(parts: tuple[str, ...], seeds: range) -> Iterator[tuple[str, list[Shape]]]:
     """Name and exact shapes, tessellated, of the files and of the composed parts."""
-    folder = Path(os.environ["RELMODEL_TEST_DATA"])
-    for name in parts:
+    folder = Path(os.environ.get("RELMODEL_TEST_DATA", ""))
+    for name in parts if "RELMODEL_TEST_DATA" in os.environ else ():
         shapes = [shape for shape in step_document.read(str(folder / name)).shapes if len(shape.mesh.triangles)]
         yield name.split("/")[-1][:24] if "step/" in name else name[:10], shapes
     for seed in seeds:
