@@ -70,12 +70,13 @@ def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
 def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: Floats) -> Floats:
     """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane."""
     sides = [x for i in members.tolist() for x in b.sides.get(i, []) if not np.isnan(arc_direction[x.arc, 0])]
-    if not sides:
-        u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    else:
+    u = np.zeros(3)
+    if sides:
         longest = max(sides, key=lambda x: (round(x.length, 6), -x.arc))
         u = arc_direction[longest.arc]
         u = u - (u @ normal) * normal
+    if not np.linalg.norm(u) > 1e-9:  # no straight edge, or in a damaged face one that does not lie in it
+        u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     out: Floats = u / np.linalg.norm(u)
     return out
 
