@@ -91,7 +91,7 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
 
     def outline(plane: int) -> Polygon | MultiPolygon:
         if plane not in outlines:
-            outlines[plane] = _outline(np.column_stack([s.points(plane) @ u, s.points(plane) @ v]))
+            outlines[plane] = outline_of(np.column_stack([s.points(plane) @ u, s.points(plane) @ v]))
         return outlines[plane]
 
     def extents(members: Ints) -> tuple[Floats, Floats]:
@@ -130,15 +130,19 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
                 )
 
 
-def _outline(points: Floats) -> Polygon | MultiPolygon:
+def outline_of(points: Floats) -> Polygon | MultiPolygon:
     """The area that triangles (3 n, 2) cover."""
-    from shapely import coverage_union_all, polygons
+    from shapely import GEOSException, coverage_union_all, polygons, union_all
 
     corner = points.reshape(-1, 3, 2)
     (x, y), (p, q) = (corner[:, 1] - corner[:, 0]).T, (corner[:, 2] - corner[:, 0]).T
     across = x * q - y * p
-    covered: Polygon | MultiPolygon = coverage_union_all(polygons(corner[np.abs(across) > 1e-12]))  # type: ignore[assignment]
-    return covered
+    triangles = polygons(corner[np.abs(across) > 1e-12])
+    try:
+        covered: Polygon | MultiPolygon = coverage_union_all(triangles)  # type: ignore[assignment]
+    except GEOSException:  # those of a damaged face overlap
+        covered = union_all(triangles)  # type: ignore[assignment]
+    return covered if covered.is_valid else union_all(triangles)  # type: ignore[return-value]
 
 
 def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> list[Feature]:
