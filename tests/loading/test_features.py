@@ -314,7 +314,7 @@ def test_a_bulkhead_has_the_holes_and_pockets_of_its_generator(data_dir: Path, n
 def test_triangles_of_a_damaged_face_cover_what_they_cover() -> None:
     """Two triangles that cross, as a face with a wrong digit gives them: no partition, still an area."""
     one = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]])
-    corners = np.concatenate([one, [*one, 1.0, 0.0], one])
+    corners = np.concatenate([one, one + np.array([1.0, 0.0]), one])
     whole = thin.outline_of(corners)
     assert whole.is_valid
     assert whole.area == pytest.approx(8.0 + 8.0 - 4.5)  # the shared corner is a right triangle with legs of 3
