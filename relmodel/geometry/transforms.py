@@ -40,7 +40,7 @@ def inverse(transforms: Array) -> Array:
 
 
 def apply(a_from_b: Array, points: Array) -> Array:
-    """Points (n, 3) in frame b carried to frame a."""
+    """Points (..., 3) in frame b carried to frame a."""
     return np.asarray(points @ a_from_b[:3, :3].T + a_from_b[:3, 3])
 
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
+from relmodel.geometry.transforms import apply, nearest_rotation
 from relmodel.loading.brep import curves_of, surfaces_of
 from relmodel.loading.clusters import clusters
 from relmodel.loading.neutral import LoadedModel, Shape
@@ -180,7 +181,7 @@ def _fit(a: _Elements, b: _Elements) -> Congruence | None:
         if to is None:
             continue
         motion = _best_motion(a.points.reshape(-1, 3), _turned_about(a, b, to, motion).reshape(-1, 3))
-        off = np.linalg.norm(_moved(a.points, motion) - _turned_about(a, b, to, motion), axis=2)
+        off = np.linalg.norm(apply(motion, a.points) - _turned_about(a, b, to, motion), axis=2)
         if off.max() <= least:
             return Congruence(motion, to[: a.faces], to[a.faces :] - a.faces)
     return None
@@ -234,10 +235,6 @@ def _frame(p: Floats, q: Floats) -> Floats:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _moved(points: Floats, motion: Floats) -> Floats:
-    return np.asarray(points @ motion[:3, :3].T + motion[:3, 3])
-
-
 def _matched(a: _Elements, b: _Elements, label: tuple[Ints, Ints], motion: Floats, tolerance: float) -> Ints | None:
     """The element of b where each element of a comes to lie, or None where one finds none of its kind."""
     from scipy.spatial import cKDTree
@@ -246,7 +243,7 @@ def _matched(a: _Elements, b: _Elements, label: tuple[Ints, Ints], motion: Float
         ends = (points[:, 1] + points[:, 2]) / 2, np.linalg.norm(points[:, 1] - points[:, 2], axis=1)
         return np.column_stack([points[:, 0], *ends, labels * (10 * tolerance)])
 
-    ours, theirs = key(_moved(a.points, motion), label[0]), key(b.points, label[1])
+    ours, theirs = key(apply(motion, a.points), label[0]), key(b.points, label[1])
     off, to = cKDTree(theirs).query(ours, distance_upper_bound=3 * tolerance)
     if not np.all(np.isfinite(off)):
         return None
@@ -261,7 +258,7 @@ def _matched(a: _Elements, b: _Elements, label: tuple[Ints, Ints], motion: Float
 def _turned_about(a: _Elements, b: _Elements, to: Ints, motion: Floats) -> Floats:
     """Points of b in the order of a's elements, the ends of edges that run the other way exchanged."""
     points = b.points[to]
-    moved = _moved(a.points, motion)
+    moved = apply(motion, a.points)
     straight = np.linalg.norm(moved[:, 1:] - points[:, 1:], axis=2).max(axis=1)
     crossed = np.linalg.norm(moved[:, 1:] - points[:, :0:-1], axis=2).max(axis=1)
     return np.where((crossed < straight)[:, None, None], points[:, [0, 2, 1]], points)
@@ -270,9 +267,7 @@ def _turned_about(a: _Elements, b: _Elements, to: Ints, motion: Floats) -> Float
 def _best_motion(points: Floats, to: Floats) -> Floats:
     """Rotation and shift (4, 4) of least squares (Kabsch, Acta Cryst. A32, 1976)."""
     centre, centre_to = points.mean(axis=0), to.mean(axis=0)
-    u, _, vt = np.linalg.svd((points - centre).T @ (to - centre_to))
-    turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))])
     motion = np.eye(4)
-    motion[:3, :3] = (u @ turn @ vt).T
+    motion[:3, :3] = nearest_rotation((to - centre_to).T @ (points - centre))
     motion[:3, 3] = centre_to - motion[:3, :3] @ centre
     return motion
