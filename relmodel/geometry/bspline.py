@@ -68,32 +68,31 @@ class Basis:
         # A span of no length at the end of the domain: step back to the last that has one.
         last = int(np.searchsorted(self.flat, high, side="left")) - 1
         span = np.minimum(span, last)
-        lower: Array = np.ones((len(t), 1))
-        values: Array = lower
-        for degree in range(1, p + 1):
-            lower = values
-            values = np.zeros((len(t), degree + 1))
-            for j in range(degree):
-                left = self.flat[span - degree + 1 + j]
-                right = self.flat[span + 1 + j]
-                part = lower[:, j] / (right - left)
-                values[:, j] += part * (right - t)
-                values[:, j + 1] += part * (t - left)
-        derivatives = np.zeros_like(values)
-        for j in range(p):
-            step = p * lower[:, j] / (self.flat[span + 1 + j] - self.flat[span - p + 1 + j])
-            derivatives[:, j] -= step
-            derivatives[:, j + 1] += step
-        return self.pole[span[:, None] - p + np.arange(p + 1)], values, derivatives
+        values, derivatives = functions(self.flat[span - p + 1 + np.arange(2 * p)[:, None]], t)
+        return self.pole[span[:, None] - p + np.arange(p + 1)], values.T, derivatives.T
 
 
-def curve(basis: Basis, poles: Array, weights: Array | None, t: Array) -> tuple[Array, Array]:
-    """Points (n, d) and first derivatives (n, d) of a curve with poles (m, d) and weights (m,) or None."""
-    pole, value, derivative = basis.functions(t)
-    if weights is None:
-        return np.einsum("ni,nid->nd", value, poles[pole]), np.einsum("ni,nid->nd", derivative, poles[pole])
-    homogeneous = np.concatenate([poles * weights[:, None], weights[:, None]], axis=1)[pole]
-    return _projected(np.einsum("ni,nid->nd", value, homogeneous), np.einsum("ni,nid->nd", derivative, homogeneous))
+def functions(knots: Array, t: Array) -> tuple[Array, Array]:
+    """Values and first derivatives (p + 1, n) of the functions that bear on parameters (n,), by Cox and de Boor.
+
+    knots: (2 p, n), the flat knots around each parameter, as many before its span's end as after its start.
+    """
+    p = len(knots) // 2
+    lower = values = np.ones((1, len(t)))
+    for degree in range(1, p + 1):
+        lower = values
+        right = knots[p : p + degree]
+        left = knots[p - degree : p]
+        part = lower / (right - left)
+        values = np.zeros((degree + 1, len(t)))
+        values[:-1] = part * (right - t)
+        values[1:] += part * (t - left)
+    derivatives = np.zeros_like(values)
+    if p:
+        step = p * lower / (knots[p:] - knots[:p])
+        derivatives[:-1] = -step
+        derivatives[1:] += step
+    return values, derivatives
 
 
 def surface(
@@ -110,8 +109,8 @@ def surface(
     by_v = np.einsum("ni,nid->nd", u_value, np.einsum("nj,nijd->nid", v_derivative, local))
     if weights is None:
         return point, by_u, by_v
-    projected, by_u = _projected(point, by_u)
-    return projected, by_u, _projected(point, by_v)[1]
+    at, by_u = projected(point, by_u)
+    return at, by_u, projected(point, by_v)[1]
 
 
 def surface_grid(
@@ -127,11 +126,11 @@ def surface_grid(
     by_v = np.einsum("mj,nmjd->nmd", v_derivative, along_u[:, v_pole])
     if weights is None:
         return point, by_u, by_v
-    projected, by_u = _projected(point, by_u)
-    return projected, by_u, _projected(point, by_v)[1]
+    at, by_u = projected(point, by_u)
+    return at, by_u, projected(point, by_v)[1]
 
 
-def _projected(point: Array, derivative: Array) -> tuple[Array, Array]:
+def projected(point: Array, derivative: Array) -> tuple[Array, Array]:
     """From homogeneous coordinates (last column the weight) to the point and its derivative."""
     weight = point[..., -1:]
     out = point[..., :-1] / weight

@@ -6,13 +6,12 @@ Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry import bspline
+from relmodel.geometry.spline_curves import SplineCurves
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -48,16 +47,40 @@ def groups(labels: Index) -> list[tuple[int, Index]]:
     return list(zip(labels[order[start]].tolist(), np.split(order, start[1:]), strict=True))
 
 
-@dataclass(frozen=True)
-class SplineCurve:
-    """One row of `arc_spline`."""
+class ByKind:
+    """Groups rows by the kind that each is of; kinds (n,) strings."""
 
-    basis: bspline.Basis
-    poles: Array  # (m, 3)
-    weights: Array | None
+    def __init__(self, kind: npt.NDArray[np.object_]) -> None:
+        self._names = sorted(set(kind.tolist()))
+        number = {name: i for i, name in enumerate(self._names)}
+        self._code = np.array([number[name] for name in kind.tolist()], np.int8)
 
-    def evaluate(self, t: Array) -> tuple[Array, Array]:
-        return bspline.curve(self.basis, self.poles, self.weights, t)
+    def of(self, row: Index) -> list[tuple[str, Index]]:
+        """Each kind that occurs among rows (m,), in order of their names, and where."""
+        code = self._code[row]
+        found = np.flatnonzero(np.bincount(code, minlength=len(self._names)))
+        if len(found) == 1:
+            return [(self._names[found[0]], np.arange(len(row)))]
+        return [(self._names[i], np.flatnonzero(code == i)) for i in found.tolist()]
+
+
+def pieces(t0: Array, t1: Array, which: Index, cuts: Array) -> tuple[Index, Array, Array]:
+    """Intervals t0 to t1 (n,) cut at parameters (m,) that lie clearly within: whose piece, its start and its end.
+
+    which: (m,) the interval that each cut is of; cuts nearer to each other than 1e-9 of the interval are one.
+    """
+    least = 1e-9 * (t1 - t0)
+    inside = (cuts > (t0 + least)[which]) & (cuts < (t1 - least)[which])
+    which, cuts = which[inside], cuts[inside]
+    order = np.lexsort((cuts, which))
+    which, cuts = which[order], cuts[order]
+    apart = np.append(True, (np.diff(which) != 0) | (np.diff(cuts) > least[which[1:]]))[: len(which)]
+    which = np.concatenate([np.arange(len(t0)), which[apart]])
+    start = np.concatenate([t0, cuts[apart]])
+    order = np.lexsort((start, which))
+    which, start = which[order], start[order]
+    last = np.append(np.diff(which) != 0, True)[: len(which)]
+    return which, start, np.where(last, t1[which], np.roll(start, -1))
 
 
 class Curves:
@@ -79,27 +102,20 @@ class Curves:
         basis: Curves | None = None,
     ) -> None:
         self.kind = np.asarray(columns["kind"], dtype=object)
+        self._by_kind = ByKind(self.kind)
         self.origin = vectors(columns, "origin")
         self.x = vectors(columns, "axis_x")
         self.z = vectors(columns, "axis_z")
+        self.y = np.cross(self.z, self.x)
         self.radius = np.asarray(columns["radius"], float)
         self.radius2 = np.asarray(columns["radius2"], float)
         self.t0 = np.asarray(columns["t0"], float)
         self.t1 = np.asarray(columns["t1"], float)
-        self.splines: dict[int, SplineCurve] = {}
-        for i, number in enumerate(splines.get(key, ())):
-            row = int(number) if rows is None else rows[int(number)]
-            weights = splines["weights"][i]
-            self.splines[row] = SplineCurve(
-                bspline.Basis.of(
-                    int(splines["degree"][i]),
-                    bool(splines["periodic"][i]),
-                    splines["knots"][i],
-                    splines["multiplicities"][i],
-                ),
-                np.asarray(splines["poles"][i], float).reshape(-1, 3),
-                None if weights is None or len(weights) == 0 else np.asarray(weights, float),
-            )
+        keyed = np.asarray(splines.get(key, ()), np.int64)
+        self._spline = np.full(len(self.kind), -1)  # number of each row's spline
+        owner = keyed if rows is None else np.array([rows[i] for i in keyed.tolist()], np.int64)
+        self._spline[owner] = np.arange(len(owner))
+        self._splines = SplineCurves(splines, np.arange(len(owner)), 3) if len(owner) else None
 
         self.basis = basis or self
         self.offsets: dict[int, tuple[int, Array, float]] = {}
@@ -116,27 +132,23 @@ class Curves:
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
         points = np.full((len(row), 3), np.nan)
         derivatives = np.zeros((len(row), 3))
-        kind = self.kind[row]
-        for name in sorted(set(kind.tolist())):
-            at = np.flatnonzero(kind == name)
+        for name, at in self._by_kind.of(row):
+            one = row[at]
             if name in CONICS:
-                a, b, a_by, b_by = CONICS[name](t[at], self.radius[row[at]], self.radius2[row[at]])
-                x = self.x[row[at]]
-                y = np.cross(self.z[row[at]], x)
-                points[at] = self.origin[row[at]] + a[:, None] * x + b[:, None] * y
+                a, b, a_by, b_by = CONICS[name](t[at], self.radius[one], self.radius2[one])
+                x, y = self.x[one], self.y[one]
+                points[at] = self.origin[one] + a[:, None] * x + b[:, None] * y
                 derivatives[at] = a_by[:, None] * x + b_by[:, None] * y
             elif name == "line":
-                points[at] = self.origin[row[at]] + t[at, None] * self.x[row[at]]
-                derivatives[at] = self.x[row[at]]
+                derivatives[at] = self.x[one]
+                points[at] = self.origin[one] + t[at, None] * derivatives[at]
             elif name == "degenerate":
-                points[at] = self.origin[row[at]]
-            else:
-                for one, where in groups(row[at]):
-                    here = at[where]
-                    if one in self.offsets:
-                        points[here], derivatives[here] = self._offset(one, t[here])
-                    else:
-                        points[here], derivatives[here] = self.splines[one].evaluate(t[here])
+                points[at] = self.origin[one]
+            elif name == "spline" and self._splines is not None:
+                points[at], derivatives[at] = self._splines.evaluate(self._spline[one], t[at])
+            elif name == "offset":
+                for number, where in groups(one):
+                    points[at[where]], derivatives[at[where]] = self._offset(number, t[at[where]])
         return points, derivatives
 
     def _offset(self, row: int, t: Array) -> tuple[Array, Array]:
@@ -153,22 +165,40 @@ class Curves:
 
     def spans(self) -> tuple[Index, Array, Array]:
         """Smooth pieces of all arcs in order of rows and parameter: row, start and end of each."""
-        cuts = [self.cuts(row, self.t0[row], self.t1[row]) for row in range(len(self))]
-        if not cuts:
-            return np.empty(0, np.int64), np.empty(0), np.empty(0)
-        rows = np.repeat(np.arange(len(cuts)), [len(c) - 1 for c in cuts])
-        return rows, np.concatenate([c[:-1] for c in cuts]), np.concatenate([c[1:] for c in cuts])
+        return pieces(self.t0, self.t1, *self.inner_cuts(np.arange(len(self)), self.t0, self.t1))
+
+    def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
+        """Where smooth pieces of arcs `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
+
+        Some may lie beyond the interval or at its ends; conics are cut into even pieces.
+        """
+        which, cuts = [np.empty(0, np.int64)], [np.empty(0)]
+        kind = self.kind[row]
+        conic = np.flatnonzero(np.isin(kind.astype(str), tuple(CONICS)))
+        if len(conic):
+            count = np.ceil((t1[conic] - t0[conic]) / (np.pi / 4)).astype(np.int64)
+            count = np.clip(count, np.where(kind[conic] == "circle", 1, 4), 64)
+            here = np.repeat(conic, count - 1)
+            step = np.arange(len(here)) - np.repeat(np.cumsum(count - 1) - count, count - 1)
+            which.append(here)
+            cuts.append(t0[here] + (t1[here] - t0[here]) * step / np.repeat(count, count - 1))
+        drawn = np.flatnonzero(self._spline[row] >= 0)
+        if len(drawn) and self._splines is not None:
+            of, t = self._splines.cuts(self._spline[row[drawn]], t0[drawn], t1[drawn])
+            which.append(drawn[of])
+            cuts.append(t)
+        offset = np.flatnonzero(kind == "offset")
+        if len(offset):
+            basis = np.array([self.offsets[one][0] for one in row[offset].tolist()])
+            of, t = self.basis.inner_cuts(basis, t0[offset], t1[offset])
+            which.append(offset[of])
+            cuts.append(t)
+        return np.concatenate(which), np.concatenate(cuts)
 
     def cuts(self, row: int, t0: float, t1: float) -> Array:
         """Ends of an interval of an arc's parameter with those of the smooth pieces within."""
-        if row in self.splines:
-            return self.splines[row].basis.cuts(t0, t1)
-        if row in self.offsets:
-            return self.basis.cuts(self.offsets[row][0], t0, t1)
-        if self.kind[row] in CONICS:
-            pieces = max(1 if self.kind[row] == "circle" else 4, int(np.ceil((t1 - t0) / (np.pi / 4))))
-            return np.linspace(t0, t1, min(pieces, 64) + 1)
-        return np.array([t0, t1])
+        one = np.array([t0]), np.array([t1])
+        return np.append(pieces(*one, *self.inner_cuts(np.array([row]), *one))[1], t1)
 
     def lengths(self) -> Array:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
@@ -201,7 +231,7 @@ class Curves:
         if not len(at):
             return
         x = self.x[at]
-        y = np.cross(self.z[at], x)
+        y = self.y[at]
         minor = np.where(self.kind[at] == "circle", self.radius[at], self.radius2[at])
         for axis in range(3):
             first = np.arctan2(minor * y[:, axis], self.radius[at] * x[:, axis])

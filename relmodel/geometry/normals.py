@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.surfaces import Surfaces
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -18,18 +18,14 @@ def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:
 
     NaN where a point does not tell: on the axis of a cone, on a torus that crosses itself, on other kinds.
     """
-    code = np.array([ANALYTIC_KINDS.index(k) if k in ANALYTIC_KINDS else -1 for k in surfaces.kind], np.int64)[row]
-    hand = np.sign(np.einsum("nd,nd->n", np.cross(surfaces.x, surfaces.y), surfaces.z))
-    hand = np.where(surfaces.reversed, -hand, hand)
+    hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
     out = np.full((len(row), 3), np.nan)
-    for number, kind in enumerate(ANALYTIC_KINDS):
-        at = np.flatnonzero(code == number)
-        if len(at):
-            one = row[at]
-            if kind == "plane":
-                out[at] = (hand[:, None] * surfaces.z)[one]
-            else:
-                out[at] = hand[one, None] * _ROUND[kind](surfaces, one, points[at] - surfaces.origin[one])
+    for kind, at in surfaces.by_kind.of(row):
+        one = row[at]
+        if kind == "plane":
+            out[at] = (hand[:, None] * surfaces.z)[one]
+        elif kind in _ROUND:
+            out[at] = hand[one, None] * _ROUND[kind](surfaces, one, points[at] - surfaces.origin[one])
     return out
 
 

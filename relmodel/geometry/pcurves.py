@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry import bspline
-from relmodel.geometry.curves import CONICS, groups
+from relmodel.geometry.curves import CONICS, ByKind
+from relmodel.geometry.spline_curves import SplineCurves
 
 Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
 
 
 class Pcurves:
@@ -22,6 +23,7 @@ class Pcurves:
 
     def __init__(self, columns: Mapping[str, Any]) -> None:
         self.kind = np.asarray(columns["kind"], dtype=object)
+        self._by_kind = ByKind(self.kind)
         self.origin, self.axis = (
             np.stack([np.asarray(columns[f"{name}_{way}"], float) for way in ("u", "v")], axis=1)
             for name in ("origin", "axis")
@@ -30,8 +32,10 @@ class Pcurves:
         self.across = turn[:, None] * np.stack([-self.axis[:, 1], self.axis[:, 0]], axis=1)
         self.radius = np.asarray(columns["radius"], float)
         self.radius2 = np.asarray(columns["radius2"], float)
-        self._columns = columns
-        self._splines: dict[int, tuple[bspline.Basis, Array, Array | None]] = {}
+        drawn = np.flatnonzero(self.kind == "spline")
+        self._spline = np.full(len(self.kind), -1)
+        self._spline[drawn] = np.arange(len(drawn))
+        self._splines = SplineCurves(columns, drawn, 2) if len(drawn) else None
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -39,38 +43,28 @@ class Pcurves:
     def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
         """Points (n, 2: u v) and derivatives by t (n, 2) of the curves `row` (n,) at the parameters t (n,)."""
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
-        kind = self.kind[row]
-        by = self.axis[row]
-        out = self.origin[row] + t[:, None] * by
-        for name in ("circle", "ellipse", "parabola", "hyperbola"):
-            at = np.flatnonzero(kind == name)
-            if len(at):
-                one = row[at]
+        out, by = np.empty((len(row), 2)), np.empty((len(row), 2))
+        for name, at in self._by_kind.of(row):
+            one = row[at]
+            if name == "line":
+                by[at] = self.axis[one]
+                out[at] = self.origin[one] + t[at, None] * by[at]
+            elif name in CONICS:
                 a, b, a_by, b_by = CONICS[name](t[at], self.radius[one], self.radius2[one])
                 axis, across = self.axis[one], self.across[one]
                 out[at] = self.origin[one] + a[:, None] * axis + b[:, None] * across
                 by[at] = a_by[:, None] * axis + b_by[:, None] * across
-        at = np.flatnonzero(kind == "spline")
-        for number, where in groups(row[at]):
-            here = at[where]
-            basis, poles, weights = self.spline(number)
-            out[here], by[here] = bspline.curve(basis, poles, weights, t[here])
+            elif self._splines is not None:
+                out[at], by[at] = self._splines.evaluate(self._spline[one], t[at])
         return out, by
 
-    def spline(self, row: int) -> tuple[bspline.Basis, Array, Array | None]:
-        """Basis, poles (m, 2) and weights of a curve of kind spline."""
-        if row not in self._splines:
-            columns = self._columns
-            basis = bspline.Basis.of(
-                int(columns["degree"][row]),
-                bool(columns["periodic"][row]),
-                columns["knots"][row],
-                columns["multiplicities"][row],
-            )
-            weights = columns["weights"][row]
-            self._splines[row] = (
-                basis,
-                np.asarray(columns["poles"][row], float).reshape(-1, 2),
-                None if weights is None or len(weights) == 0 else np.asarray(weights, float),
-            )
-        return self._splines[row]
+    def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
+        """Where smooth pieces of the curves `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
+
+        Some may lie beyond the interval or at its ends.
+        """
+        drawn = np.flatnonzero(self._spline[row] >= 0)
+        if not len(drawn) or self._splines is None:
+            return np.empty(0, np.int64), np.empty(0)
+        which, cuts = self._splines.cuts(self._spline[row[drawn]], t0[drawn], t1[drawn])
+        return drawn[which], cuts

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
-from relmodel.geometry.curves import Curves, groups, vectors
+from relmodel.geometry.curves import ByKind, Curves, groups, vectors
 
 Array = npt.NDArray[np.float64]
 
@@ -52,11 +52,13 @@ class Surfaces:
         rows: Mapping[int, int] | None = None,
     ) -> None:
         self.kind = np.asarray(columns["kind"], dtype=object)
+        self.by_kind = ByKind(self.kind)
         self.origin = vectors(columns, "origin")
         self.x = vectors(columns, "axis_x")
         self.z = vectors(columns, "axis_z")
         direct = np.asarray(columns["direct"], bool)
         self.y = np.where(direct[:, None], 1.0, -1.0) * np.cross(self.z, self.x)
+        self.hand = np.where(direct, 1.0, -1.0)
         self.radius = np.asarray(columns["radius"], float)
         self.radius2 = np.asarray(columns["radius2"], float)
         self.semi_angle = np.asarray(columns["semi_angle"], float)
@@ -86,9 +88,7 @@ class Surfaces:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
         out = SurfacePoints(*(np.full((len(row), 3), np.nan) for _ in range(3)))
-        kind = self.kind[row]
-        for name in sorted(set(kind.tolist())):
-            at = np.flatnonzero(kind == name)
+        for name, at in self.by_kind.of(row):
             if name in ANALYTIC_KINDS:
                 _fill(out, at, self._analytic(name, row[at], u[at], v[at]))
             else:
@@ -129,26 +129,24 @@ class Surfaces:
         Of a point off the surface: those of its foot (of the same height, for a cone); NaN for other kinds.
         """
         row = np.broadcast_to(np.asarray(row, np.int64), len(points))
-        d = points - self.origin[row]
-        x, y, z = (np.einsum("nd,nd->n", d, axis[row]) for axis in (self.x, self.y, self.z))
-        kind = self.kind[row].astype(str)
-        round_ = np.isin(kind, ("cylinder", "cone", "sphere", "torus"))
-        # Behind the apex of a cone the radius is negative: the same generator goes on at the other side.
-        cos_a = np.cos(np.where(kind == "cone", self.semi_angle[row], 0.0))
-        v_cone = z / cos_a
-        behind = (kind == "cone") & (self.radius[row] + v_cone * np.sin(np.nan_to_num(self.semi_angle[row])) < 0)
-        sign = np.where(behind, -1.0, 1.0)
-        u = np.where(round_, np.arctan2(sign * y, sign * x), np.where(kind == "plane", x, np.nan))
-        v = np.full(len(points), np.nan)
-        across = np.hypot(x, y)
-        for name, value in (
-            ("plane", y),
-            ("cylinder", z),
-            ("cone", v_cone),
-            ("sphere", np.arctan2(z, across)),
-            ("torus", np.arctan2(z, across - self.radius[row])),
-        ):
-            v = np.where(kind == name, value, v)
+        u, v = np.full(len(points), np.nan), np.full(len(points), np.nan)
+        for kind, at in self.by_kind.of(row):
+            if kind not in ANALYTIC_KINDS:
+                continue
+            one = row[at]
+            d = points[at] - self.origin[one]
+            x, y, z = (np.einsum("nd,nd->n", d, axis[one]) for axis in (self.x, self.y, self.z))
+            if kind == "plane":
+                u[at], v[at] = x, y
+            elif kind == "cone":
+                v[at] = z / np.cos(self.semi_angle[one])
+                # Behind the apex the radius is negative: the same generator goes on at the other side.
+                sign = np.where(self.radius[one] + v[at] * np.sin(self.semi_angle[one]) < 0, -1.0, 1.0)
+                u[at] = np.arctan2(sign * y, sign * x)
+            else:
+                u[at] = np.arctan2(y, x)
+                ring = self.radius[one] if kind == "torus" else 0.0
+                v[at] = z if kind == "cylinder" else np.arctan2(z, np.hypot(x, y) - ring)
         return u, v
 
     def cuts(self, row: int, u0: float, u1: float, v0: float, v1: float) -> tuple[Array, Array]:

@@ -20,6 +20,7 @@ _CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave
 _CUSP_MM = 0.05  # how far along such faces one looks which is the outer one
 SAMPLE_SPACING_MM = 1.0
 MOST_SAMPLES = 2000
+_FINE_AT_ONCE = 200_000  # points of polylines
 
 
 def curves_of(shape: Shape) -> Curves:
@@ -187,11 +188,11 @@ def samples(normals: ArcNormals, length: Array) -> ArcSamples:
     curves = normals.curves
     count = np.clip(np.ceil(length / SAMPLE_SPACING_MM).astype(np.int64) + 1, 2, MOST_SAMPLES)
     offsets = np.concatenate([[0], np.cumsum(count)])
-    arc = np.repeat(np.arange(len(curves)), count)
-    share = (np.arange(len(arc)) - offsets[arc]) / (count[arc] - 1)
+    arc, share = _shares(count)
     t = curves.t0[arc] + share * (curves.t1[arc] - curves.t0[arc])
-    for one in np.flatnonzero(~np.isin(curves.kind.astype(str), ("line", "circle", "degenerate"))):
-        t[offsets[one] : offsets[one + 1]] = _evenly(curves, int(one), int(count[one]))
+    uneven = np.flatnonzero(~np.isin(curves.kind.astype(str), ("line", "circle", "degenerate")))
+    at = np.flatnonzero(np.isin(arc, uneven))
+    t[at] = _evenly(curves, uneven, count[uneven])
     t[offsets[1:] - 1] = curves.t1
     points, by = curves.evaluate(arc, t)
     normal_a, normal_b = np.zeros((len(arc), 3), np.float32), np.zeros((len(arc), 3), np.float32)
@@ -211,12 +212,31 @@ def samples(normals: ArcNormals, length: Array) -> ArcSamples:
     )
 
 
-def _evenly(curves: Curves, arc: int, count: int) -> Array:
-    """Parameters of points evenly spaced along one arc, by the chords of a finer polyline."""
-    t = np.linspace(curves.t0[arc], curves.t1[arc], 8 * count + 65)
-    points = curves.evaluate(np.full(len(t), arc), t)[0]
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return np.interp(np.linspace(0.0, along[-1], count), along, t)
+def _evenly(curves: Curves, arc: Index, count: Index) -> Array:
+    """Parameters of `count` (n,) points evenly spaced along each arc (n,), by the chords of a finer polyline."""
+    out = [np.empty(0)]
+    fine = 2 * count + 63
+    block = np.cumsum(fine) // _FINE_AT_ONCE
+    for one in range(int(block.max(initial=-1)) + 1):
+        which = np.flatnonzero(block == one)
+        start, end = curves.t0[arc[which]], curves.t1[arc[which]]
+        row, share = _shares(fine[which])
+        t = start[row] + share * (end - start)[row]
+        points = curves.evaluate(arc[which][row], t)[0]
+        chord = np.append(0.0, np.linalg.norm(np.diff(points, axis=0), axis=1))
+        first = np.cumsum(fine[which]) - fine[which]
+        chord[first] = 1.0  # between arcs: all lie after each other along one line
+        along = np.cumsum(chord)
+        low, high = along[first], along[first + fine[which] - 1]
+        row, share = _shares(count[which])
+        out.append(np.interp(low[row] + share * (high - low)[row], along, t))
+    return np.concatenate(out)
+
+
+def _shares(count: Index) -> tuple[Index, Array]:
+    """Numbers 0 to 1 in `count` (n,) steps less one, after each other, and whose each is."""
+    row = np.repeat(np.arange(len(count)), count)
+    return row, (np.arange(len(row)) - (np.cumsum(count) - count)[row]) / (count[row] - 1)
 
 
 def _unit(vectors: Array) -> Array:

@@ -21,6 +21,7 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 _GAUSS = 16
+_GAUSS_POLYNOMIAL = 4  # exact to the seventh degree
 _GAP = 0.01  # between the ends of a loop that closes, of the domain's extent
 
 
@@ -34,39 +35,47 @@ def face_integrals(
     """
     trims = Trims(surfaces, curves, coedges, pcurves)
     coedge, start, end = trims.pieces(np.flatnonzero(~trims.level()))
-    nodes, node_weights = np.polynomial.legendre.leggauss(_GAUSS)
-    half, middle = (end - start) / 2, (end + start) / 2
-    t = (middle[:, None] + half[:, None] * nodes).ravel()
-    coedge = np.repeat(coedge, _GAUSS)
-    uv, by = trims.evaluate(coedge, t)
-    weight = trims.sign[coedge] * (half[:, None] * node_weights).ravel() * by[:, 1]
-    surface = trims.surface[coedge]
-    kind = surfaces.kind[surface]
-
-    point = np.asarray(about, float)
-    values = np.zeros((len(surface), 5))
-    flat = np.flatnonzero(kind == "plane")
-    values[flat] = _plane(surfaces, surface[flat], uv[flat, 0], uv[flat, 1], point)
-    turned = np.flatnonzero(np.isin(kind.astype(str), ANALYTIC_KINDS) & (kind != "plane"))
-    values[turned] = _round(surfaces, surface[turned], uv[turned, 0], uv[turned, 1], point)
-    free = np.flatnonzero(~np.isin(kind.astype(str), ANALYTIC_KINDS))
-    for one, where in groups(surface[free]):
-        here = free[where]
-        values[here] = Antiderivative(surfaces, one, point)(uv[here, 0], uv[here, 1])
-
+    few = trims.polynomial()[coedge]
     out = np.zeros((len(surfaces), 5))
-    np.add.at(out, surface, weight[:, None] * values)
+    for at, nodes in ((np.flatnonzero(few), _GAUSS_POLYNOMIAL), (np.flatnonzero(~few), _GAUSS)):
+        out += _sums(trims, coedge[at], start[at], end[at], nodes, np.asarray(about, float))
     out[:, 4] *= np.where(surfaces.reversed, -1.0, 1.0)
     out[~_closed(trims, np.asarray(coedges["loop_no"], np.int64))] = np.nan
     return out
 
 
+def _sums(trims: Trims, coedge: Index, start: Array, end: Array, nodes: int, about: Array) -> Array:
+    """What pieces of coedges add to the integrals over their faces (n, 5), by as many nodes for each piece."""
+    surfaces = trims.surfaces
+    places, weights = np.polynomial.legendre.leggauss(nodes)
+    half, middle = (end - start) / 2, (end + start) / 2
+    coedge = np.repeat(coedge, nodes)
+    uv, by = trims.evaluate(coedge, (middle[:, None] + half[:, None] * places).ravel())
+    weight = trims.sign[coedge] * (half[:, None] * weights).ravel() * by[:, 1]
+    surface = trims.surface[coedge]
+    u, v = uv.T
+    values = np.zeros((len(surface), 5))
+    for kind, at in surfaces.by_kind.of(surface):
+        if kind == "plane":
+            values[at] = _plane(surfaces, surface[at], u[at], v[at], about)
+        elif kind in ANALYTIC_KINDS:
+            values[at] = _round(surfaces, kind, surface[at], u[at], v[at], about)
+        else:
+            for one, where in groups(surface[at]):
+                here = at[where]
+                values[here] = Antiderivative(surfaces, one, about)(u[here], v[here])
+    values *= weight[:, None]
+    return np.stack([np.bincount(surface, column, len(surfaces)) for column in values.T], axis=1)
+
+
 def _closed(trims: Trims, loop: Index) -> npt.NDArray[np.bool_]:
     """Whether each face has loops and all of them close in (u, v)."""
     count = len(trims.surfaces)
-    key, inverse = np.unique(trims.surface + count * loop, return_inverse=True)
-    across = np.zeros((len(key), 2))
-    np.add.at(across, inverse.ravel(), trims.across(np.arange(len(trims.arc))))
+    key = trims.surface + count * loop
+    ends = trims.across(np.arange(len(trims.arc)))
+    across = np.stack([np.bincount(key, column) for column in ends.T], axis=1)
+    key = np.flatnonzero(np.bincount(key))
+    across = across[key]
     domain = trims.surfaces.domain[key % count]
     extent = domain[:, 1::2] - domain[:, ::2]
     closed = np.zeros(count, bool)
@@ -82,22 +91,22 @@ def _plane(surfaces: Surfaces, row: Index, u: Array, v: Array, about: Array) -> 
     return np.column_stack([u, moment, flux])
 
 
-def _round(surfaces: Surfaces, row: Index, u: Array, v: Array, about: Array) -> Array:
-    """Integrals from 0 to u of a surface O + across(v) e(u) + height(v) Z."""
-    kind = surfaces.kind[row]
+def _round(surfaces: Surfaces, kind: str, row: Index, u: Array, v: Array, about: Array) -> Array:
+    """Integrals from 0 to u of surfaces of one kind, O + across(v) e(u) + height(v) Z."""
     o, x, y, z = (a[row] for a in (surfaces.origin, surfaces.x, surfaces.y, surfaces.z))
-    big, a = surfaces.radius[row], np.nan_to_num(surfaces.semi_angle[row])
-    tube = np.where(kind == "torus", surfaces.radius2[row], big)
-    ruled = (kind == "cylinder") | (kind == "cone")
-    a = np.where(kind == "cone", a, 0.0)
-    across = np.where(ruled, big + v * np.sin(a), np.where(kind == "torus", big, 0.0) + tube * np.cos(v))
-    height = np.where(ruled, v * np.cos(a), tube * np.sin(v))
-    across_by = np.where(ruled, np.sin(a), -tube * np.sin(v))
-    height_by = np.where(ruled, np.cos(a), tube * np.cos(v))
+    big = surfaces.radius[row]
+    if kind in ("cylinder", "cone"):
+        a = surfaces.semi_angle[row] if kind == "cone" else np.zeros(len(row))
+        across_by, height_by = np.sin(a), np.cos(a)
+        across, height = big + v * across_by, v * height_by
+    else:
+        tube = surfaces.radius2[row] if kind == "torus" else big
+        height_by, height = tube * np.cos(v), tube * np.sin(v)
+        across, across_by = height_by + (big if kind == "torus" else 0.0), -height
     element = np.abs(across) * np.hypot(across_by, height_by)
     swept = np.sin(u)[:, None] * x - np.cos(u)[:, None] * y  # the integral of e(u)
     moment = element[:, None] * (u[:, None] * (o + height[:, None] * z) + across[:, None] * swept)
-    hand = np.einsum("nd,nd->n", np.cross(x, y), z)
+    hand = surfaces.hand[row]
     normal_e, normal_z = hand * across * height_by, -hand * across * across_by
     arm = o - about
     along_z = np.einsum("nd,nd->n", arm, z) + height

@@ -34,7 +34,7 @@ from relmodel.loading.part21_instances import Instances, references
 from relmodel.loading.part21_units import unit as unit_of
 from relmodel.loading.step_labels import attributes_of, colour_of, entry, material_of, name_of
 
-LOADER_VERSION = f"step-2 ocp-{OCP.__version__}"
+LOADER_VERSION = f"step-3 ocp-{OCP.__version__}"
 
 # Names of length units as the kernel gives them (of SI units in full, of conversion-based ones as in the file).
 UNITS_MM = {
@@ -349,7 +349,9 @@ class _Walk:
 
     def _layer(self, label: Any) -> str | None:
         names = self._layers.GetLayers(label)  # false in itself, whatever it holds
-        return ", ".join(name.ToExtString() for name in names) or None if names is not None else None
+        if names is None:
+            return None
+        return ", ".join(names.Value(i).ToExtString() for i in range(1, names.Length() + 1)) or None
 
 
 def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:

@@ -21,10 +21,12 @@ from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Face
 
+from relmodel.geometry.curves import Curves
 from relmodel.geometry.normals import normals_at
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import step_geometry
-from relmodel.loading.neutral import Mesh
+from relmodel.loading import analytic_mesh, step_geometry
+from relmodel.loading.analytic_mesh import Facets
+from relmodel.loading.neutral import Mesh, Table
 
 Array = npt.NDArray[np.float64]
 Triangulation = tuple[Array, Array, npt.NDArray[np.int32]]
@@ -37,58 +39,91 @@ CHORD_SHARE = 1e-5
 _VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
 
 
-def mesh(shape: Any, faces: list[Any], surfaces: Surfaces, area: Array) -> Mesh:
-    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices."""
+def mesh(
+    shape: Any, faces: list[Any], surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table, area: Array
+) -> Mesh:
+    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices.
+
+    Only faces that need a mesher go through the kernel's.
+    """
     box = Bnd_Box()
     BRepBndLib.Add_s(shape, box, False)
     chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
     BRepTools.Clean_s(shape)
-    _triangulate(shape, [face for face, kind in zip(faces, surfaces.kind, strict=True) if kind == "plane"], chord)
-    made, places = [], []
-    for face, size in zip(faces, area.tolist(), strict=True):
-        place = TopLoc_Location()
-        made.append(BRep_Tool.Triangulation_s(face, place) or _whole_domain_mesh(face, size, chord))
-        places.append(place)
-    have = [i for i, one in enumerate(made) if one is not None and one.HasUVNodes()]
-    if not have:
+    made = analytic_mesh.facets(surfaces, curves, coedges, pcurves, area, chord, CHORD_RAD)
+    rest = np.ones(len(faces), bool)
+    for facets in made:
+        rest[facets.face] = False
+    made.append(_kernel_facets(faces, np.flatnonzero(rest).tolist(), area, chord))
+    face, corners = np.concatenate([one.face for one in made]), _joined_corners(made)
+    if not len(face):
         raise ValueError("the kernel made no triangle of any face")
-    vertices, parameters, triangles = [], [], []
-    for i, (points, uv, corners) in zip(have, _taken([made[i] for i in have]), strict=True):
-        if not places[i].IsIdentity():
-            matrix = step_geometry.matrix(places[i].Transformation())
-            points = points @ matrix[:3, :3].T + matrix[:3, 3]
-        vertices.append(points)
-        parameters.append(uv)
-        triangles.append(corners[:, ::-1] if faces[i].Orientation() == Sense.TopAbs_REVERSED else corners)
-    counts = np.array([len(points) for points in vertices])
-    sizes = [len(corners) for corners in triangles]
-    owner = np.repeat(have, counts)
-    points, uv = np.concatenate(vertices), np.concatenate(parameters)
+    points, owner = np.concatenate([one.points for one in made]), np.concatenate([one.point_face for one in made])
     normals = normals_at(surfaces, owner, points)
-    rest = np.flatnonzero(np.isnan(normals[:, 0]))
-    normals[rest] = surfaces.normals(owner[rest], uv[rest, 0], uv[rest, 1])
+    bare = np.flatnonzero(np.isnan(normals[:, 0]))
+    uv = np.concatenate([one.uv for one in made])[bare]
+    normals[bare] = surfaces.normals(owner[bare], uv[:, 0], uv[:, 1])
+    order = np.argsort(face, kind="stable")
     return Mesh(
         chord_mm=chord,
         chord_rad=CHORD_RAD,
         vertices=points,
         normals=normals.astype(np.float32),
-        triangles=(np.concatenate(triangles) + np.repeat(np.cumsum(counts) - counts, sizes)[:, None]).astype(np.int32),
-        triangle_surfaces=np.repeat(have, sizes).astype(np.int32),
+        triangles=corners[order].astype(np.int32),
+        triangle_surfaces=face[order].astype(np.int32),
     )
 
 
-def _triangulate(shape: Any, planes: list[Any], chord: float) -> None:
-    """Triangulate a shape within the kernel.
+def _joined_corners(made: list[Facets]) -> npt.NDArray[np.int64]:
+    first = np.cumsum([0, *(len(one.points) for one in made[:-1])])
+    return np.concatenate([one.corners + start for one, start in zip(made, first.tolist(), strict=True)])
 
-    Its default algorithm takes a second for a plane with thousands of vertices, the other one a tenth of that, but
-    that one gives up on some long curved faces: so each does what it is good at.
+
+def _kernel_facets(faces: list[Any], which: list[int], area: Array, chord: float) -> Facets:
+    """Triangles of some of the faces by the kernel's mesher; none of a face that it gives up on."""
+    _triangulate([faces[i] for i in which], chord)
+    made, places, have = [], [], []
+    for i in which:
+        place = TopLoc_Location()
+        one = BRep_Tool.Triangulation_s(faces[i], place) or _whole_domain_mesh(faces[i], float(area[i]), chord)
+        if one is not None and one.HasUVNodes():
+            made.append(one)
+            places.append(place)
+            have.append(i)
+    if not have:
+        return Facets.none()
+    points, uv, corners = [], [], []
+    for i, place, (at, parameters, triangles) in zip(have, places, _taken(made), strict=True):
+        if not place.IsIdentity():
+            matrix = step_geometry.matrix(place.Transformation())
+            at = at @ matrix[:3, :3].T + matrix[:3, 3]
+        points.append(at)
+        uv.append(parameters)
+        corners.append(triangles[:, ::-1] if faces[i].Orientation() == Sense.TopAbs_REVERSED else triangles)
+    counts, sizes = ([len(one) for one in many] for many in (points, corners))
+    first = np.cumsum(counts) - counts
+    return Facets(
+        np.concatenate(points),
+        np.concatenate(uv),
+        np.repeat(have, counts),
+        np.concatenate(corners).astype(np.int64) + np.repeat(first, sizes)[:, None].astype(np.int64),
+        np.repeat(have, sizes),
+    )
+
+
+def _triangulate(faces: list[Any], chord: float) -> None:
+    """Triangulate faces within the kernel.
+
+    Its default algorithm takes up to ten times as long as the other one; but that one gives up on some long curved
+    faces, which the default one then makes.
     """
     settings = IMeshTools_Parameters()
     settings.Deflection, settings.Angle = chord, CHORD_RAD
-    settings.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Delabella
-    BRepMesh_IncrementalMesh(_compound(planes), settings)
-    settings.MeshAlgo = IMeshTools_MeshAlgoType.IMeshTools_MeshAlgoType_Watson
-    BRepMesh_IncrementalMesh(shape, settings)
+    for algorithm in ("Delabella", "Watson"):
+        if faces:
+            settings.MeshAlgo = getattr(IMeshTools_MeshAlgoType, f"IMeshTools_MeshAlgoType_{algorithm}")
+            BRepMesh_IncrementalMesh(_compound(faces), settings)
+            faces = [face for face in faces if BRep_Tool.Triangulation_s(face, TopLoc_Location()) is None]
 
 
 def _compound(shapes: list[Any]) -> Any:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.curves import Curves
+from relmodel.geometry.curves import Curves, pieces
 from relmodel.geometry.pcurves import Pcurves
-from relmodel.geometry.surfaces import Surfaces
+from relmodel.geometry.spline_curves import Runs, rank
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep import pcurve_of
 from relmodel.loading.neutral import Table
 
@@ -17,6 +16,7 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 _NEWTON_STEPS = 5
+_SAMPLES = 8  # steps of a piece of a pcurve between which it crosses a line once
 
 
 class Trims:
@@ -64,63 +64,64 @@ class Trims:
         straight = np.append((self.pcurves.kind == "line") & (self.pcurves.axis[:, 1] == 0), False)
         return np.asarray(straight[self.pcurve], bool)
 
+    def polynomial(self) -> npt.NDArray[np.bool_]:
+        """Whether along each coedge (n,) the integrals over u are polynomials of the parameter, of third degree.
+
+        So they are along lines of planes, and of one u on cylinders and cones.
+        """
+        kind = self.surfaces.kind[self.surface]
+        upright = np.append((self.pcurves.kind == "line") & (self.pcurves.axis[:, 0] == 0), False)[self.pcurve]
+        ruled = (kind == "cylinder") | (kind == "cone")
+        return np.asarray(((kind == "plane") & (self.curves.kind[self.arc] == "line")) | (ruled & upright))
+
     def pieces(self, coedges: Index) -> tuple[Index, Array, Array]:
         """Smooth pieces of some coedges, in order: the coedge, start and end of the parameter.
 
         Where the surface itself is made of smooth pieces, a piece of a coedge lies within one of them.
         """
-        arcs, arc_of = np.unique(self.arc[coedges], return_inverse=True)
-        cuts = [self.curves.cuts(int(a), self.curves.t0[a], self.curves.t1[a]) for a in arcs]
-        within: dict[int, tuple[Array, Array]] = {}
-        own: list[Array] = []
-        for coedge, arc in zip(coedges.tolist(), arc_of.ravel().tolist(), strict=True):
-            row, surface = int(self.pcurve[coedge]), int(self.surface[coedge])
-            t = cuts[arc]
-            if row >= 0 and self.pcurves.kind[row] == "spline":
-                t = _united(t, self.pcurves.spline(row)[0].cuts(t[0], t[-1]))
-            if row >= 0 and (surface in self.surfaces.splines or surface in self.surfaces.swept):
-                if surface not in within:
-                    within[surface] = self.surfaces.cuts(surface, *self.surfaces.domain[surface])
-                t = _united(t, self._crossings(row, t, within[surface]))
-            own.append(t)
-        count = np.array([len(t) - 1 for t in own], np.int64)
-        empty = [np.empty(0)]
-        return (
-            np.repeat(coedges, count),
-            np.concatenate([t[:-1] for t in own] or empty),
-            np.concatenate([t[1:] for t in own] or empty),
-        )
+        arc, row = self.arc[coedges], self.pcurve[coedges]
+        t0, t1 = self.curves.t0[arc], self.curves.t1[arc]
+        which, cuts = self.curves.inner_cuts(arc, t0, t1)
+        drawn = np.flatnonzero(row >= 0)
+        of, own = self.pcurves.inner_cuts(row[drawn], t0[drawn], t1[drawn])
+        found = pieces(t0, t1, np.append(which, drawn[of]), np.append(cuts, own))
+        free = (row >= 0) & ~np.isin(self.surfaces.kind[self.surface[coedges]].astype(str), ANALYTIC_KINDS)
+        if free.any():
+            at = np.flatnonzero(free[found[0]])
+            of, cuts = self._crossings(coedges[found[0][at]], found[1][at], found[2][at])
+            found = pieces(t0, t1, np.append(found[0], found[0][at][of]), np.append(found[1], cuts))
+        which, start, end = found
+        return coedges[which], start, end
 
-    def _crossings(self, row: int, cuts: Array, within: tuple[Array, Array]) -> Array:
-        """Parameters where a pcurve crosses lines u = const and v = const that lie between the first and the last."""
-        found = [np.empty(0)]
-        if self.pcurves.kind[row] == "line":
-            for way, lines in enumerate(within):
-                if self.pcurves.axis[row, way] != 0:
-                    found.append((lines[1:-1] - self.pcurves.origin[row, way]) / self.pcurves.axis[row, way])
-            return np.concatenate(found)
-        t = np.concatenate([*(np.linspace(a, b, 9)[:-1] for a, b in pairwise(cuts)), cuts[-1:]])
-        uv = self._drawn(row, t)[0]
-        for way, lines in enumerate(within):
-            value, inner = uv[:, way], lines[1:-1]
-            step, line = np.nonzero((value[:-1, None] < inner) != (value[1:, None] < inner))
-            low, high = t[step], t[step + 1]
-            near = low + (high - low) * (inner[line] - value[step]) / (value[step + 1] - value[step])
-            for _ in range(_NEWTON_STEPS if len(step) else 0):
-                at, by = (x[:, way] for x in self._drawn(row, near))
-                near = np.clip(near - (at - inner[line]) / np.where(by == 0, np.inf, by), low, high)
-            found.append(near)
-        return np.concatenate(found)
+    def _crossings(self, coedge: Index, start: Array, end: Array) -> tuple[Index, Array]:
+        """Where pieces of pcurves (n,) cross the lines u = const and v = const between smooth parts of their surfaces.
 
-    def _drawn(self, row: int, t: Array) -> tuple[Array, Array]:
-        return self.pcurves.evaluate(np.full(len(t), row), t)
-
-
-def _united(cuts: Array, more: Array) -> Array:
-    """Cuts with more between the first and the last, all at least a billionth of the interval apart."""
-    if not len(more):
-        return cuts
-    least = 1e-9 * (cuts[-1] - cuts[0])
-    t = np.sort(np.concatenate([cuts, more[(more > cuts[0]) & (more < cuts[-1])]]))
-    keep = np.append(True, np.diff(t) > least)
-    return np.append(t[keep][:-1], cuts[-1])
+        Which of the pieces, and the parameter.
+        """
+        row = self.pcurve[coedge]
+        steps = np.linspace(0.0, 1.0, _SAMPLES + 1)
+        t = start[:, None] + (end - start)[:, None] * steps
+        uv = self.pcurves.evaluate(np.repeat(row, len(steps)), t.ravel())[0].reshape(*t.shape, 2)
+        free = np.flatnonzero(np.bincount(self.surface[coedge]))
+        of = np.searchsorted(free, self.surface[coedge])
+        within = [self.surfaces.cuts(one, *self.surfaces.domain[one]) for one in free.tolist()]
+        found, parameters = [np.empty(0, np.int64)], [np.empty(0)]
+        for way in range(2):
+            lines = Runs.of([cuts[way][1:-1] for cuts in within])
+            value = uv[..., way]
+            cell = rank(lines, np.repeat(of, len(steps)), value.ravel()).reshape(t.shape)
+            low, high = np.minimum(cell[:, :-1], cell[:, 1:]), np.maximum(cell[:, :-1], cell[:, 1:])
+            piece, step = np.nonzero(low < high)
+            crossed = (high - low)[piece, step]
+            line = np.repeat(low[piece, step] - np.cumsum(crossed) + crossed, crossed) + np.arange(crossed.sum())
+            piece, step = np.repeat(piece, crossed), np.repeat(step, crossed)
+            target = lines.values[lines.offsets[of[piece]] + line]
+            left, right = t[piece, step], t[piece, step + 1]
+            before, after = value[piece, step], value[piece, step + 1]
+            near = left + (right - left) * (target - before) / (after - before)
+            for _ in range(_NEWTON_STEPS):
+                at, by = (x[:, way] for x in self.pcurves.evaluate(row[piece], near))
+                near = np.clip(near - (at - target) / np.where(by == 0, np.inf, by), left, right)
+            found.append(piece)
+            parameters.append(near)
+        return np.concatenate(found), np.concatenate(parameters)
