@@ -31,7 +31,7 @@ from relmodel.geometry.curves import vectors
 from relmodel.loading import step_document, step_mesh, step_shape
 from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.neutral import Shape
-from relmodel.loading.regions import components
+from relmodel.loading.triangles import components
 from tests.loading.curved_parts import generate
 
 Floats = npt.NDArray[np.float64]

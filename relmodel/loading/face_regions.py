@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.loading.fitted import surface_rows
-from relmodel.loading.regions import Edges, Regions, cut_regions
+from relmodel.loading.regions import Regions, cut_regions
+from relmodel.loading.triangles import Edges
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

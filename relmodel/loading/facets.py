@@ -14,7 +14,9 @@ from relmodel.loading.face_regions import face_regions
 from relmodel.loading.fitted import surface_rows
 from relmodel.loading.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
-from relmodel.loading.regions import FREE_RAD, Edges, Regions, components, cut_regions, find_edges, weld
+from relmodel.loading.patches import FREE_RAD
+from relmodel.loading.regions import Regions, cut_regions
+from relmodel.loading.triangles import Edges, components, find_edges, weld
 from relmodel.store import Ragged
 
 Floats = npt.NDArray[np.float64]

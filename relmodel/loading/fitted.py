@@ -8,7 +8,8 @@ import numpy.typing as npt
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.neutral import Table
-from relmodel.loading.regions import Regions, area_normals, mean_planes, rounding
+from relmodel.loading.regions import Regions
+from relmodel.loading.triangles import area_normals, mean_planes, rounding
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -32,9 +32,8 @@ from relmodel.loading.patch_kernels import (
 )
 from relmodel.loading.refine_kernels import refine
 from relmodel.loading.start_kernels import directions, start
-from relmodel.loading.unite_kernels import unite
 
-_STAGES = ((4, True), (3, True), (5, False))  # least patches of a core, whether it must hold them as exactly as can be
+_LEAST_CORES = (4, 3, 5)  # least patches of a core: first, then, and of one that a surface holds inexactly
 _LEAST_POINTS = (0, 8, 10, 10, 12)  # of a core, by kind: more than a surface of the kind can always be drawn through
 _MOST_AXES = 6  # of surfaces around a core, that a torus may share
 _MOST_PATCHES = 40  # of a core
@@ -197,11 +196,11 @@ def _creeps(
     return _area(members, n, more, m) > _CREEP * total
 
 
-@inner()
-def _absorb(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, sides: Any, gaps: Any, queue: Any) -> None:
+@inner(wrapped=True)
+def absorb(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, sides: Any, gaps: Any) -> None:
     """Let surfaces take the patches about them that nobody owns: borders are less exact than what they bound, and
     hold slivers that lie askew."""
-    n = 0
+    queue, n = np.empty(len(owner), np.int64), 0
     for p in range(len(owner)):
         if owner[p] >= 0:
             queue[n] = p
@@ -213,7 +212,7 @@ def _absorb(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, sid
         o = owner[p]
         for e in range(m.next_start[p], m.next_start[p + 1]):
             q = m.next_patch[e]
-            near = min(max(tolerance, SHARE_OF_GAP * gaps[o]), MOST_INEXACT * tolerance)
+            near = min(max(tolerance, SHARE_OF_GAP * gaps[o]), MOST_INEXACT * tolerance, gaps[o])
             if owner[q] < 0 and fits(kinds[o], rows[o], sides[o], q, m, near, _ASKEW, _NARROW * gaps[o]):
                 owner[q] = o
                 queue[n] = q
@@ -229,12 +228,16 @@ def grow_surfaces(
     tolerance: float,
     least_cosine: float,
     wide: float,
+    exact: bool,
     owner: Any,
     kinds: Any,
     rows: Any,
+    sides: Any,
+    gaps: Any,
+    count: int,
 ) -> int:
-    """Grow surfaces from the patches in `order`; fills `owner` (patch -> surface, -1 none), and of each surface its
-    kind and row (`distance_kernels`), and returns how many.
+    """Grow surfaces from the patches in `order`, beside `count` known ones; fills `owner` (patch -> surface, -1
+    none), and of each surface its kind, row (`distance_kernels`), side and gap (`patch_kernels`), and returns how many.
 
     A core is a patch and those around it, by wide patches (planes) left out; large cores come first.  Each kind of
     surface that holds all vertices of the core within the tolerance grows over patches that it holds too, is fitted
@@ -244,16 +247,13 @@ def grow_surfaces(
     seen, mark, tried = np.full(patches, -1), np.full(len(m.points), -1), np.zeros(patches, np.int64)
     members, best_members = np.empty(patches, np.int64), np.empty(patches, np.int64)
     core, failed = np.empty(_MOST_PATCHES + 1, np.int64), np.empty(_MOST_PATCHES + 1, np.int64)
-    sides, gaps = np.empty(patches), np.empty(patches)
     guesses, sizes, s, best = np.zeros((3 + _MOST_AXES, 3)), np.zeros(6, np.int64), np.empty(10), np.empty(10)
-    stamp, count = 0, 0
-    for o in range(len(_STAGES) * len(order)):
+    stamp = 0
+    for o in range((2 if exact else 1) * len(order)):
         seed = order[o % len(order)]
         if o % len(order) == 0:
-            least, exact = _STAGES[o // len(order)]
+            least = _LEAST_CORES[o // len(order) if exact else 2]
             tried[:] = 0
-            if not exact:
-                _absorb(m, tolerance, owner, kinds, rows, sides, gaps, members)
         if owner[seed] >= 0 or tried[seed] > 1:
             continue
         sag = m.facts[seed, WIDTH] * m.facts[seed, BEND] / 8
@@ -332,6 +332,4 @@ def grow_surfaces(
         kinds[count] = best_kind
         rows[count] = best
         count += 1
-    _absorb(m, tolerance, owner, kinds, rows, sides, gaps, members)
-    unite(m, tolerance, owner, kinds, rows, gaps, count, mark, members)
     return count

@@ -17,7 +17,7 @@ from OCP.TopoDS import TopoDS
 from relmodel.loading import step_geometry, step_shape
 from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.neutral import Shape
-from relmodel.loading.regions import area_normals, weld
+from relmodel.loading.triangles import area_normals, weld
 
 Floats = npt.NDArray[np.float64]
 

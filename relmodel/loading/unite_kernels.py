@@ -58,15 +58,11 @@ def _common(
     return 0, 0.0
 
 
-@inner(types.void(PATCHES, types.float64, INTEGERS, INTEGERS, MATRIX, VECTOR, types.int64, INTEGERS, INTEGERS))
-def unite(
-    m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, gaps: Any, count: int, mark: Any, members: Any
-) -> None:
+@inner(wrapped=True)
+def unite(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, gaps: Any, count: int) -> None:
     """Make surfaces that run smoothly into each other one where there is one, of a kind of no more parameters, that
-    holds both: where a border is less exact than the mesh is fine, a surface comes in pieces.
-
-    `mark` (n,) and `members` (patches,) are lent.
-    """
+    holds both: where a border is less exact than the mesh is fine, a surface comes in pieces."""
+    mark, members = np.full(len(m.points), -1), np.empty(len(owner), np.int64)
     begin, tail, met = np.full(count, -1), np.full(count, -1), np.full(count, -1)
     following = np.full(len(owner), -1)
     for p in range(len(owner)):
@@ -77,7 +73,6 @@ def unite(
             else:
                 following[tail[o]] = p
             tail[o] = p
-    mark[:] = -1
     s, stamp = np.empty(10), 0
     for a in range(count):
         patch = begin[a]

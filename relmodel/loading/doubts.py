@@ -1,0 +1,89 @@
+"""Which of the surfaces grown over a mesh are those of the part: a surface ends where the part's surfaces end.
+
+A few strips of a free-form surface may lie on a cylinder, cone or torus by chance, and its strips on one each: but then
+the mesh runs on beyond as it does within.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.loading.patches import FREE_RAD, WIDE, Patches
+from relmodel.loading.triangles import Edges, area_normals
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_LITTLE_RAD = np.radians(30)
+_FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
+_FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
+_LEVEL = 0.5  # of the bend between facets: surfaces whose normals differ by less meet smoothly there
+
+
+def without_chance(
+    vertices: Floats, triangles: Ints, edges: Edges, patches: Patches, owner: Ints, kind: Ints, row: Floats,
+    inexact: Bools,
+) -> Ints:  # fmt: skip
+    """Owners (-1 none) of patches without the surfaces, by `kind` (index into KINDS) and `row` (`distance_kernels`),
+    that may be chance and run on beyond their rim.
+
+    May be chance: surfaces of few patches, of little turn, and those that hold their patches inexactly.  To run on is
+    to bend, less than a free-form surface does, into patches that nobody owns and that bend on, or into a surface that
+    may be chance and whose normal there is another one.
+    """
+    one, two = edges.triangle_a, edges.triangle_b
+    inner = np.flatnonzero((two >= 0) & (patches.of_triangle[one] != patches.of_triangle[two]))
+    ends = vertices[edges.ends[inner]]
+    one, two = one[inner], two[inner]
+    length, bend = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), np.abs(edges.angle[inner])
+    a, b = (patches.of_triangle[np.concatenate(t)] for t in ((one, two), (two, one)))
+    length, bend, middle = np.tile(length, 2), np.tile(bend, 2), np.tile(ends.mean(axis=1), (2, 1))
+    turned = turn(vertices, triangles, owner[patches.of_triangle], len(kind))
+    runs = (bend < FREE_RAD) & (patches.width[b] < WIDE * patches.width[a])
+    level = np.zeros(len(a), bool)
+    met = np.flatnonzero(runs & (owner[a] >= 0) & (owner[b] >= 0) & (owner[a] != owner[b]))
+    normal = [normals(kind[o], row[o], middle[met]) for o in (owner[a[met]], owner[b[met]])]
+    between = np.arccos(np.clip(np.abs(np.sum(normal[0] * normal[1], axis=1)), 0, 1))
+    level[met] = between < _LEVEL * bend[met]
+    while (owner >= 0).any():
+        size = np.bincount(owner[owner >= 0], minlength=len(kind))
+        poor = (size <= np.array(_FEW)[kind]) | (turned < _LITTLE_RAD) | inexact
+        rim = (owner[a] >= 0) & (owner[a] != owner[b])
+        free = np.zeros(len(owner), bool)
+        free[a[runs & (owner[a] < 0) & (owner[b] < 0)]] = True
+        on = rim & runs & np.where(owner[b] < 0, free[b], poor[owner[b]] & ~level)
+        share = np.bincount(owner[a[on]], length[on], minlength=len(kind))
+        drop = poor & (share > _FREE_RIM * np.bincount(owner[a[rim]], length[rim], minlength=len(kind)))
+        if not drop.any():
+            break
+        owner = np.where((owner >= 0) & drop[owner], -1, owner)
+    return owner
+
+
+def turn(vertices: Floats, triangles: Ints, owner: Ints, count: int) -> Floats:
+    """Angle (rad) by which the normals of each owner's triangles (-1 none) turn about their mean, both ways."""
+    normal = area_normals(vertices, triangles)[owner >= 0]
+    owner = owner[owner >= 0]
+    mean: Floats = np.stack([np.bincount(owner, normal[:, i], minlength=count) for i in range(3)], axis=1).astype(float)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    out = np.zeros(count)
+    np.maximum.at(out, owner, 2 * np.arccos(np.clip(np.sum(normal * mean[owner], axis=1), -1, 1)))
+    return out
+
+
+def normals(kind: Ints, row: Floats, points: Floats) -> Floats:
+    """Unit normals (n, 3), outward, of surfaces (n) abreast of points (n, 3); as `distance_kernels.gradient`."""
+    arm, axis = points - row[:, :3], row[:, 3:6]
+    along = np.sum(arm * axis, axis=1, keepdims=True)
+    out = arm - along * axis
+    rho = np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    tube = (rho - row[:, 6:7]) * out / rho + along * axis
+    normal = np.select(
+        [(kind == 1)[:, None], (kind == 2)[:, None], (kind == 3)[:, None]],
+        [out, row[:, 8:9] * out / rho - row[:, 9:10] * axis, arm],
+        tube,
+    )
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))

@@ -1,0 +1,118 @@
+"""Triangles of a mesh: welded vertices, edges, connected components, mean planes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass
+class Edges:
+    """Edges between welded vertices: the ends, and the triangle and its side on both sides (-1 is none)."""
+
+    ends: Ints  # (n, 2), in the direction in which triangle a runs along it
+    triangle_a: Ints
+    triangle_b: Ints
+    angle: Floats  # dihedral, positive convex, NaN where there is no triangle b
+
+
+def weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
+    """Merge vertices that coincide; drop triangles without area and those that are given twice.
+
+    The third result says which triangles are left.
+    """
+    used = np.unique(triangles)
+    if len(used) == 0:
+        return vertices[:0], triangles[:0], np.empty(0, np.int64)
+    extent = float(np.ptp(vertices[used], axis=0).max())
+    cells = np.round((vertices - vertices[used].min(axis=0)) / max(extent * 1e-7, 1e-7)).astype(np.int64)
+    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+    vertices, triangles = vertices[first], inverse.ravel()[triangles]
+    corner = vertices[triangles]
+    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    kept = np.flatnonzero(area > 1e-12 * extent * extent)
+    _, first = np.unique(np.sort(triangles[kept], axis=1), axis=0, return_index=True)
+    kept = kept[np.sort(first)]
+    used, inverse = np.unique(triangles[kept], return_inverse=True)
+    return vertices[used], inverse.reshape(-1, 3), kept
+
+
+def area_normals(vertices: Floats, triangles: Ints) -> Floats:
+    """Normals (m, 3) whose length is the area."""
+    corner = vertices[triangles]
+    return np.asarray(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2)
+
+
+def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, bool]:
+    """Edges, and whether they close the surface.  Where more than two triangles meet, or two that disagree about
+    inside and outside, each of them ends there."""
+    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    order = np.lexsort((np.arange(len(ends)), high, low))
+    key = low[order] * (len(vertices) + 1) + high[order]
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    count = np.diff(np.append(start, len(key)))
+    one, two = order[start], order[np.minimum(start + 1, len(order) - 1)]
+    pair = (count == 2) & (ends[one, 0] == ends[two, 1])
+    alone = np.ones(len(ends), bool)
+    alone[one[pair]] = alone[two[pair]] = False
+    single = np.flatnonzero(alone)
+    half = np.concatenate([one[pair], single])
+    triangle_a = owner[half]
+    triangle_b = np.concatenate([owner[two[pair]], np.full(len(single), -1)])
+    angle = np.full(len(half), np.nan)
+    k = int(pair.sum())
+    normal = area_normals(vertices, triangles)
+    na, nb = normal[triangle_a[:k]], normal[triangle_b[:k]]
+    along = vertices[ends[half[:k], 1]] - vertices[ends[half[:k], 0]]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    angle[:k] = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
+    return Edges(ends[half], triangle_a, triangle_b, angle), len(single) == 0
+
+
+def components(count: int, a: Ints, b: Ints) -> Ints:
+    """Label of each of `count` nodes: those that the edges a[i] - b[i] connect share one."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def rounding(vertices: Floats) -> float:
+    """What rounding to single precision, in which most formats hold coordinates, may move a vertex by, mm."""
+    return max(1e-6, 1e-7 * float(np.abs(vertices).max()))
+
+
+def slim(vertices: Floats, triangles: Ints) -> Bools:
+    """Triangles (m,) so thin that their normal tells nothing."""
+    corner = vertices[triangles]
+    longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
+    height = 2 * np.linalg.norm(area_normals(vertices, triangles), axis=1) / longest
+    return np.asarray(height < 10 * rounding(vertices))
+
+
+def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats, Floats, Floats, Floats]:
+    """Of each region: greatest distance from its mean plane, that plane's unit normal, centroid, and the area."""
+    normal = area_normals(vertices, triangles)
+    weight = np.linalg.norm(normal, axis=1)
+    count = int(region.max()) + 1
+    area = np.bincount(region, weight, minlength=count)
+    total: Floats = np.stack([np.bincount(region, normal[:, i], minlength=count) for i in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    upward = np.array([0.0, 0.0, 1.0])
+    total = np.where(length > 1e-9 * area[:, None], total / np.maximum(length, 1e-300), upward)
+    middle = vertices[triangles].mean(axis=1)
+    centroid: Floats = np.stack([np.bincount(region, weight * middle[:, i], minlength=count) for i in range(3)], axis=1)
+    centroid = np.asarray(centroid / area[:, None], float)
+    away = np.abs(np.einsum("tij,tj->ti", vertices[triangles] - centroid[region][:, None], total[region]))
+    residual: Floats = np.zeros(count)
+    np.maximum.at(residual, region, away.max(axis=1))
+    return residual, np.asarray(total, float), centroid, np.asarray(area, float)
