@@ -53,7 +53,8 @@ def place_world(
     with store.read() as connection:
         pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
         _refuse_cycles(store, connection, file, pinned)
-        robots = [Robots(store, connection, row["object_id"]) for row in pinned]
+        of_object = {number: Robots(store, connection, number) for number in {row["object_id"] for row in pinned}}
+        robots = [of_object[row["object_id"]] for row in pinned]
         values = [_joint_values(file, number, found) for number, found in enumerate(robots)]
         _check_mounts(store, connection, file, pinned, robots)
         rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
