@@ -146,7 +146,7 @@ def measured(store: Store, tree: Tree, folder: Path, profile: bool) -> dict[str,
     assert report.parts == len(truth), (report.parts, len(truth))
     with store.read() as connection:
         began, began_cpu = time.perf_counter(), time.process_time()
-        columns = store.columns(connection, "world_expansion", world_id=report.world_id)
+        columns = store.columns(connection, "world_expansion", world_id=report.world_id, object_nos=store.array([0]))
         expanding, expanding_cpu = time.perf_counter() - began, time.process_time() - began_cpu
         is_part = np.flatnonzero(columns["part_id"] >= 0)
         in_order = is_part[np.lexsort((columns["child_no"][is_part], columns["number"][is_part]))]

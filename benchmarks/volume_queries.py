@@ -132,10 +132,11 @@ class StoreTables(Peer):
             append = partial(self.store.append, connection)
             append("shape", {**shape, **corner})
             append("part", {"id": [1], "content_key": ["p"], "number": "1", "name": "part", "shape_id": 1})
-            append("world", {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
+            for table in ("world", "current_world"):
+                append(table, {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
             append("occurrence", occurrence)
             pages = {"page": np.arange(len(counts)), "box_count": counts, **dict(zip(COLUMNS, bounds.T, strict=True))}
-            append("box_page", {"world_id": 1, **pages})
+            append("box_page", {"world_id": 1, "overflow": False, **pages})
 
     @property
     def nbytes(self) -> int:

@@ -1,6 +1,6 @@
--- Expands a world into all objects and parts placed in it, with composed transforms; supplemental parts are no material
--- and left out.
--- Takes world_id.
+-- Expands objects of a world into all objects and parts placed in it, with composed transforms; supplemental parts are
+-- no material and left out.
+-- Takes world_id and object_nos (array: which of its world_object).
 -- Gives number (of an object its place in the tree, parents before children and children in the order of the file; of a
 -- part that of the object that it is placed in), child_no (of a part; -1 of objects), object_no, depth (0: placed in the
 -- world), path (names joined by /), object_id or -1, part_id or -1, shape_id or -1, world_from_occurrence as m00 .. m23,
@@ -52,6 +52,7 @@ placed AS (
         w.m10, w.m11, w.m12, w.m13,
         w.m20, w.m21, w.m22, w.m23
     FROM world_object AS w
+    JOIN (SELECT unnest(CAST(:object_nos AS INTEGER[])) AS object_no) AS asked ON asked.object_no = w.object_no
     JOIN object_variant AS v ON v.id = w.object_variant_id
     LEFT JOIN robot AS r ON r.path = w.name
     WHERE w.world_id = :world_id

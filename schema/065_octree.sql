@@ -13,10 +13,10 @@ CREATE TABLE octree_cell (
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     PRIMARY KEY (world_id, cell)
 );
-COMMENT ON TABLE octree_cell IS 'Cells of an oct-tree over occurrence_box; empty cells are not kept.';
+COMMENT ON TABLE octree_cell IS 'Cells of an oct-tree over occurrence_box; those that were empty when it was built are not kept. What a later revision of the world adds lies in a cell of its own beside the root.';
 COMMENT ON COLUMN octree_cell.world_id IS 'the world';
 COMMENT ON COLUMN octree_cell.cell IS 'ordinal of the cell, 0 for the root';
-COMMENT ON COLUMN octree_cell.parent IS 'the cell that was halved along each axis; null for the root';
+COMMENT ON COLUMN octree_cell.parent IS 'the cell that was halved along each axis; null for the root, and for cells of what was added later';
 COMMENT ON COLUMN octree_cell.x0 IS 'least x of the cell in the world, mm';
 COMMENT ON COLUMN octree_cell.y0 IS 'least y of the cell in the world, mm';
 COMMENT ON COLUMN octree_cell.z0 IS 'least z of the cell in the world, mm';

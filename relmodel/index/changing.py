@@ -7,13 +7,11 @@ import numpy.typing as npt
 
 from relmodel.errors import UsageError
 from relmodel.index.kinds import BoxIndex, build
+from relmodel.index.packing import outgrown
 from relmodel.index.pairs import Integers, among, as_boxes
 from relmodel.index.volumes import VolumeTable
 
 Floats = npt.NDArray[np.float64]
-
-# What has changed is folded in, by building anew, where it exceeds both.
-FOLD_SHARE, FOLD_LEAST = 0.1, 256
 
 
 class ChangingIndex:
@@ -92,7 +90,7 @@ class ChangingIndex:
         self._more_ids, self._more = self._more_ids[stay], self._more[stay]
 
     def _fold(self) -> None:
-        if self.overflow > max(FOLD_LEAST, FOLD_SHARE * len(self._ids)):
+        if outgrown(self.overflow, len(self._ids)):
             self._set(
                 np.concatenate([self._ids[self._there], self._more_ids]),
                 np.concatenate([self._boxes[self._there], self._more]),

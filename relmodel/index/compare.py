@@ -76,7 +76,8 @@ def compare(store: Store, world: str | None = None) -> Comparison:
     found = Comparison(name, len(boxes), [_measured(k, boxes, asked) for k in kinds], Grid(boxes).cell_mm)
     with Run.begin(store, "index", {"world": name}, packages=("numba", "numpy")) as run, run.write() as connection:
         if known:
-            connection.execute(sql.query("index_choice_change"), {"world_id": world_id, "kind": found.recommended})
+            change = {"world_id": world_id, "kind": found.recommended, "grid_cell_mm": found.cell_mm}
+            connection.execute(sql.query("index_choice_change"), change)
         else:
             rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
             rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}

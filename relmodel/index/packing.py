@@ -11,6 +11,14 @@ import numpy.typing as npt
 
 PAGE_SIZE = 64
 
+# What has come and gone since boxes were packed is folded in, by packing anew, where it exceeds both.
+FOLD_SHARE, FOLD_LEAST = 0.1, 256
+
+
+def outgrown(changed: int, packed: int) -> bool:
+    """Whether so many boxes have come and gone that those which were packed together are to be packed anew."""
+    return changed > max(FOLD_LEAST, FOLD_SHARE * packed)
+
 
 def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int64]:
     """Page number (n,) of each box (n, 6: x0 y0 z0 x1 y1 z1): its place in `page_order` by `page_size`."""

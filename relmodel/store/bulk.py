@@ -29,10 +29,21 @@ def append(connection: Connection, table: Table, columns: Columns) -> int:
         _append_arrow(connection, table, columns, count)
     else:
         _append_copy(connection, table, columns, count)
-    counts = connection.info.get(_COUNTS)
-    if counts is not None:
-        counts[table.name] = counts.get(table.name, 0) + count
+    _count(connection, table, count)
     return count
+
+
+def insert(connection: Connection, table: Table, query: TextClause, parameters: Mapping[str, Any]) -> int:
+    """Run a query that inserts rows into `table` from others, and return how many."""
+    count = connection.execute(query, parameters).rowcount
+    _count(connection, table, count)
+    return count
+
+
+def _count(connection: Connection, table: Table, count: int) -> None:
+    counts = connection.info.get(_COUNTS)
+    if counts is not None and count:
+        counts[table.name] = counts.get(table.name, 0) + count
 
 
 @contextmanager
@@ -96,6 +107,13 @@ def _objects(values: ColumnValues, count: int) -> Iterator[Any]:
         return iter(values.tolist())
     assert isinstance(values, list | tuple)
     return iter(values)
+
+
+def array_text(dialect: str, numbers: npt.NDArray[Any]) -> str:
+    """Numbers (n,) as the text of an array, to be cast in a query: DuckDB's client takes 0.2 ms to bind each number of
+    a list where pandas is not installed."""
+    opening, closing = "[]" if dialect == "duckdb" else "{}"
+    return opening + ",".join(map(repr, numbers.tolist())) + closing
 
 
 def fetch_columns(

@@ -116,6 +116,14 @@ class Database:
         """Append rows to `table` by columns; returns how many.  Columns left out are null."""
         return bulk.append(connection, self.table(table), columns)
 
+    def insert(self, connection: Connection, table: str, name: str, /, **parameters: Any) -> int:
+        """Run the named query, which inserts rows into `table` from others; returns how many."""
+        return bulk.insert(connection, self.table(table), sql.query(name), parameters)
+
+    def array(self, numbers: npt.ArrayLike) -> str:
+        """Numbers (n,) as a parameter that a named query casts to an array."""
+        return bulk.array_text(self.dialect, np.asarray(numbers))
+
 
 def newer_store(database: Database) -> StoreError:
     """The error for a store of a revision that this program does not know."""

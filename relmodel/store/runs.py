@@ -151,6 +151,10 @@ class Run:
         """Append rows by columns, as `Database.append`."""
         return self.store.append(connection, table, columns)
 
+    def insert(self, connection: Connection, table: str, name: str, /, **parameters: Any) -> int:
+        """Insert rows from others by a named query, as `Database.insert`."""
+        return self.store.insert(connection, table, name, **parameters)
+
     def steps(self, connection: Connection, seconds: Mapping[str, float]) -> None:
         """Append the steps that the run took and how long each was, in their order."""
         for name, took in seconds.items():

@@ -10,21 +10,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
-from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices, matrix_columns
-from relmodel.index.packing import pack, page_boxes
+from relmodel.geometry.transforms import matrix_columns
 from relmodel.progress import Progress, silent
-from relmodel.store import Run, Store
+from relmodel.store import Run, Store, sql
 from relmodel.world.kinematics import Robots
+from relmodel.world.occurrences import write_occurrences
 from relmodel.world.world_file import WorldFile, read_world_file
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]
-
-BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
 
 
 @dataclass(frozen=True)
@@ -56,7 +53,8 @@ def place_world(
     with store.read() as connection:
         pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
         _refuse_cycles(store, connection, file, pinned)
-        robots = [Robots(store, connection, row["object_id"]) for row in pinned]
+        of_object = {number: Robots(store, connection, number) for number in {row["object_id"] for row in pinned}}
+        robots = [of_object[row["object_id"]] for row in pinned]
         values = [_joint_values(file, number, found) for number, found in enumerate(robots)]
         _check_mounts(store, connection, file, pinned, robots)
         rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
@@ -73,11 +71,12 @@ def place_world(
         else:
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
             progress(f"{file.path.name}: placing its objects", 1, 3)
-            world_id = _write_world(run, connection, file, pinned, revision, content_key)
+            previous = int(newest[0].id) if newest else None
+            world_id = _write_world(run, connection, file, pinned, revision, content_key, previous)
             _write_joints(run, connection, world_id, robots, values)
             _write_mounts(run, connection, file, world_id, write_rig)
             progress(f"{file.path.name}: expanding its objects to parts", 2, 3)
-            _write_occurrences(run, connection, world_id)
+            write_occurrences(run, connection, world_id, previous)
         counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
         run.end("ok", f"world {file.world} revision {revision} {status}", connection)
     return WorldReport(
@@ -190,7 +189,13 @@ def _content_key(file: WorldFile, pinned: list[dict[str, Any]], rig_digests: Map
 
 
 def _write_world(
-    run: Run, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]], revision: int, content_key: str
+    run: Run,
+    connection: Connection,
+    file: WorldFile,
+    pinned: list[dict[str, Any]],
+    revision: int,
+    content_key: str,
+    previous: int | None,
 ) -> int:
     world_id = int(run.store.new_ids(connection, "world", 1)[0])
     run.append(
@@ -198,6 +203,12 @@ def _write_world(
         "world",
         {"id": [world_id], "name": [file.world], "revision": [revision], "content_key": [content_key]},
     )
+    newest: dict[str, Any] = {"name": file.world, "revision": revision, "content_key": content_key}
+    if previous is None:
+        run.append(connection, "current_world", {"id": [world_id], **newest})
+    else:
+        connection.execute(sql.query("current_world_change"), {"world_id": world_id, **newest})
+        run.insert(connection, "world_attribute", "index_choice_kept", world_id=world_id, previous=previous)
     run.append(
         connection,
         "world_object",
@@ -233,54 +244,3 @@ def _write_mounts(
             **matrix_columns([m.carrier_from_rig for m in file.mounts]),
         },
     )
-
-
-def _write_occurrences(run: Run, connection: Connection, world_id: int) -> None:
-    """Expand the world: `occurrence` and `box_page`, identities of parts in the order of the pages."""
-    placed = run.store.columns(connection, "world_expansion", world_id=world_id)
-    number, is_part = placed["number"], placed["part_id"] >= 0
-    objects, parts = np.flatnonzero(~is_part), np.flatnonzero(is_part)
-    objects = objects[np.argsort(number[objects])]
-    parts = parts[np.lexsort((placed["child_no"][parts], number[parts]))]
-
-    boxes = np.stack([placed[name][parts] for name in BOX_COLUMNS], axis=1).astype(float)
-    boxes = boxes_carried(matrices({name: placed[name][parts] for name in MATRIX_COLUMNS}), boxes)
-    page = pack(boxes)
-    by_page = np.argsort(page, kind="stable")
-    parts, boxes, page = parts[by_page], boxes[by_page], page[by_page]
-
-    new = run.store.new_ids(connection, "occurrence", len(number))
-    object_ids, part_ids = new[: len(objects)], new[len(objects) :]
-    above = _parents(placed["depth"][objects])
-    root = above < 0
-
-    def append(rows: npt.NDArray[np.int64], kind: str, columns: dict[str, Any]) -> None:
-        references = ("object_id",) if kind == "object" else ("part_id", "shape_id")
-        taken = {name: placed[name][rows] for name in ("object_no", "path", *references, *MATRIX_COLUMNS)}
-        run.append(connection, "occurrence", {"world_id": world_id, "kind": kind, **columns, **taken})
-
-    append(objects[root], "object", {"id": object_ids[root]})
-    append(objects[~root], "object", {"id": object_ids[~root], "parent_id": object_ids[above[~root]]})
-    parents = object_ids[number[parts]]
-    append(parts, "part", {"id": part_ids, "parent_id": parents, "page": page, **_box_columns(boxes)})
-    counts, bounds = page_boxes(boxes, page)
-    run.append(
-        connection,
-        "box_page",
-        {"world_id": world_id, "page": np.arange(len(counts)), "box_count": counts, **_box_columns(bounds)},
-    )
-
-
-def _parents(depth: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Row of the parent of each row of a tree in preorder, -1 for roots: the last row before it one level up."""
-    parents = np.full(len(depth), -1, np.int64)
-    above = np.flatnonzero(depth == 0)
-    for level in range(1, int(depth.max(initial=0)) + 1):
-        rows = np.flatnonzero(depth == level)
-        parents[rows] = above[np.searchsorted(above, rows) - 1]
-        above = rows
-    return parents
-
-
-def _box_columns(boxes: npt.NDArray[np.float64]) -> dict[str, npt.NDArray[np.float64]]:
-    return {name: boxes[:, i] for i, name in enumerate(BOX_COLUMNS)}

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import sqlalchemy as sa
 
 from relmodel.index.find import LEVELS, in_volumes
 from relmodel.index.octree_tables import write_octree
@@ -35,20 +36,37 @@ def answers(found: dict[str, npt.NDArray[np.object_]], count: int) -> list[set[t
     return out
 
 
+def pages(store: Store) -> tuple[dict[str, int], int]:
+    """Page of each placed part of the newest revision, by path, and how many boxes lie in overflow pages."""
+    occurrence, page, world = (store.table(name) for name in ("occurrence", "box_page", "current_world"))
+    with store.read() as connection:
+        newest = sa.select(world.c.id).scalar_subquery()
+        parts = sa.select(occurrence.c.path, occurrence.c.page)
+        parts = parts.where(occurrence.c.world_id == newest, occurrence.c.kind == "part")
+        overflow = sa.select(sa.func.sum(page.c.box_count)).where(page.c.world_id == newest, page.c.overflow)
+        of_path = {row.path: row.page for row in connection.execute(parts)}
+        return of_path, int(connection.execute(overflow).scalar() or 0)
+
+
 def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
+    """An object is 48 parts in 13 objects.  What it adds is overflow until 256 occurrences have come and gone."""
     model = SyntheticModel(8)
+    others = {f"other {i}": at(0, 5000.0 * i) for i in range(1, 7)}
     states: list[Places] = [
         {"a": np.eye(4), "b": at(300, 0)},
-        {"a": np.eye(4), "b": at(300, 0), "c": at(40, 60)},  # one comes
+        {"a": np.eye(4), "b": at(300, 0), "c": at(40, 60)},  # one comes: 61
         {"b": at(300, 0), "c": at(40, 60)},  # one goes
-        {"b": at(-10, 20), "c": at(40, 60)},  # one moves
-        {"a": np.eye(4), "b": at(-10, 20), "c": at(40, 60)},  # one comes back
+        {"b": at(-10, 20), "c": at(40, 60)},  # one moves: it goes and comes
+        {"a": np.eye(4), "b": at(-10, 20), "c": at(40, 60), "d": at(60, -40)},  # one comes back: all is packed anew
         {"a": np.eye(4), "b": at(300, 0)},  # all is as it was
     ]
+    overflowing = [0, 48, 48, 96, 0, 48]
     first: list[set[tuple[str, int]]] = []
+    before: dict[str, int] = {}
     with Store.open(fresh_store) as store:
         model.fill(store)
         for revision, places in enumerate(states, 1):
+            places |= others
             objects: list[dict[str, object]] = [
                 {"object": "thing", "name": name, "world_from_object": place.tolist()} for name, place in places.items()
             ]
@@ -56,7 +74,14 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
             assert (report.status, report.revision) == ("added", revision)
             oracle = Oracle(model, places)
             boxes = random_boxes(oracle, 15, revision)
-            write_octree(store)
+            page, overflow = pages(store)
+            assert overflow == overflowing[revision - 1]
+            stays = [path for path in page if path.startswith("other")]
+            if overflow:
+                assert all(page[path] == before[path] for path in stays)
+            before = page
+            if revision == 1:
+                write_octree(store)  # those of later revisions follow it
             index = WorldIndex.load(store)
             for level in LEVELS:
                 truth = [oracle.in_box(box, level) for box in boxes]
@@ -68,8 +93,8 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
                     assert np.array_equal(rows[column], found)
             everything = Box(-1e5, -1e5, -1e5, 1e5, 1e5, 1e5)
             first.append(answers(in_volumes(store, [everything]), 1)[0])
-            wanted = ("occurrence_box", "occurrence_p", "occurrence_r", "box_page", "octree")
-            queries = tuple(f"check/{name}" for name in wanted)
+            wanted = ("occurrence", "box_page", "octree", "current_world")
+            queries = (*(f"check/{name}" for name in wanted), "journal")
             assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
     assert first[0] == first[-1] != first[1]
     bounds = ", ".join(f"CAST({value!r} AS DOUBLE PRECISION)" for value in everything.bounds.tolist())

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.index.changing import FOLD_LEAST, ChangingIndex
+from relmodel.index.changing import ChangingIndex
 from relmodel.index.kinds import KINDS
+from relmodel.index.packing import FOLD_LEAST
 from relmodel.index.volumes import Sphere, VolumeTable
 
 

@@ -101,6 +101,7 @@ def plate() -> Model:
         | {"loader_version": "1"},
         "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
         "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
+        "current_world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
         "world_object": {"world_id": [1], "object_no": 0, "name": "a", "object_variant_id": 1, "role": "inspected"}
         | transform(0, [0, 100, 0]),
         "occurrence": placed | transform(0, [0, 100, 0]),
@@ -109,7 +110,7 @@ def plate() -> Model:
         | {"part_id": 1, "shape_id": 1, "page": 0}
         | transform(90, [10, 100, 5])
         | box([9, 100, 5], [10, 102, 5]),
-        "box_page": {"world_id": [1], "page": 0, "box_count": 1} | box([9, 100, 5], [10, 102, 5]),
+        "box_page": {"world_id": [1], "page": 0, "box_count": 1, "overflow": False} | box([9, 100, 5], [10, 102, 5]),
     }
 
 
@@ -172,6 +173,7 @@ FAULTS = {
     "occurrence_reference": fault("occurrence/2", "object_id", 7),
     "world_link": place_link,
     "box_page": fault("box_page", "y1", [101.9]),
+    "current_world": fault("current_world", "revision", 2),
     "shape_box_page": fault("shape_box_page", "box_count", [1, 3]),
     "shape_box": fault("shape_box", "element_no", [0, 0, 1, 2, 4]),
     "element_outside_shape": fault("shape", "x1", 1.99),

@@ -124,6 +124,23 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
     assert np.abs(moved.world_from_rig - expected).max() < 1e-9
 
 
+def test_a_joint_that_moves_moves_its_robot_only(fresh_store: str, tmp_path: Path) -> None:
+    """Of the second revision one robot is expanded, the other copied from the first."""
+    placed(fresh_store, cell(tmp_path))
+    assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", fresh_store]) == 0
+    with Store.open(fresh_store) as store, store.read() as connection:
+        occurrence, world = store.table("occurrence"), store.table("current_world")
+        newest = sa.select(occurrence).where(occurrence.c.world_id == sa.select(world.c.id).scalar_subquery())
+        rows = connection.execute(newest).mappings().all()
+        assert connection.execute(sa.select(world.c.revision)).scalar() == 2
+        assert not [row for result in check(store) for row in result.rows]
+    at = {r["path"]: np.array([r[c] for c in MATRIX_COLUMNS]).reshape(3, 4) for r in rows}
+    assert len(at) == len(rows) == 16
+    for name, links in {"one": links_by_hand(-200, np.radians(30), 0.4), "two": TRUE["two"]}.items():
+        for link, pose in links.items():
+            assert np.abs(at[f"{name}/{link}"] - (WORLD_FROM[name] @ pose)[:3]).max() < 1e-9
+
+
 def test_wrong_states_and_links_are_refused(fresh_store: str, tmp_path: Path) -> None:
     with Store.open(fresh_store) as store:
         load(store, cell(tmp_path).with_name("crane.urdf"), name="crane")
