@@ -5,7 +5,7 @@ pictures give equal bits.
 """
 
 from collections.abc import Callable
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from numba import njit
 
@@ -14,7 +14,6 @@ Function = TypeVar("Function", bound=Callable[..., object])
 
 def kernel(signature: str) -> Callable[[Function], Function]:
     """Decorator: compile for `signature` (numba's notation) at import, or load from the cache."""
-    return cast(
-        Callable[[Function], Function],
-        njit(signature, cache=True, nogil=True, boundscheck=False, error_model="numpy"),
-    )
+    # nobody calls these from C: a wrapper for that would be compiled for nothing
+    options: dict[str, Any] = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
+    return cast(Callable[[Function], Function], njit(signature, cache=True, nogil=True, **options))

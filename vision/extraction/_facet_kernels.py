@@ -70,15 +70,25 @@ def _along(source: SingleArray, taps: SingleArray, sign: np.float32, out: Single
             )
 
 
-@kernel("void(f4[:, ::1], i8, f4[:, ::1], f4[:, ::1], f4[:, ::1])")
-def row_moments(grey: SingleArray, row: int, taps: SingleArray, down: SingleArray, out: SingleArray) -> None:
-    """The a_ij of every pixel of one row, (10, columns) in the order 00 01 02 03 10 11 12 20 21 30.
+@kernel("void(f4[:, ::1], i8, f4[:, ::1], f4[:, :, ::1])")
+def moments(grey: SingleArray, first: int, taps: SingleArray, out: SingleArray) -> None:
+    """The a_ij of every pixel of some rows from `first` on: (10, rows, columns) in the order 00 01 02 03 10 11 12 20
+    21 30.
 
-    `grey` is `mirrored`, `row` counts in the picture; `down` (4, width of `grey`) is room to work in.
+    `grey` is `mirrored`, `first` counts in the picture.
     """
-    _down(grey, row + taps.shape[1] - 1, taps, down)
-    at = 0
-    for i in range(4):
-        for j in range(4 - i):
-            _along(down[i], taps[j], np.float32(1.0 if j % 2 == 0 else -1.0), out[at])
-            at += 1
+    down = np.empty((4, grey.shape[1]), np.float32)
+    for row in range(out.shape[1]):
+        _down(grey, first + row + taps.shape[1] - 1, taps, down)
+        at = 0
+        for i in range(4):
+            for j in range(4 - i):
+                _along(down[i], taps[j], np.float32(1.0 if j % 2 == 0 else -1.0), out[at, row])
+                at += 1
+
+
+@kernel("void(f4[::1], f4[::1], f4[::1])")
+def look_up(grey: SingleArray, curve: SingleArray, out: SingleArray) -> None:
+    """The value of a curve (256,) over grey at each of the pixels."""
+    for i in range(len(out)):
+        out[i] = curve[min(max(int(grey[i]), 0), 255)]

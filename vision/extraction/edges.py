@@ -18,10 +18,11 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import InputError
-from vision.extraction.facets import gaussian_kernels
+from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.noise import noise_curve
 
 FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -88,31 +89,47 @@ def edge_elements(
     at most `max_sigma` px.  `noise` (256,) is the curve of `noise_curve`, estimated when not given.  No element lies
     within the facet's radius (4 sigma) of the border.
     """
-    from vision.extraction import _edge_kernels, _facet_kernels
+    from vision.extraction import _edge_kernels
 
     grey = grey_image(image)
-    kernels = gaussian_kernels(sigma)
-    taps = _facet_kernels.half_kernels(kernels.one_d)
-    kappa, operator_variance = _calibration(sigma)
-    curve = noise_curve(grey) if noise is None else np.ascontiguousarray(noise, dtype=np.float64)
-    values, pixels = _edge_kernels.edge_candidates(
-        _facet_kernels.mirrored(grey, taps),
-        taps,
-        kernels.radius,
-        kernels.moment_covariance,
-        curve,
-        operator_variance,
-        -log(significance),  # F on (2, infinity): the noise comes from the whole picture
-        min_contrast / (sqrt(2.0 * pi) * _MAX_SPREAD * sigma),
-        min_contrast,
-        _MAX_OFFSET,
-        max_sigma,
-        kappa,
-    )
     rows, columns = grey.shape
-    kept = _edge_kernels.thin(values, pixels, rows, columns)
-    values, pixels = values[kept], pixels[kept]
-    offset, nx, ny, contrast, width, position_sigma = (np.ascontiguousarray(column) for column in values.T)
+    kernels = gaussian_kernels(sigma)
+    kappa, operator_variance = _calibration(sigma)
+    curve = noise_curve(grey) if noise is None else np.asarray(noise, dtype=np.float64)
+    covariance = kernels.moment_covariance
+    variances = np.array(
+        [
+            covariance[3, 3],
+            covariance[4, 4] + 2 * covariance[3, 5],
+            covariance[6, 6],
+            covariance[7, 7] + 2 * covariance[6, 8],
+        ],
+        dtype=np.float32,
+    )
+    no_shade = (min_contrast / (sqrt(2.0 * pi) * _MAX_SPREAD * sigma)) ** 2
+    # F on (2, infinity), as the noise comes from the whole picture
+    no_chance = 2.0 * covariance[1, 1] * -log(significance)
+
+    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
+        found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
+        _edge_kernels.steps(
+            moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
+            _MAX_OFFSET, min_contrast, max_sigma, found, seen,
+        )  # fmt: skip
+        within = seen.reshape(-1, columns)
+        within[:, :border], within[:, columns - border :] = False, False
+        within[: max(border - first // columns, 0)] = False
+        within[max(rows - border - first // columns, 0) :] = False
+        pixel = np.flatnonzero(seen)
+        return found.take(pixel, axis=1), (first + pixel).astype(np.int32)
+
+    border = kernels.radius
+    values, pixels = (
+        np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
+    )
+    kept = _edge_kernels.thin(values, pixels, columns)
+    pixels = pixels[kept]
+    offset, nx, ny, contrast, width, position_sigma = values.compress(kept, axis=1).astype(np.float64)
     return EdgeElements(
         x=pixels % columns + offset * nx,
         y=pixels // columns + offset * ny,

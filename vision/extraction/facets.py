@@ -10,8 +10,11 @@ correlations a_ij of the image with p_i = w P_i / N_i down the rows and p_j alon
 With Gaussian weights p_i is (up to truncation) the i-th derivative of the Gaussian over i!.
 """
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import ceil
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +22,11 @@ import numpy.typing as npt
 from relmodel.errors import InputError
 
 FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
+Found = TypeVar("Found")
+
+_BAND = 1 << 15  # pixels whose moments are held at once: they stay in the processor's cache
+_THREADS = 2
 
 # The pairs (i, j) of the a_ij, in the order of the rows of `FacetKernels.moments`.
 MOMENTS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
@@ -87,6 +95,40 @@ def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> FloatArra
     down = [correlate1d(grey, kernel, axis=0, mode="mirror") for kernel in kernels.one_d]
     moments = np.stack([correlate1d(down[i], kernels.one_d[j], axis=1, mode="mirror") for i, j in MOMENTS])
     return np.tensordot(_coefficients_from_moments(kernels.alpha, kernels.beta), moments, axes=1)
+
+
+def in_bands(
+    grey: FloatArray, kernels: FacetKernels, noise: FloatArray, work: Callable[[int, SingleArray, SingleArray], Found]
+) -> list[Found]:
+    """What `work(first pixel, moments, noise)` makes of successive bands of rows of `grey`, in their order.
+
+    `moments` (10, pixels), in the order 00 01 02 03 10 11 12 20 21 30, belong to the pixels from the first on, the
+    noise (pixels,) to their grey on the curve `noise` (256,); the picture is mirrored at its border.  Single precision
+    rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads.
+    """
+    from vision.extraction import _facet_kernels
+
+    rows, columns = grey.shape
+    taps = _facet_kernels.half_kernels(kernels.one_d)
+    picture = _facet_kernels.mirrored(grey, taps)
+    curve = noise.astype(np.float32)
+    height = max(_BAND // columns, 1)
+
+    def share(firsts: range) -> list[Found]:
+        found = []
+        for first in firsts:
+            moments = np.empty((len(MOMENTS), min(height, rows - first), columns), np.float32)
+            _facet_kernels.moments(picture, first, taps, moments)
+            flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
+            _facet_kernels.look_up(flat[0], curve, noise_here)
+            found.append(work(first * columns, flat, noise_here))
+        return found
+
+    firsts = range(0, rows, height)
+    part = -(-len(firsts) // _THREADS)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        shares = list(pool.map(share, [firsts[at : at + part] for at in range(0, len(firsts), part)]))
+    return [found for each in shares for found in each]
 
 
 def _kernels(weights: FloatArray, sigma: float | None) -> FacetKernels:

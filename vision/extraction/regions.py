@@ -21,6 +21,8 @@ BoolArray = npt.NDArray[np.bool_]
 
 _SATURATED = 250.0
 _BALLS = (12.0, 5.0, 2.0)  # px: radii of the trapped balls
+_LEVELS = np.float32(4.0)  # a px, at which the flood falls
+_SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
 _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
 _NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
@@ -97,7 +99,8 @@ def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, insi
     if inside is not None:
         mask = mask | ~inside
     _, labels = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-    return _describe(grey, _renumber(np.asarray(labels, dtype=np.int32) - 1, min_area))
+    labels = _renumber(np.asarray(labels, dtype=np.int32) - 1, min_area)
+    return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32)))
 
 
 def leak_proof_regions(
@@ -121,19 +124,27 @@ def leak_proof_regions(
     if inside is not None:
         mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
-    labels = np.zeros(mask.shape, np.int32)
-    count = 0
+    cells = np.full((mask.shape[0] + 2, mask.shape[1] + 2), -1, np.int32)
+    cells[1:-1, 1:-1] = np.minimum(depth * _LEVELS, np.float32(255.0))
+    count, flat = 0, cells.reshape(-1)
     for radius in _BALLS:
-        number, parts = cv2.connectedComponents((depth > radius).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-        count = _region_kernels.add_seeds(labels, np.asarray(parts, dtype=np.int32), number, count)
+        count = _region_kernels.trap(depth, radius, flat, count)
     if count == 0:
-        labels[:] = 1
-    _region_kernels.flood(labels, depth)
-    labels -= 1
-    labels = _merge(grey, labels, mask, depth, min_area, max_step)
+        cells[1:-1, 1:-1] += 256
+    _region_kernels.flood(flat, cells.shape[1])
+    labels = (cells[1:-1, 1:-1] >> 8) - 1
+    labels, totals = _merge(grey, labels, mask, depth, min_area, max_step)
     if inside is not None:
         labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
-    return _describe(grey, labels)
+        totals = _totals(grey, labels, depth)
+    return _describe(labels, totals)
+
+
+def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) -> FloatArray:
+    """Sums over the regions of the label image and extremes, the columns of `_region_kernels.sums`."""
+    from vision.extraction import _region_kernels
+
+    return _region_kernels.sums(labels, grey, depth, int(labels.max(initial=-1)) + 1, _SATURATED)
 
 
 def _merge(
@@ -143,27 +154,37 @@ def _merge(
     depth: npt.NDArray[np.float32],
     min_area: int,
     max_step: float,
-) -> IntArray:
-    """The labels after some rounds of merging, done on the graph of neighbours."""
-    from vision.extraction import _region_kernels
-
-    count = int(labels.max()) + 1
-    pairs = _region_kernels.border_pairs(labels, mask)
-    key, which = np.unique(pairs[:, 0] * count + pairs[:, 1], return_inverse=True)
-    columns = np.ones(len(pairs)), pairs[:, 2], pairs[:, 3] % labels.shape[1], pairs[:, 3] // labels.shape[1]
-    totals = np.zeros((len(key), 4))
-    np.add.at(totals, which, np.column_stack(columns).astype(np.float64))
-    borders = _Borders(key // count, key % count, totals)
-    regions = _region_kernels.sums(labels, grey, count, _SATURATED)[:, :11]
-    inradius = _region_kernels.greatest(labels, depth, count)
+) -> tuple[IntArray, FloatArray]:
+    """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
+    totals = _totals(grey, labels, depth)
+    count = len(totals)
+    pairs = border_pairs(labels)
+    pixel, other = pairs[2], pairs[3]
+    key, which = np.unique(pairs[0] * count + pairs[1], return_inverse=True)
+    edge = mask.reshape(-1)
+    columns = None, edge[pixel] | edge[other], pixel % labels.shape[1], pixel // labels.shape[1]
+    common = np.column_stack([np.bincount(which, column, len(key)) for column in columns]).astype(np.float64)
+    borders = _Borders(key // count, key % count, common)
     final = np.arange(count, dtype=np.int32)
     for _ in range(_ROUNDS):
-        component = _components(borders, regions, inradius, min_area, max_step)
+        component = _components(borders, totals, min_area, max_step)
         if component is None:
             break
-        borders, regions, inradius = _contract(borders, regions, inradius, component)
+        borders, totals = _contract(borders, totals, component)
         final = component[final]
-    return np.asarray(final[labels])
+    return final.take(labels), totals
+
+
+def border_pairs(labels: IntArray) -> npt.NDArray[np.int64]:
+    """Pairs of 4-neighbours of unlike labels >= 0: (4, m) of lesser label, greater label, and the flat indices of both,
+    those side by side first."""
+    flat = labels.reshape(-1)
+    beside = np.zeros(labels.shape, np.bool_)
+    np.not_equal(labels[:, :-1], labels[:, 1:], out=beside[:, :-1])
+    across, down = np.flatnonzero(beside), np.flatnonzero(labels[:-1] != labels[1:])
+    first, second = np.concatenate([across, down]), np.concatenate([across + 1, down + labels.shape[1]])
+    a, b = flat[first].astype(np.int64), flat[second].astype(np.int64)
+    return np.stack([np.minimum(a, b), np.maximum(a, b), first, second])[:, (a >= 0) & (b >= 0)]
 
 
 @dataclass(frozen=True)
@@ -175,26 +196,23 @@ class _Borders:
     totals: FloatArray
 
 
-def _contract(
-    borders: _Borders, regions: FloatArray, inradius: FloatArray, component: IntArray
-) -> tuple[_Borders, FloatArray, FloatArray]:
+def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tuple[_Borders, FloatArray]:
     """The graph with the regions of each component as one."""
     count = int(component.max()) + 1
     merged = np.zeros((count, regions.shape[1]))
-    np.add.at(merged, component, regions)
-    greatest = np.zeros(count)
-    np.maximum.at(greatest, component, inradius)
+    merged[:, _LEAST] = np.inf
+    np.add.at(merged[:, _SUMS], component, regions[:, _SUMS])
+    np.minimum.at(merged[:, _LEAST], component, regions[:, _LEAST])
+    np.maximum.at(merged[:, _GREATEST], component, regions[:, _GREATEST])
     ends = np.sort(np.column_stack([component[borders.a], component[borders.b]]).astype(np.int64), axis=1)
     apart = ends[:, 0] != ends[:, 1]
     key, which = np.unique(ends[apart, 0] * count + ends[apart, 1], return_inverse=True)
     totals = np.zeros((len(key), 4))
     np.add.at(totals, which, borders.totals[apart])
-    return _Borders(key // count, key % count, totals), merged, greatest
+    return _Borders(key // count, key % count, totals), merged
 
 
-def _components(
-    borders: _Borders, regions: FloatArray, inradius: FloatArray, min_area: int, max_step: float
-) -> IntArray | None:
+def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step: float) -> IntArray | None:
     """Which regions one round makes one; None where there is nothing to merge."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -211,6 +229,7 @@ def _components(
     )  # fmt: skip
     open_length = length - edge_length
     # Large regions: only where hardly any of a wide border is edge.
+    inradius = regions[:, 15]
     large = inradius >= _LARGE
     wide = open_length >= _NECK * np.minimum(inradius[a], inradius[b])
     joined = large[a] & large[b] & (edge_length <= np.maximum(0.1 * length, _ENDS)) & wide & (step <= 0.5 * max_step)
@@ -254,10 +273,7 @@ def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
     return np.column_stack([x, y]), g, np.column_stack([slope_x, slope_y]), variance
 
 
-def _describe(grey: FloatArray, labels: IntArray) -> Regions:
-    from vision.extraction import _region_kernels
-
-    totals = _region_kernels.sums(labels, grey, int(labels.max(initial=-1)) + 1, _SATURATED)
+def _describe(labels: IntArray, totals: FloatArray) -> Regions:
     centroid, mean, slope, variance = _planes(totals)
     ring_region, ring_offsets, outline = _outlines(labels, totals[:, 11:15].astype(np.intp))
     holes = np.bincount(ring_region, minlength=len(totals)) - 1

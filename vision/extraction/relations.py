@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
-from vision.extraction.regions import Regions
+from vision.extraction.regions import Regions, border_pairs
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -134,11 +134,9 @@ def _bounds(arcs: Arcs, regions: Regions, borders: RegionArcs) -> Part:
 
 def _neighbours(first_region: int, regions: Regions) -> tuple[Part, Part]:
     """Adjacent rows, and surrounds where all that borders on a region is one other and what lies within."""
-    from vision.extraction import _region_kernels
-
     count = max(len(regions), 1)
-    borders = _region_kernels.border_pairs(regions.labels, np.zeros(regions.labels.shape, np.bool_))
-    key, steps = np.unique_counts(borders[:, 0] * count + borders[:, 1])
+    lesser, greater, _, _ = border_pairs(regions.labels)
+    key, steps = np.unique_counts(lesser * count + greater)
     length = np.asarray(
         steps * (np.pi / 4.0), dtype=np.float64
     )  # a border in general position counts 4 / pi pixel sides a pixel of length

@@ -12,10 +12,11 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import Arcs, concatenate, fit_arcs
 from vision.extraction.edges import EdgeElements
-from vision.extraction.facets import gaussian_kernels
+from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
 
 FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
 ByteArray = npt.NDArray[np.uint8]
 
 LABELS = (
@@ -31,6 +32,7 @@ LABELS = (
     "concave",
     "saddle_hill",
 )
+_RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")
 
 
 @dataclass(frozen=True)
@@ -71,44 +73,59 @@ def topographic_labels(
     deviations under `noise` (256,), the curve over grey.  Pixels of `edges` are inflections unless a stronger label
     (peak, pit, saddle, ridge, ravine) holds.
     """
-    from vision.extraction import _facet_kernels, _topography_kernels
+    from vision.extraction import _topography_kernels
 
     kernels = gaussian_kernels(sigma)
     variance = np.diag(kernels.moment_covariance)
-    slope_sigma = float(np.sqrt(variance[1]))
-    taps = _facet_kernels.half_kernels(kernels.one_d)
-    labels, crests = _topography_kernels.classify(
-        _facet_kernels.mirrored(grey, taps),
-        taps,
-        noise,
-        slope_sigma,
-        float(2.0 * np.sqrt(variance[3])),
-        min_slope,
-        min_bend,
+    slope_sigma, bend_sigma = float(np.sqrt(variance[1])), float(2.0 * np.sqrt(variance[3]))
+    labels = np.empty(grey.shape, np.uint8)
+    flat = labels.reshape(-1)
+
+    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
+        here, crests = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
+        _topography_kernels.classify(
+            moments, noise, min_slope, 3.0 * slope_sigma, min_bend, 3.0 * bend_sigma, here, crests
+        )
+        pixel = np.flatnonzero((here == _RIDGE) | (here == _RAVINE))
+        return (first + pixel).astype(np.int32), crests.take(pixel, axis=1)
+
+    pixel, rows = (
+        np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, noise, of_band), strict=True)
     )
     if edges is not None:
-        flat = labels.reshape(-1)
-        weak = edges.pixel[flat[edges.pixel] > LABELS.index("ravine")]
-        flat[weak] = LABELS.index("inflection")
-    return labels, _crests(crests, grey, noise, slope_sigma, sigma)
+        mark_inflections(labels, edges)
+    return labels, _crests(pixel, rows.astype(np.float64), grey, noise, slope_sigma, sigma)
 
 
-def _crests(rows: FloatArray, grey: FloatArray, noise: FloatArray, slope_sigma: float, scale: float) -> Crests:
-    pixel = rows[:, 0].astype(np.int32)
-    bend = np.abs(rows[:, 5])
-    half = np.where(rows[:, 3] * np.cos(_HALF_PLANE) + rows[:, 4] * np.sin(_HALF_PLANE) < 0.0, -1.0, 1.0)
+def mark_inflections(labels: ByteArray, edges: EdgeElements) -> None:
+    """Make the pixels of `edges` inflections, in place, where no stronger label holds."""
+    flat = labels.reshape(-1)
+    flat[edges.pixel[flat[edges.pixel] > _RAVINE]] = LABELS.index("inflection")
+
+
+def _crests(
+    pixel: npt.NDArray[np.int32],
+    rows: FloatArray,
+    grey: FloatArray,
+    noise: FloatArray,
+    slope_sigma: float,
+    scale: float,
+) -> Crests:
+    step_x, step_y, across_x, across_y, second = rows
+    bend = np.abs(second)
+    half = np.where(across_x * np.cos(_HALF_PLANE) + across_y * np.sin(_HALF_PLANE) < 0.0, -1.0, 1.0)
     level = np.clip(grey.reshape(-1)[pixel], 0, 255).astype(np.intp)
     elements = EdgeElements(
-        x=pixel % grey.shape[1] + rows[:, 1],
-        y=pixel // grey.shape[1] + rows[:, 2],
-        nx=half * rows[:, 3],
-        ny=half * rows[:, 4],
+        x=pixel % grey.shape[1] + step_x,
+        y=pixel // grey.shape[1] + step_y,
+        nx=half * across_x,
+        ny=half * across_y,
         contrast=bend * scale**2,
-        width=np.full(len(rows), scale),
+        width=np.full(len(pixel), scale),
         sigma=noise[level] * slope_sigma / bend,
         pixel=pixel,
     )
-    return Crests(elements, rows[:, 5] > 0)
+    return Crests(elements, second > 0)
 
 
 def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_height: float, min_elements: int) -> Arcs:
