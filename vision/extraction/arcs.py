@@ -27,6 +27,7 @@ LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 _PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
 _FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or four standard deviations costs
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
+_UNEVEN = 2.5  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
 _MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
 _MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
 _PACKED = ("elements", "x", "y", "point_sigma")
@@ -112,7 +113,8 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
 
     chains = _start_straight(edges, chains)
     correlation = 2.0 * np.sqrt(np.pi) * scale  # elements a pixel apart share most of their windows
-    weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2)
+    slope = edges.contrast / np.sqrt(2.0 * np.pi * (edges.width**2 + scale**2))
+    weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2)
     x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
     pieces, kinds = _arc_kernels.segment(x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA)
     members, kinds = _pieces_to_members(chains, pieces, kinds, min_elements)
