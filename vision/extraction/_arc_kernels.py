@@ -152,7 +152,7 @@ def _break_points(
     return count
 
 
-@kernel("Tuple((i4[:, ::1], i4[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8, f8)")
+@kernel("Tuple((i4[:, ::1], i4[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8, f8, f8)")
 def segment(
     x: FloatArray,
     y: FloatArray,
@@ -162,11 +162,12 @@ def segment(
     price: FloatArray,
     free_price: float,
     min_sagitta: float,
+    min_bow: float,
 ) -> tuple[IntArray, IntArray]:
     """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,).
 
     A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.
-    A circular piece bows out by at least `min_sagitta` px.
+    A circular piece bows out by at least `min_sagitta` px and `min_bow` standard deviations of a member.
     """
     n = len(x)
     pieces = np.empty((n, 2), np.int32)
@@ -198,7 +199,8 @@ def segment(
                     if members >= 8 and line > price[1]:
                         _, _, radius, square = circle_of_moments(moments)
                         dx, dy = x[breaks[j]] - x[breaks[i]], y[breaks[j]] - y[breaks[i]]
-                        bent = dx * dx + dy * dy > 8.0 * min_sagitta * radius or members > 3.0 * radius
+                        least = max(min_sagitta, min_bow * sqrt(members / moments[0]))
+                        bent = dx * dx + dy * dy > 8.0 * least * radius or members > 3.0 * radius
                         if bent and price[1] + scale * square < best:
                             best, best_kind = price[1] + scale * square, 1
                 if cost[i] + best < cost[j]:

@@ -27,7 +27,9 @@ LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 _PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
 _FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or four standard deviations costs
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
-_MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line
+_UNEVEN = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
+_MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line,
+_MIN_BOW = 4.0  # or by less than so many standard deviations of its elements: what draws one draws its neighbours
 _MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
 _PACKED = ("elements", "x", "y", "point_sigma")
 _TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
@@ -41,8 +43,9 @@ class Arcs:
     `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor semi-axis) and
     `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
-    direction; `residual` (px) the rms distance of its elements.  `covariance` (n, 5, 5) is that of the parameters that
-    `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
+    direction; `residual` (px) the rms distance of its elements.  `significance` is minus the decimal logarithm of its
+    number of false alarms, NaN before clearing (see the module of that name).  `covariance` (n, 5, 5) is that of the
+    parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
     `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
     measured with the elements around them to `point_sigma` (px) across.
     """
@@ -64,6 +67,7 @@ class Arcs:
     sigma: FloatArray
     angle_sigma: FloatArray
     residual: FloatArray
+    significance: FloatArray
     covariance: FloatArray
     offsets: IntArray
     elements: IntArray
@@ -112,9 +116,12 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
 
     chains = _start_straight(edges, chains)
     correlation = 2.0 * np.sqrt(np.pi) * scale  # elements a pixel apart share most of their windows
-    weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2)
+    slope = edges.contrast / np.sqrt(2.0 * np.pi * (edges.width**2 + scale**2))
+    weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2)
     x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
-    pieces, kinds = _arc_kernels.segment(x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA)
+    pieces, kinds = _arc_kernels.segment(
+        x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA, _MIN_BOW
+    )
     members, kinds = _pieces_to_members(chains, pieces, kinds, min_elements)
     for _ in range(4):
         joined, joined_kinds = _join(edges, weight, members, kinds, correlation, reach)
@@ -190,9 +197,11 @@ def _join(
     apart = _PRICE[kinds] + alone[:, 4] * alone[:, 5] / (2.0 * correlation)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, pairs, correlation)
     line = joint[:, 0] + _PRICE[LINE]
-    circle = np.where(joint[:, 2] > _MIN_SAGITTA, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
-    circle[(kinds[tail] == LINE) & (kinds[head] == LINE)] = np.inf
     together = members.counts[tail] + members.counts[head]
+    spread = np.sqrt(together / (alone[tail, 5] + alone[head, 5]))
+    bowed = joint[:, 2] > np.maximum(_MIN_SAGITTA, _MIN_BOW * spread)
+    circle = np.where(bowed, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
+    circle[(kinds[tail] == LINE) & (kinds[head] == LINE)] = np.inf
     bent = (kinds[tail] != LINE) & (kinds[head] != LINE) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
     bent &= (circle > apart[tail] + apart[head]) & (distance < 0.5 * together)
     oval = np.full(len(pairs), np.inf)
@@ -300,6 +309,7 @@ def _measure(
         sigma=np.sqrt(variance),
         angle_sigma=np.sqrt(variance / np.maximum(fit[:, 6], 1e-12)),
         residual=np.sqrt(fit[:, 7]),
+        significance=nan,
         covariance=covariance,
         offsets=members.offsets,
         elements=members.elements,

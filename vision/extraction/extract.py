@@ -11,12 +11,13 @@ import numpy.typing as npt
 from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, fit_arcs
 from vision.extraction.edges import EdgeElements, grey_image
-from vision.extraction.linking import Chains, clear, fill_gaps, link
+from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.marks import ArcMarks, arc_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
 from vision.extraction.scales import elements_over_scales
+from vision.extraction.significance import clear, significance, surprises
 from vision.extraction.topography import Crests, crest_arcs, label_histogram, topographic_labels
 
 FloatArray = npt.NDArray[np.float64]
@@ -31,9 +32,10 @@ class ExtractionParameters:
     `scales` (px) of the facets for edges, ascending: of several, a finer one needs a coarser to confirm what it sees;
     `topography_scale` for the labels; `min_contrast` (grey 0..255),
     `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
-    linked; chains shorter than `min_elements` or weaker than `min_strength` (mean contrast times fourth root of the
-    number of elements) are cleared; `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof`
-    or `plain`; ridges and ravines of height `min_crest` and `min_crest_elements` become arcs; `relation_radius` in px.
+    linked; chains shorter than `min_elements` are cleared, and arcs below `min_significance`, minus the decimal
+    logarithm of the number of false alarms a megapixel; `fill_reach` (px) of bridges, `join_reach` (px) of arcs;
+    `regions` is `leak-proof` or `plain`; ridges and ravines of height `min_crest` and `min_crest_elements` become arcs;
+    `relation_radius` in px.
     `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
     """
 
@@ -43,8 +45,8 @@ class ExtractionParameters:
     significance: float = 1e-3
     max_sigma: float = 0.5
     link_contrast: float = 12.0
-    min_elements: int = 10
-    min_strength: float = 60.0
+    min_elements: int = 5
+    min_significance: float = -1.5
     fill_reach: float = 25.0
     join_reach: float = 40.0
     regions: str = "leak-proof"
@@ -96,6 +98,7 @@ class Extraction:
 
 
 _DEFAULTS = ExtractionParameters()
+_DOUBT = 0.5  # of significance: chains that lack no more stay until the arcs are known
 
 
 def extract(
@@ -139,13 +142,17 @@ def extract(
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape = (grey.shape[0], grey.shape[1])
-    # What is filled may be half as strong and half as long as what is kept: a bridge can make it strong enough.
-    linked = link(edges, shape, min_contrast=p.link_contrast)
-    chains = clear(edges, linked, min_elements=max(p.min_elements // 2, 2), min_strength=0.5 * p.min_strength)
+    # A bridge, or an arc that it turns out to belong to, can make significant what is nearly so.
+    chains = link(edges, shape, min_contrast=p.link_contrast)
+    chains = chains.take(chains.counts >= p.min_elements)
+    surprise = surprises(grey, edges, chains.elements)
+    nearly = p.min_significance - _DOUBT
+    chains = chains.take(significance(surprise, chains) >= nearly)
     chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
-    chains = clear(edges, chains, min_elements=p.min_elements, min_strength=p.min_strength)
+    chains = chains.take(significance(surprise, chains) >= nearly)
     lap("linking")
     arcs = fit_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
+    arcs, chains = clear(surprise, arcs, chains, min_significance=p.min_significance)
     lap("arcs")
     marks = arc_marks(grey, edges, arcs)
     lap("marks")

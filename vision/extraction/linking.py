@@ -1,4 +1,4 @@
-"""Steps 2 and 3: edge elements linked to chains, gaps between chain ends filled, weak chains cleared.
+"""Steps 2 and 3: edge elements linked to chains, gaps between chain ends filled.
 
 A chain runs along the tangent (-ny, nx): the bright side lies on the left of who walks it.
 """
@@ -59,19 +59,6 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
     successor = _link_kernels.mutual_successors(part.x, part.y, part.nx, part.ny, part.pixel, *shape)
     order, offsets, closed = _link_kernels.follow(successor)
     return Chains(used[order], offsets, closed)
-
-
-def clear(edges: EdgeElements, chains: Chains, *, min_elements: int, min_strength: float) -> Chains:
-    """Chains of at least `min_elements` elements and of strength (see `strength`) at least `min_strength`."""
-    return chains.take((chains.counts >= min_elements) & (strength(edges, chains) >= min_strength))
-
-
-def strength(edges: EdgeElements, chains: Chains) -> FloatArray:
-    """Mean contrast (grey) times the fourth root of the number of elements: what a chain weighs as evidence.
-
-    Contrast counts for more than length because the streaks of a brushed surface are long too.
-    """
-    return chains.mean(edges.contrast) * chains.counts**0.25
 
 
 def fill_gaps(

@@ -160,6 +160,7 @@ def _arcs(extraction: Extraction) -> Columns:
         "width": arcs.width,
         "sigma": arcs.sigma,
         "residual": arcs.residual,
+        "significance": arcs.significance,
         "element_count": arcs.chains.counts,
     }
 

@@ -88,6 +88,7 @@ CREATE TABLE image_arc (
     width DOUBLE PRECISION NOT NULL,
     sigma DOUBLE PRECISION NOT NULL,
     residual DOUBLE PRECISION NOT NULL,
+    significance DOUBLE PRECISION,
     element_count INTEGER NOT NULL,
     PRIMARY KEY (extraction_id, arc_no),
     CHECK (kind IN ('line', 'circular', 'elliptic', 'free')),
@@ -115,6 +116,7 @@ COMMENT ON COLUMN image_arc.contrast IS 'mean height of the step along it, grey 
 COMMENT ON COLUMN image_arc.width IS 'mean width of the step, px';
 COMMENT ON COLUMN image_arc.sigma IS 'standard deviation of its lateral position, px';
 COMMENT ON COLUMN image_arc.residual IS 'rms distance of its edge elements from the fitted curve, px';
+COMMENT ON COLUMN image_arc.significance IS 'minus the decimal logarithm of its number of false alarms a megapixel: how many arcs as good its surroundings would show by chance; null for ridges and ravines';
 COMMENT ON COLUMN image_arc.element_count IS 'number of edge elements';
 
 CREATE TABLE image_arc_mark (

@@ -7,16 +7,16 @@ from scipy.ndimage import gaussian_filter
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.ellipses import fit_ellipses
-from vision.extraction.linking import clear, fill_gaps, link
+from vision.extraction.linking import fill_gaps
 
-from .synthetic import FloatArray, disc, render, step
+from .synthetic import FloatArray, disc, linked, render, step
 
 ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
 
 
 def arcs_of(image: FloatArray) -> Arcs:
     edges = edge_elements(image)
-    chains = clear(edges, link(edges, image.shape), min_elements=5, min_strength=20)
+    chains = linked(edges, image.shape)
     return fit_arcs(edges, fill_gaps(edges, chains, image), scale=1.4)
 
 

@@ -7,10 +7,10 @@ import pytest
 from vision.extraction.arcs import fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
-from vision.extraction.linking import clear, fill_gaps, link
+from vision.extraction.linking import fill_gaps, link
 from vision.extraction.regions import BoolArray, FloatArray, edge_mask, leak_proof_regions, plain_regions
 
-from .synthetic import disc, render
+from .synthetic import disc, linked, render
 
 
 def frame(gap: int) -> tuple[FloatArray, BoolArray]:
@@ -67,7 +67,7 @@ def test_attributes_of_a_rectangle_on_a_grey_plane() -> None:
 def test_a_disc_and_its_surround() -> None:
     image = disc(60.3, 58.8, 30.0, (120, 120)) + np.random.default_rng(1).normal(0, 2, (120, 120))
     edges = edge_elements(image)
-    chains = clear(edges, link(edges, image.shape), min_elements=5, min_strength=20)
+    chains = linked(edges, image.shape)
     arcs = fit_arcs(edges, chains, scale=1.4)
     regions = leak_proof_regions(image, edge_mask(edges, chains, arcs, image.shape))
     assert len(regions) == 2

@@ -1,0 +1,97 @@
+"""How many chains or arcs as good as one its surroundings would show by chance: the number of false alarms.
+
+Desolneux, Moisan, Morel, "Meaningful alignments" (IJCV 40, 2000) and "Edge detection by Helmholtz principle" (JMIV 14,
+2001), for machined metal, whose streaks are no chance alignments of pixels but long themselves.  So the step is asked
+for 4 px beside, where a streak has fallen back and the face beyond an edge has not; the tail of its distribution is
+taken from all steps of like orientation around the place, for streaks run along the lay; and what lies within a
+streak's length counts as one observation, not what lies within the operator's reach.  Fisher's method joins the tails
+along the chain: minus twice the sum of their logarithms is chi-square with two degrees a tail.
+
+Where edges fill the surroundings these say nothing of texture; a tail is therefore never taken higher than that of an
+exponential distribution of steps of metal.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.arcs import Arcs
+from vision.extraction.edges import EdgeElements
+from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
+
+_BESIDE = 4.0  # px
+_CELL, _AROUND = 48, 5  # px; cells across the surroundings of a cell
+_STRIDE = 4  # px between the steps that the surroundings are judged by
+_TURNS = 8  # orientations modulo pi
+_AN_OCTAVE = 3.5  # grades of height
+_STREAK = 20.0  # elements that count as one observation, after the first
+_STEP_OF_METAL = 16.0  # grey: mean of the exponential distribution
+_TESTS = 1000.0  # chains tested a megapixel of brushed metal
+_LEAST = 1e-300
+
+
+def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer]) -> FloatArray:
+    """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
+    that show as high a step of its sign and orientation; beside all elements, zero for the others."""
+    from vision.extraction import _mark_kernels, _significance_kernels
+
+    heights = np.arange(256)
+    grade = np.where(heights < 1, 0, 1 + _AN_OCTAVE * np.log2(np.maximum(heights, 1))).astype(np.uint8)
+    grades = int(grade[-1]) + 1
+    turn = np.arange(_TURNS) * np.pi / _TURNS
+    offsets = np.rint(_BESIDE * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
+    counts = _significance_kernels.histograms(grey, offsets, _CELL, _STRIDE, grade, grades)
+    around = _sum_around(_sum_around(counts.astype(np.float64), 0), 1)
+    exceed = np.cumsum(around[..., ::-1], axis=3)[..., ::-1]
+    least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
+    share = np.minimum(np.maximum(exceed, 1.0) / np.maximum(exceed[..., :1], 1.0), np.exp(-least / _STEP_OF_METAL))
+    table = -np.log(0.5 * share)  # half of all steps have the sign
+    part = edges.take(which)
+    beside = _mark_kernels.grey_beside(grey, part.x, part.y, part.nx, part.ny, np.array([_BESIDE, -_BESIDE]))
+    height = np.ascontiguousarray(beside[:, 0] - beside[:, 1])
+    out = np.zeros(len(edges))
+    out[which] = _significance_kernels.of_steps(
+        height, part.pixel, part.nx, part.ny, table, grey.shape[1], _CELL, grade
+    )
+    return out
+
+
+def significance(surprise: FloatArray, chains: Chains) -> FloatArray:
+    """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `surprise` is of all elements."""
+    from scipy.special import gammaincc
+
+    observed = 1.0 + chains.counts / _STREAK
+    tail = gammaincc(observed, observed * chains.mean(surprise))
+    return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(_TESTS))
+
+
+def clear(surprise: FloatArray, arcs: Arcs, chains: Chains, *, min_significance: float) -> tuple[Arcs, Chains]:
+    """The arcs that are significant, or of a chain that is, each with its significance; and the chains they are of."""
+    known = replace(arcs, significance=significance(surprise, arcs.chains))
+    of_significant = np.zeros(len(surprise), np.bool_)
+    of_significant[chains.elements] = np.repeat(significance(surprise, chains) >= min_significance, chains.counts)
+    kept = known.take((known.significance >= min_significance) | _holds_any(of_significant, arcs.chains))
+    of_arc = np.zeros(len(surprise), np.bool_)
+    of_arc[kept.elements] = True
+    return kept, chains.take(_holds_any(of_arc, chains))
+
+
+def _holds_any(marked: npt.NDArray[np.bool_], chains: Chains) -> npt.NDArray[np.bool_]:
+    """(n,): whether any element of each chain is `marked`."""
+    return (
+        np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)
+    )
+
+
+def _sum_around(cells: FloatArray, axis: int) -> FloatArray:
+    """Sums over `_AROUND` cells along an axis, centred; beyond the border lies nothing."""
+    half = _AROUND // 2
+    width = [(0, 0)] * cells.ndim
+    width[axis] = (half + 1, half)
+    running = np.cumsum(np.pad(cells, width), axis=axis)
+    n = cells.shape[axis]
+    upper, lower = np.arange(n) + _AROUND, np.arange(n)
+    return np.asarray(np.take(running, upper, axis=axis) - np.take(running, lower, axis=axis))
