@@ -14,8 +14,8 @@ from relmodel.loading.load import load
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Table
 from relmodel.store import Store
 
-from .test_congruence import motion, random_motions
 from .test_features import box, cone, cut, cylinder
+from .test_sharing import motion, random_motions
 
 Floats = npt.NDArray[np.float64]
 pytest.importorskip("OCP")
