@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.loading.neutral import Shape, Table
 
 Floats = npt.NDArray[np.float64]

@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 
 from relmodel.errors import InputError
-from relmodel.loading import congruence, part21, soundness
+from relmodel.loading import part21, sharing, soundness
 from relmodel.loading.neutral import LoadedModel
 
 TIME_LIMIT_S = 300.0
@@ -57,7 +57,7 @@ def read_step(
     if not soundness.is_finite(model):
         raise InputError(f"{path} is damaged, for it gives sizes that are not finite: export it again")
     model.damage = summary.damage or soundness.contradiction(model)
-    congruence.share(model)
+    sharing.share(model)
     model.schema_name = summary.schema_name
     model.faces_in_file = faces
     for part in model.parts:

@@ -15,10 +15,9 @@ from relmodel.geometry.curves import Curves
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 from relmodel.store.columns import stack
-from relmodel.variants.congruence import congruence
 from relmodel.variants.features import FeatureSet, feature_set, other_dimensions, pair_features
 from relmodel.variants.parts import alike, differing_labels, motion, pair_parts, placed_parts, stays
-from relmodel.variants.surfaces import Pairs, SurfaceSet, boundary_integrals, pair_surfaces, surface_set
+from relmodel.variants.surfaces import Pairs, SurfaceSet, boundary_integrals, carried, pair_surfaces, surface_set
 
 Floats = npt.NDArray[np.float64]
 
@@ -117,7 +116,7 @@ def _differences(
         sets = [_surfaces(store, connection, s) for s in (shape_a, shape_b)]
         surfaces = pair_surfaces(sets[0], sets[1], reach)
         kept = bool(congruent[row]) and len(surfaces.a) == len(sets[0]) and bool((surfaces.status == "identical").all())
-        b_from_a = np.eye(4) if kept else congruence(*sets) if congruent[row] else None
+        b_from_a = np.eye(4) if kept else carried(*sets) if congruent[row] else None
         if b_from_a is not None:
             same[rows] = True
             to[rows] = to[rows] @ b_from_a

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.congruence import Elements, motions
 from relmodel.geometry.curves import Curves, vectors
 from relmodel.variants.pairing import near_pairs, one_to_one
 
@@ -26,6 +27,7 @@ TOLERANCE = 1e-4  # mm: far above what round-off does, far below what a drawing 
 _LEVER = 1e3  # mm: a turn counts as what it does at this distance
 _RELATIVE = 1e-6  # of areas
 _ANALYTIC = ("plane", "cylinder", "cone", "sphere", "torus")
+_TIP = 100.0  # mm: how far off a plane its normal's tip stands for it
 _GAUSS = 12
 
 
@@ -212,3 +214,32 @@ def _moved(a: SurfaceSet, b: SurfaceSet, free_a: Any, free_b: Any, reach: float)
     i, j, congruent, distance, shift = i[good], j[good], congruent[good], distance[good], shift[good]
     rows = one_to_one(i, j, ~congruent, distance)
     return i[rows], j[rows], shift[rows]
+
+
+def carried(a: SurfaceSet, b: SurfaceSet) -> Floats | None:
+    """`b_from_a` (4, 4), the motion that carries all surfaces of `a` onto those of `b`; None where none does.
+
+    Files that place parts by their coordinates move shapes so.  Of several, which a symmetric shape has, the one that
+    turns least.
+    """
+    if len(a) != len(b) or not len(a):
+        return None
+    found = [motion for motion, _ in motions(_elements(a), _elements(b), 10 * TOLERANCE, 10 * TOLERANCE)]
+    turns = [np.trace(motion) for motion in found]
+    return next((m for m, turn in zip(found, turns, strict=True) if turn >= max(turns) - 1e-9), None)
+
+
+def _elements(s: SurfaceSet) -> Elements:
+    """The surfaces, then their boundaries."""
+    side = np.where(s.kind == "plane", "", np.where(s.outward, "+", "-"))
+    tip = s.centroid + np.where((s.kind == "plane")[:, None], _TIP * s.direction, 0.0)
+    mean = s.boundary[:, 1:4]
+    sizes = np.column_stack([np.sqrt(s.area), s.boundary[:, [0, 4]], s.sizes])
+    weight = np.zeros((2 * len(s), 3))
+    weight[: len(s), 0], weight[: len(s), 1], weight[len(s) :, 2] = s.area, s.area**2, s.boundary[:, 0]
+    return Elements(
+        [f"{part} {kind}{way}" for part in ("of", "around") for kind, way in zip(s.kind, side, strict=True)],
+        np.tile(sizes, (2, 1)),
+        np.concatenate([np.stack([s.centroid, s.centroid, tip], axis=1), np.stack([mean, mean, mean], axis=1)]),
+        weight,
+    )

@@ -14,8 +14,8 @@ from relmodel.loading.load import load
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Table
 from relmodel.store import Store
 
-from .test_congruence import motion, random_motions
-from .test_features import box, cut, cylinder
+from .test_features import box, cone, cut, cylinder
+from .test_sharing import motion, random_motions
 
 Floats = npt.NDArray[np.float64]
 pytest.importorskip("OCP")
@@ -154,3 +154,107 @@ def test_the_screwed_joints_of_a_file(data_dir: Path) -> None:
         },
         rel=1e-3,
     )
+
+
+def ball(r: float, z_from: float = -90.0, z_to: float = 90.0, turn_deg: float = 360.0) -> Any:
+    """About the origin, between two latitudes and over a turn about Z."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+
+    return BRepPrimAPI_MakeSphere(r, *np.deg2rad([z_from, z_to, turn_deg])).Shape()
+
+
+def ring(wide: float, r: float, turn_deg: float = 360.0) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
+    return BRepPrimAPI_MakeTorus(wide, r, float(np.deg2rad(turn_deg))).Shape()
+
+
+def as_splines(solid: Any) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+
+    return BRepBuilderAPI_NurbsConvert(solid).Shape()
+
+
+def pair(first: Any, second: Any, pose: Floats, between: Floats) -> Table:
+    """Contacts of two parts, both turned by the pose, the second placed in the first."""
+    instances = [Instance("a", "part", 0, pose), Instance("b", "part", 1, pose @ between)]
+    return contacts.contacts(model_of({"a": first, "b": second}, [Assembly("pair", instances)]), 0)
+
+
+SOCKET = (-15.0, -15.0, -30.0, (30.0, 30.0, 30.0))  # its upper face holds the origin
+POSES = [np.eye(4), *random_motions(1, 3)]
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize("lift", [0.0, 0.006])
+def test_a_countersunk_head_in_its_seat(pose: Floats, lift: float) -> None:
+    """The seat is deeper than the head is: the head's cone of 90 degrees is what they share."""
+    plate = cut(box(-20, -20, -10, (40.0, 40.0, 10.0)), cone(0, 0, -7, 1, 8, 7))
+    head = cone(0, 0, -6 + lift, 2, 6, 4)
+    found = pair(plate, head, pose, motion((0, 0, 1), 1.1, (0, 0, 0)))
+    assert rows(found) == [("a", "b", "conical")]
+    assert found["gap"] == pytest.approx([lift / np.sqrt(2)], abs=1e-9)
+    assert found["area"] == pytest.approx([PI * (2 + 6) * 4 * np.sqrt(2)], rel=1e-3)
+    assert rows(pair(plate, cone(0, 0, -6, 2, 6.05, 4), pose, np.eye(4))) == []  # another angle
+    assert rows(pair(plate, cone(0, 0, -6.1, 2, 6, 4), pose, np.eye(4))) == []  # driven in too far
+
+
+@pytest.mark.parametrize("pose", POSES)
+@pytest.mark.parametrize("free_form", [False, True])
+def test_a_ball_in_its_socket(pose: Floats, free_form: bool) -> None:
+    """Half a sphere, whichever way the ball's own axis points, and all of it in a hollow."""
+    made = as_splines(ball(10)) if free_form else ball(10)
+    tilted = motion((1, 2, 0.3), 0.9, (0, 0, 0))
+    found = pair(cut(box(*SOCKET), ball(10)), made, pose, tilted)
+    assert rows(found) == [("a", "b", "spherical")]
+    assert found["gap"] == pytest.approx([0], abs=1e-6)
+    assert found["area"] == pytest.approx([2 * PI * 100], rel=1e-4)
+    hollow = cut(box(-15, -15, -15, (30.0, 30.0, 30.0)), ball(10.2))
+    found = pair(made, hollow, pose, tilted)
+    assert found["gap"] == pytest.approx([0.2], abs=1e-6)
+    assert found["area"] == pytest.approx([4 * PI * 100], rel=1e-4)
+
+
+@pytest.mark.parametrize("tilt", [0.2, 1.4, 3.0])
+def test_hemispheres_share_a_lune(tilt: float) -> None:
+    found = pair(cut(box(*SOCKET), ball(10)), ball(10, -90, 0), POSES[1], motion((1, 0.4, 0), tilt, (0, 0, 0)))
+    assert found["area"] == pytest.approx([2 * (PI - tilt) * 100], rel=1e-4)
+
+
+def test_zones_of_a_sphere_share_what_lies_between_their_latitudes() -> None:
+    """A collar between two parallels in a socket that is open below, a quarter turn of it, and one clear of it."""
+    socket = cut(cut(box(*SOCKET), ball(10)), cylinder(0, 0, -31, 10 * np.sin(0.5), 32))
+    lowest = float(np.cos(0.5))
+    spun = motion((0, 0, 1), 2.0, (0, 0, 0))
+    for low, high, turn in ((-80, 30, 360), (-50, -20, 360), (-80, -10, 90), (-40, 60, 200)):
+        found = pair(socket, ball(10, low, high, turn), POSES[1], spun)
+        top, bottom = min(np.sin(np.deg2rad(high)), 0.0), max(np.sin(np.deg2rad(low)), -lowest)
+        assert found["area"] == pytest.approx([np.deg2rad(turn) * (top - bottom) * 100], rel=1e-3)
+    assert rows(pair(socket, ball(10, 5, 60), POSES[1], spun)) == []
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_a_ring_in_its_groove(pose: Floats) -> None:
+    """By Pappus the inner half of a torus; of a ring that is cut open the part that is left."""
+    shaft = cut(cylinder(0, 0, -10, 20, 20), ring(20, 3))
+    inner = 2 * PI * 3 * (PI * 20 - 2 * 3)
+    for made, share in ((ring(20, 3), 1.0), (ring(20, 3, 270), 0.75)):
+        for placed in (motion((0, 0, 1), 2.5, (0, 0, 0)), motion((1, 0, 0), PI, (0, 0, 0))):
+            found = pair(shaft, made, pose, placed)
+            assert set(rows(found)) == {("a", "b", "toroidal")}
+            assert found["area"].sum() == pytest.approx(inner * share, rel=1e-4)
+    found = pair(shaft, ring(20, 2.8), pose, np.eye(4))
+    assert found["gap"] == pytest.approx([0.2], abs=1e-9)
+    assert found["area"] == pytest.approx([2 * PI * 2.8 * (PI * 20 - 2 * 2.8)], rel=1e-2)
+    assert rows(pair(shaft, ring(20.05, 3), pose, np.eye(4))) == []
+
+
+def test_round_faces_that_do_not_touch() -> None:
+    """Two balls in one place, a ball beside its socket, a ball much too small, tapers that open to opposite sides."""
+    socket = cut(box(*SOCKET), ball(10))
+    spot = np.eye(4)
+    assert rows(pair(ball(10), ball(10), spot, spot)) == []
+    assert rows(pair(socket, ball(10), spot, at(0.05, 0, 0))) == []
+    assert rows(pair(socket, ball(7), spot, spot)) == []
+    seat = cut(box(-20, -20, -20, (40.0, 40.0, 40.0)), cone(0, 0, 0, 0, 20, 20))
+    assert rows(pair(seat, cone(0, 0, 0, 0, 10, 10), spot, motion((1, 0, 0), PI, (0, 0, 0)))) == []

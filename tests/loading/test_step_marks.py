@@ -414,7 +414,7 @@ def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> Non
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
-    from relmodel.loading import congruence, step_document
+    from relmodel.loading import sharing, step_document
 
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)
@@ -427,7 +427,7 @@ def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> Non
     second.pmi += [
         Pmi("datum", "feature", "", datums=((1, c, None),), surfaces=((i, "feature"),)) for i, c in enumerate("ABCDEF")
     ]
-    congruence.share(model)
+    sharing.share(model)
     assert first.shape == second.shape == 0
     (instance,) = (one for a in model.assemblies for one in a.instances if one.kind == "part" and one.child == 1)
     after = model.shapes[0].surfaces

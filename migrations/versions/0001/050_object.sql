@@ -145,7 +145,7 @@ CREATE TABLE part_contact (
     area DOUBLE PRECISION NOT NULL,
     tolerance DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (object_id, path_a, surface_a, path_b, surface_b),
-    CHECK (kind IN ('planar', 'cylindrical')),
+    CHECK (kind IN ('planar', 'cylindrical', 'conical', 'spherical', 'toroidal')),
     CHECK (abs(gap) <= tolerance)
 );
 COMMENT ON TABLE part_contact IS 'Faces of parts, placed in an object by different instances, that touch; what touches within one instance is a row of the object that stands there.';
@@ -154,9 +154,9 @@ COMMENT ON COLUMN part_contact.path_a IS 'path of one placed part within the obj
 COMMENT ON COLUMN part_contact.surface_a IS 'surface_no of its face in the shape of the part';
 COMMENT ON COLUMN part_contact.path_b IS 'path of the other, later in the order of the file';
 COMMENT ON COLUMN part_contact.surface_b IS 'surface_no of its face';
-COMMENT ON COLUMN part_contact.kind IS 'planar: flat faces that lie on each other; cylindrical: a shaft in a hole, on one axis';
-COMMENT ON COLUMN part_contact.gap IS 'distance of flat faces, radius of the hole less that of the shaft; negative where they overlap, mm';
-COMMENT ON COLUMN part_contact.area IS 'area over which the faces lie opposite each other, of a cylinder on the shaft, mm2';
+COMMENT ON COLUMN part_contact.kind IS 'planar: flat faces that lie on each other; cylindrical: a shaft in a hole, on one axis; conical: a taper in its seat; spherical: a ball in its socket; toroidal: a ring in its groove';
+COMMENT ON COLUMN part_contact.gap IS 'distance of flat faces and of cones, else radius of the hole (of a groove, of its section) less that of the shaft; negative where they overlap, mm';
+COMMENT ON COLUMN part_contact.area IS 'area over which the faces lie opposite each other, on the shaft where the radii differ, mm2';
 COMMENT ON COLUMN part_contact.tolerance IS 'greatest gap, and greatest overlap, that counts as contact, mm';
 
 CREATE TABLE joint (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.loading.neutral import Shape, Table
 

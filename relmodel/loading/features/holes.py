@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, union
 from relmodel.loading.features.graph import Surfaces
 

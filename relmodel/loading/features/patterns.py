@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.clusters import clusters
+from relmodel.geometry.clusters import clusters
 from relmodel.loading.features.feature import Feature, feature_class_key, frame, lengths, union
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
 from relmodel.loading.features.graph import Boundary
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.loading import congruence, step_shape
+from relmodel.loading import sharing, step_shape
 from relmodel.loading.neutral import LoadedModel, Shape
 from relmodel.loading.step import read_step
 
@@ -161,7 +161,7 @@ def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Pat
         ring = cut(ring, moved(cylinder(30, 0, 5 if i else 4.5, 3, 20), m))
     pose = random_motions(1, 3)[0]
     first, other = (step_shape.extract(s, {}, {}, {}) for s in (ring, moved(ring, pose)))
-    found = congruence.congruent(first, other)
+    found = sharing.congruent(first, other)
     assert found is not None
     assert found.motion == pytest.approx(pose, abs=1e-8)
     assert found.surfaces.tolist() == list(range(len(first.surfaces["kind"])))
@@ -170,5 +170,5 @@ def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Pat
 
 def test_named_and_coloured_faces_keep_shapes_apart() -> None:
     plain, named = (step_shape.extract(handed(), names, {}, {}) for names in ({}, {1: "datum A"}))
-    assert congruence.congruent(plain, plain) is not None
-    assert congruence.congruent(plain, named) is None
+    assert sharing.congruent(plain, plain) is not None
+    assert sharing.congruent(plain, named) is None
