@@ -33,7 +33,7 @@ def curved_surfaces(
     sides, gaps = np.empty(len(triangles)), np.empty(len(triangles))
     fine = rounding(vertices)
     limits = fine, max(_EXACT_MM, fine), tolerance, np.cos(_LEAN_RAD), WIDE
-    told = _told(vertices, triangles, patches)
+    told = facts_of(vertices, triangles, patches)
     exact = grow_surfaces(told, _by_size(patches), *limits, True, owner, kinds, rows, sides, gaps, 0)
 
     # A triangle beside a surface may lie in one plane with a strip of it: such patches are cut, and what no surface
@@ -46,13 +46,13 @@ def curved_surfaces(
         vertices, triangles, edges, np.where(mixed[whole], count + np.arange(len(triangles)), whole), tolerance
     )
     owner = owner[whole[part_of]]
-    absorb(_told(vertices, triangles, pieces), tolerance, owner, kinds, rows, sides, gaps)
+    absorb(facts_of(vertices, triangles, pieces), tolerance, owner, kinds, rows, sides, gaps)
     taken = owner[pieces.of_triangle] >= 0
     label = np.where(mixed[whole] & taken, count + np.arange(len(triangles)), whole)
     patches, first = regrouped(vertices, triangles, edges, label, tolerance)
     owner = owner[pieces.of_triangle[first]]
 
-    told = _told(vertices, triangles, patches)
+    told = facts_of(vertices, triangles, patches)
     number = grow_surfaces(told, _by_size(patches), *limits, False, owner, kinds, rows, sides, gaps, exact)
     absorb(told, tolerance, owner, kinds, rows, sides, gaps)
     unite(told, tolerance, owner, kinds, rows, gaps, number)
@@ -68,8 +68,8 @@ def _by_size(patches: Patches) -> Ints:
     return order[bends[order] > 0]
 
 
-def _told(vertices: Floats, triangles: Ints, patches: Patches) -> Any:
-    """What the kernels are told of patches."""
+def facts_of(vertices: Floats, triangles: Ints, patches: Patches) -> Any:
+    """What kernels are told of patches (`patch_kernels.Patches`)."""
     from relmodel.loading import patch_kernels
 
     count = len(patches.area)

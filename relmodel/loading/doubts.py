@@ -19,6 +19,7 @@ Bools = npt.NDArray[np.bool_]
 _LITTLE_RAD = np.radians(30)
 _FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
 _FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
+_ALIKE = 0.1  # radii that differ by less, in the lesser, are about one
 _LEVEL = 0.5  # of the bend between facets: surfaces whose normals differ by less meet smoothly there
 
 
@@ -31,7 +32,8 @@ def without_chance(
 
     May be chance: surfaces of few patches, of little turn, and those that hold their patches inexactly.  To run on is
     to bend, less than a free-form surface does, into patches that nobody owns and that bend on, or into a surface that
-    may be chance and whose normal there is another one.
+    may be chance and whose normal there is another one.  Nor is any cylinder or cone one of the part that runs on into
+    one of about its radius whose normal there is another one, or, if both may be chance, whose axis is parallel.
     """
     one, two = edges.triangle_a, edges.triangle_b
     inner = np.flatnonzero((two >= 0) & (patches.of_triangle[one] != patches.of_triangle[two]))
@@ -42,24 +44,34 @@ def without_chance(
     length, bend, middle = np.tile(length, 2), np.tile(bend, 2), np.tile(ends.mean(axis=1), (2, 1))
     turned = turn(vertices, triangles, owner[patches.of_triangle], len(kind))
     runs = (bend < FREE_RAD) & (patches.width[b] < WIDE * patches.width[a])
-    level = np.zeros(len(a), bool)
+    level, drift = np.zeros(len(a), bool), np.zeros(len(a), bool)
     met = np.flatnonzero(runs & (owner[a] >= 0) & (owner[b] >= 0) & (owner[a] != owner[b]))
     normal = [normals(kind[o], row[o], middle[met]) for o in (owner[a[met]], owner[b[met]])]
     between = np.arccos(np.clip(np.abs(np.sum(normal[0] * normal[1], axis=1)), 0, 1))
     level[met] = between < _LEVEL * bend[met]
+    drift[met] = _drift(kind, row, owner[a[met]], owner[b[met]])
     while (owner >= 0).any():
         size = np.bincount(owner[owner >= 0], minlength=len(kind))
         poor = (size <= np.array(_FEW)[kind]) | (turned < _LITTLE_RAD) | inexact
         rim = (owner[a] >= 0) & (owner[a] != owner[b])
         free = np.zeros(len(owner), bool)
         free[a[runs & (owner[a] < 0) & (owner[b] < 0)]] = True
-        on = rim & runs & np.where(owner[b] < 0, free[b], poor[owner[b]] & ~level)
-        share = np.bincount(owner[a[on]], length[on], minlength=len(kind))
-        drop = poor & (share > _FREE_RIM * np.bincount(owner[a[rim]], length[rim], minlength=len(kind)))
+        met = runs & rim & (owner[b] >= 0)
+        chain = met & drift & (~level | poor[owner[a]] & poor[owner[b]])
+        on = rim & runs & (owner[b] < 0) & free[b] | met & poor[owner[b]] & ~level | chain
+        on, chain, rim = (np.bincount(owner[a[x]], length[x], minlength=len(kind)) for x in (on, chain, rim))
+        drop = (np.where(poor, on, chain) > _FREE_RIM * rim) & (rim > 0)
         if not drop.any():
             break
         owner = np.where((owner >= 0) & drop[owner], -1, owner)
     return owner
+
+
+def _drift(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
+    """Whether pairs of surfaces are cylinders or cones of about one radius and axis."""
+    ruled = np.isin(kind[one], (1, 2)) & np.isin(kind[two], (1, 2))
+    alike = np.abs(row[one, 6] - row[two, 6]) < _ALIKE * np.minimum(row[one, 6], row[two, 6])
+    return np.asarray(ruled & alike & (np.abs(np.sum(row[one, 3:6] * row[two, 3:6], axis=1)) > np.cos(FREE_RAD)))
 
 
 def turn(vertices: Floats, triangles: Ints, owner: Ints, count: int) -> Floats:

@@ -281,7 +281,7 @@ def grow_surfaces(
             core_area = _area(core, 0, size, m)
             directions(middles, facing, guesses)
             found = _axes_around(core, size, m, wide, owner, kinds, rows, guesses)
-            for attempt in range(3 + found):
+            for attempt in range(3 + found if exact else 3):  # blends kept as splines are nearly tori
                 kind = min(attempt + 1, TORUS)
                 if len(points) < _LEAST_POINTS[kind]:
                     continue

@@ -16,7 +16,7 @@ from relmodel.loading.refine_kernels import refine
 _MOST_FITTED = 600  # points of a large region that the fit sees
 SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the distance of their patches' middles
 LEAST_EXACT = 0.7  # share of the vertices that a surface must hold exactly
-MOST_INEXACT = 5.0  # of vertices on borders, in tolerances
+MOST_INEXACT = 3.0  # of vertices on borders, in tolerances
 LEAST_STEEP = 0.05  # cosine of a cone's half angle: less is a plane
 _MOST_GAP = 6.0  # how much farther from a surface a patch's middle may lie than the bends about it let expect
 
