@@ -18,6 +18,8 @@ CREATE TABLE inspection (
     m23 DOUBLE PRECISION NOT NULL,
     sigma_translation_mm DOUBLE PRECISION NOT NULL,
     sigma_rotation DOUBLE PRECISION NOT NULL,
+    selected_parts INTEGER NOT NULL,
+    superfluous_parts INTEGER NOT NULL,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -42,6 +44,8 @@ COMMENT ON COLUMN inspection.m22 IS 'world_from_rig as the prior has it: row 2, 
 COMMENT ON COLUMN inspection.m23 IS 'world_from_rig as the prior has it: row 2 of the translation, mm';
 COMMENT ON COLUMN inspection.sigma_translation_mm IS 'standard deviation of the prior''s translation along each axis, mm';
 COMMENT ON COLUMN inspection.sigma_rotation IS 'standard deviation of the prior''s rotation about each axis, rad';
+COMMENT ON COLUMN inspection.selected_parts IS 'placed parts that any pose which the prior leaves open could show, by their boxes: nothing else was considered';
+COMMENT ON COLUMN inspection.superfluous_parts IS 'how many of them no view holds of the poses sampled on the rim of what the prior leaves open';
 
 CREATE TABLE inspection_image (
     run_id BIGINT NOT NULL REFERENCES inspection (run_id),

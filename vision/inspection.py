@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from relmodel.errors import InputError, UsageError
-from relmodel.index.find import in_volume, world_named
+from relmodel.index.find import world_named
 from relmodel.store import Run, Store
 from vision.cameras import Prior, Rig, read_prior, read_rig
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
@@ -25,7 +25,7 @@ from vision.localisation.stored_scene import StoredScene, scene_from_store
 from vision.overlay import check_writable
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
-from vision.view_volume import widened_view_volume
+from vision.view_volume import FAR_MM, NEAR_MM, Selection, select
 
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 
@@ -35,6 +35,7 @@ class Inspection:
     """The answer of an inspection; transforms are 4x4, mm, and None where the verdict is refused.
 
     covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
+    selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
     """
 
@@ -45,11 +46,12 @@ class Inspection:
     world_from_camera: dict[str, Floats | None]
     covariance: Floats | None
     parts_in_view: list[dict[str, Any]]
+    selection: Selection
     hypotheses: list[tuple[Floats, float]]
     timings_s: dict[str, float] = field(compare=False)
 
     def to_json(self) -> dict[str, Any]:
-        """The answer in plain lists and numbers, under the names of the fields."""
+        """The answer in plain lists and numbers, under the names of the fields; of the selection, how many."""
 
         def plain(matrix: Floats | None) -> list[list[float]] | None:
             return None if matrix is None else matrix.tolist()
@@ -62,6 +64,7 @@ class Inspection:
             "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
             "covariance": plain(self.covariance),
             "parts_in_view": self.parts_in_view,
+            "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
             "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
         }
@@ -101,7 +104,11 @@ def inspect(
         world_id, world_name = world_named(store, connection, world)
     if world_id < 0:
         raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    stored = _scene(store, world_id, world_name, cameras, believed)
+    selection = select(store, cameras, believed, NEAR_MM, FAR_MM, world=world_name)
+    if not len(selection.shown):
+        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
+    with store.read() as connection:
+        stored = scene_from_store(store, connection, world_id, selection.occurrence_id.tolist())
     clock.lap("select")
 
     inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
@@ -137,25 +144,13 @@ def inspect(
             record_inspection(
                 run,
                 connection,
-                Inspected(stored, cameras, believed, pictures, extractions, stereo, found, parts),
+                Inspected(stored, selection, cameras, believed, pictures, extractions, stereo, found, parts),
                 keep_images=keep_images,
             )
             clock.lap("record")
             run.steps(connection, clock.laps)
             run.end("ok" if found.verdict == "accepted" else found.verdict, found.reason, connection)
-    return _answer(run.id, cameras, found, parts, clock.laps)
-
-
-def _scene(store: Store, world_id: int, world_name: str, rig: Rig, prior: Prior) -> StoredScene:
-    """What any pose that the prior leaves open could show."""
-    among: set[int] = set()
-    for name, camera in rig.cameras.items():
-        volume = widened_view_volume(camera, rig.rig_from_camera[name], prior)
-        among.update(in_volume(store, volume, level="part", world=world_name)["occurrence_id"].tolist())
-    if not among:
-        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
-    with store.read() as connection:
-        return scene_from_store(store, connection, world_id, sorted(among))
+    return _answer(run.id, cameras, found, parts, selection, clock.laps)
 
 
 def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Extraction]:
@@ -174,7 +169,12 @@ def _stereo(stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, 
 
 
 def _answer(
-    run: int, rig: Rig, found: Localisation, parts: PartsInView | None, timings: dict[str, float]
+    run: int,
+    rig: Rig,
+    found: Localisation,
+    parts: PartsInView | None,
+    selection: Selection,
+    timings: dict[str, float],
 ) -> Inspection:
     best = found.best.refined if found.best is not None and found.verdict != "refused" else None
     rows = [] if parts is None else parts.rows()
@@ -188,6 +188,7 @@ def _answer(
         },
         covariance=best.covariance if best else None,
         parts_in_view=rows,
+        selection=selection,
         hypotheses=[(h.refined.world_from_rig, h.cost) for h in found.hypotheses],
         timings_s=timings,
     )

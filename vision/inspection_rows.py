@@ -24,6 +24,7 @@ from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import KINDS, SILHOUETTE
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo
+from vision.view_volume import Selection
 
 BEST = 0  # number of the hypothesis that the views and correspondences belong to
 
@@ -33,6 +34,7 @@ class Inspected:
     """What an inspection was given and found; pictures and extractions by camera, stereo and parts where there are."""
 
     stored: StoredScene
+    selection: Selection
     rig: Rig
     prior: Prior
     pictures: dict[str, Picture]
@@ -90,6 +92,8 @@ def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
             **matrix_columns(it.prior.world_from_rig),
             "sigma_translation_mm": it.prior.sigma_translation_mm,
             "sigma_rotation": it.prior.sigma_rotation,
+            "selected_parts": len(it.selection.shown),
+            "superfluous_parts": it.selection.superfluous,
         },
     )
 

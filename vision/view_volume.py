@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from relmodel.index.find import in_volumes
-from relmodel.index.volumes import Frustum, Polyhedron
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry.transforms import matrices
+from relmodel.index.find import BOX_COLUMNS, in_volumes
+from relmodel.index.pairs import Integers
+from relmodel.index.volumes import Frustum, Polyhedron, boxes_met
 from relmodel.index.widening import widened
 from relmodel.store import Store
 from vision.cameras import Camera, Prior, Rig, perturb
@@ -47,16 +52,38 @@ def sampled_views(rig: Rig, prior: Prior, near: float, far: float, seed: int = 0
     ]
 
 
-def superfluous(
+@dataclass(frozen=True)
+class Selection:
+    """What the widened views of a rig hold: parts, or elements of a level, each once.
+
+    shown: (n,) whether one of the sampled views holds it too; the others are superfluous, as far as sampling tells.
+    """
+
+    occurrence_id: Integers
+    element_no: Integers
+    shown: npt.NDArray[np.bool_]
+
+    @property
+    def superfluous(self) -> int:
+        return int((~self.shown).sum())
+
+
+def select(
     store: Store, rig: Rig, prior: Prior, near: float, far: float, *, level: str = "part", world: str | None = None
-) -> tuple[int, int]:
-    """How many parts (or elements of a level) the widened views of a rig hold, and how many of them no sampled view
-    does: at most so many are superfluous."""
+) -> Selection:
+    """What of a world any pose that the prior leaves open could show to a camera of the rig."""
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
     whole = [widened_view_volume(camera, pose, prior, near, far) for camera, pose in cameras]
-    held, shown = (
-        {*zip(found["occurrence_id"].tolist(), found["element_no"].tolist(), strict=True)}
-        for volumes in (whole, sampled_views(rig, prior, near, far))
-        for found in [in_volumes(store, volumes, level=level, world=world)]
-    )
-    return len(held), len(held - shown)
+    found = in_volumes(store, whole, level=level, world=world)
+    key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
+    rows = np.unique(key, axis=1, return_index=True)[1]
+    low, high = (np.stack([found[f"{axis}{end}"][rows] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
+    boxes = np.stack([found[f"shape_{name}"][rows] for name in BOX_COLUMNS], axis=1).astype(float)
+    pose = matrices(found)[rows]
+    shown = np.zeros(len(rows), bool)
+    for view in sampled_views(rig, prior, near, far):
+        if shown.all():
+            break
+        rest = np.flatnonzero(~shown & (low <= view.bounds[3:]).all(axis=1) & (high >= view.bounds[:3]).all(axis=1))
+        shown[rest] = boxes_met(view, pose[rest], boxes[rest])
+    return Selection(key[0, rows], key[1, rows], shown)

@@ -94,7 +94,8 @@ def in_volumes(
         if kind == "rtree" and level == "part" and len(volumes) == 1:
             asked = dict(zip(BOX_COLUMNS, volumes[0].bounds.tolist(), strict=True))
             found = store.columns(connection, f"find_parts_in_box.{store.dialect}", world_id=world_id, **asked)
-            found = {"volume_no": np.zeros(len(found["path"]), np.int64), **found}
+            order = np.argsort(found["occurrence_id"])
+            found = {"volume_no": np.zeros(len(order), np.int64)} | {name: v[order] for name, v in found.items()}
         else:
             bounds = [volume.bounds for volume in volumes]
             found = _in_boxes(

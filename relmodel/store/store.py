@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Self
 
 from sqlalchemy import URL
 
@@ -26,7 +27,7 @@ class Store(Database):
     """
 
     @classmethod
-    def create(cls, target: str | Path) -> Store:
+    def create(cls, target: str | Path) -> Self:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
         Raises StoreError where the file is no relmodel store, is of a newer version or is held by another process.
@@ -39,7 +40,7 @@ class Store(Database):
         return store
 
     @classmethod
-    def migrate(cls, target: str | Path) -> Store:
+    def migrate(cls, target: str | Path) -> Self:
         """Open a store that exists and bring it up to date.  Raises StoreError as `create`, and where there is none."""
         with cls._opening(_existing(store_url(target))) as store:
             if store.revision is None:
@@ -48,7 +49,7 @@ class Store(Database):
         return cls.create(target)
 
     @classmethod
-    def open(cls, target: str | Path, *, read_only: bool = False) -> Store:
+    def open(cls, target: str | Path, *, read_only: bool = False) -> Self:
         """Open a store that exists.
 
         Raises StoreError where there is none, it is of another version, or it is held by another process.
@@ -69,7 +70,7 @@ class Store(Database):
 
     @classmethod
     @contextmanager
-    def _opening(cls, url: URL, *, read_only: bool = False) -> Iterator[Store]:
+    def _opening(cls, url: URL, *, read_only: bool = False) -> Iterator[Self]:
         """The store at `url`, closed again where what is done with it fails."""
         store = cls(connect(url, read_only=read_only), store_name(url))
         try:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 import yaml
 
+import relmodel
 from relmodel.cli.main import main
-from relmodel.index.find import LEVELS, in_volume
+from relmodel.index.find import LEVELS
 from relmodel.index.volumes import Box, Polyhedron, Sphere, Volume
 from relmodel.store import Run, Store
 from tests.index.test_find import fill, random_boxes, random_solids
@@ -121,6 +122,7 @@ def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: p
     questions: list[tuple[list[str], str, dict[str, Any]]] = []
     with Store.open(fresh_store) as store:
         oracle = fill(store, tmp_path)
+    with relmodel.open(fresh_store) as asked_store:
         volumes: list[Volume] = [*random_boxes(oracle, 2, 50), *random_solids(oracle, 3, 51)]
         for number, volume in enumerate(volumes):
             if isinstance(volume, Box):
@@ -131,7 +133,7 @@ def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: p
                 faces = tmp_path / f"faces_{number}.yaml"
                 faces.write_text(yaml.safe_dump({"half_spaces": volume.planes.tolist()}))
                 typed, volume = ["--polyhedron", str(faces)], Polyhedron(volume.planes)
-            questions += [(typed, level, in_volume(store, volume, level=level)) for level in LEVELS]
+            questions += [(typed, level, asked_store.in_volume(volume, level=level)) for level in LEVELS]
     for typed, level, asked in questions:
         rows = found(capsys, "--store", fresh_store, *typed, "--level", level)
         expected = zip(*(asked[name].tolist() for name in ("path", "name", "x0", "z1")), strict=True)

@@ -17,8 +17,8 @@ from vision.demonstration import pose_error, read_truth
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
-    "run", "verdict", "reason", "world_from_rig", "world_from_camera", "covariance", "parts_in_view", "hypotheses",
-    "timings_s",
+    "run", "verdict", "reason", "world_from_rig", "world_from_camera", "covariance", "parts_in_view", "selection",
+    "hypotheses", "timings_s",
 ]  # fmt: skip
 
 WRITTEN = [
@@ -92,6 +92,9 @@ def test_answer_has_the_promised_form(answer: dict[str, Any], pair: Pair) -> Non
     for part in answer["parts_in_view"]:
         assert set(part) >= {"path", "level", "visible_share"}
         assert 0 <= part["visible_share"] <= 1
+    parts = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
+    assert list(answer["selection"]) == ["parts", "superfluous"]
+    assert 0 <= answer["selection"]["superfluous"] <= answer["selection"]["parts"] - len(parts)
     costs = [one["cost"] for one in answer["hypotheses"]]
     assert costs
     assert np.array(answer["hypotheses"][0]["world_from_rig"]).shape == (4, 4)

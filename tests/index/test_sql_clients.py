@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import relmodel
 from relmodel.index.find import LEVELS, in_volume
 from relmodel.index.volumes import Box, Frustum, Sphere, Volume
 from relmodel.store import Ragged, Store
@@ -86,7 +87,10 @@ def test_clients_get_the_rows_of_find(fresh_store: str, tmp_path: Path, level: s
     with Store.open(fresh_store) as store:
         volumes = questions(fill(store, tmp_path))
         camera_id = add_camera(store)
-        found = [in_volume(store, volume, level=level) for volume in volumes]
+    with relmodel.open(fresh_store) as asked:
+        found = [asked.in_volume(volume, level=level) for volume in volumes]
+        together = asked.in_volumes(volumes, level=level)
+    assert together["path"].tolist() == [path for rows in found for path in rows["path"]]
     answers = rows_of(fresh_store, [call(volume, level, camera_id) for volume in volumes])
     assert sum(bool(answer) for answer in answers) > 5
     for volume, expected, answer in zip(volumes, found, answers, strict=True):

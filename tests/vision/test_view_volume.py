@@ -15,7 +15,7 @@ from tests.index.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
 from vision.cameras import Camera, Prior, Rig, perturb
 from vision.input_rows import record_rig
-from vision.view_volume import sampled_views, superfluous, view_volume
+from vision.view_volume import sampled_views, select, view_volume
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
 NEAR, FAR = 60.0, 900.0
@@ -93,7 +93,10 @@ def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, t
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
             prior = Prior(pose, sigma, sigma / 1000)
-            held, more = superfluous(store, rig, prior, NEAR, FAR)
-            union = set().union(*(oracle.in_view(view, "part") for view in sampled_views(rig, prior, NEAR, FAR)))
-            assert held - more == len(union)
-            assert more <= 0.5 * held
+            views = sampled_views(rig, prior, NEAR, FAR)
+            for level in ("part", "feature"):
+                held = select(store, rig, prior, NEAR, FAR, level=level)
+                union = set().union(*(oracle.in_view(view, level) for view in views))
+                assert held.shown.sum() == len(union)
+                assert held.superfluous == len(held.shown) - len(union)
+                assert held.superfluous <= 0.5 * len(held.shown)

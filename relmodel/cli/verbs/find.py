@@ -60,13 +60,13 @@ def run(args: argparse.Namespace) -> int:
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         if rig and prior:
-            from vision.view_volume import SAMPLED_POSES, superfluous
+            from vision.view_volume import SAMPLED_POSES, select
 
             level = args.level or "part"
-            held, more = superfluous(store, rig, prior, args.near, args.far, level=level, world=args.world)
+            held = select(store, rig, prior, args.near, args.far, level=level, world=args.world)
             say(
-                f"the widened view holds {held} {level}s by their boxes; "
-                f"none of {SAMPLED_POSES} sampled poses shows {more} of them"
+                f"the widened view holds {len(held.shown)} {level}s by their boxes; "
+                f"none of {SAMPLED_POSES} sampled poses shows {held.superfluous} of them"
             )
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)

@@ -65,5 +65,9 @@ def print_answer(answer: Inspection, form: str) -> None:
     if answer.world_from_rig is not None:
         for row in answer.world_from_rig[:3]:
             say("  ".join(f"{value:14.6f}" for value in row))
+    say(
+        f"selected from the world: {len(answer.selection.shown)} parts, of which {answer.selection.superfluous} in no "
+        "view of the poses sampled about the prior"
+    )
     names = ("path", "level", "visible_share")
     print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
