@@ -124,10 +124,13 @@ def extract(
 
     grey = grey_image(image)
     if mask is not None:
-        if mask.shape != grey.shape or not mask.any():
+        if mask.shape != grey.shape:
+            (height, width), (rows, columns) = mask.shape, grey.shape
             raise InputError(
-                f"a mask of shape {mask.shape} and {mask.sum()} pixels does not fit: mark part of the picture"
+                f"the mask is {width}x{height}, the picture {columns}x{rows}: give a mask of the same size"
             )
+        if not mask.any():
+            raise InputError("the mask leaves nothing of the picture: mark part of it")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
     noise = noise_curve(grey)
     lap("noise")
