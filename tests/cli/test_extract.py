@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import sqlalchemy as sa
@@ -11,6 +12,7 @@ from PIL import Image
 from relmodel.cli.main import main
 from relmodel.store import Store
 from vision.extraction.pictures import STAGES
+from vision.images import read_picture
 
 
 @pytest.fixture
@@ -56,15 +58,81 @@ def test_depth_and_colour_change_nothing(
     assert found["regions"] == expected["regions"] == 2
 
 
+@pytest.mark.parametrize("suffix", ["png", "tif"])
+def test_deep_colour_keeps_its_depth(suffix: str, square: Path, tmp_path: Path) -> None:
+    grey = np.asarray(Image.open(square)).astype(np.uint16) * 16  # twelve bits' worth: eight of them would be coarse
+    path = tmp_path / f"deep.{suffix}"
+    cv2.imwrite(str(path), np.dstack([grey * 4, grey * 2, grey]))  # blue, green, red
+    picture = read_picture(path)
+    assert (picture.depth, picture.channels) == (16, 3)
+    np.testing.assert_allclose(picture.grey, grey * (0.114 * 4 + 0.587 * 2 + 0.299) / 257)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 200), (200, 1), (5, 5), (12, 12), (64, 64)])
+@pytest.mark.parametrize("kind", ["black", "white", "noise"])
+def test_tiny_and_blank_pictures_are_one_region(
+    shape: tuple[int, int], kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values = {"black": 0, "white": 255, "noise": np.random.default_rng(1).integers(0, 255, shape)}[kind]
+    Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
+    found = counts(capsys, str(tmp_path / "small.png"))
+    assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("none.png", "check the name"),
+        ("empty.png", "no picture that can be read"),
+        ("text.png", "no picture that can be read"),
+        ("cut.png", "cannot be read"),
+        ("cut.jpg", "cannot be read"),
+        ("cut.tif", "cannot be read"),
+        ("cutdeep.png", "cannot be read"),
+        ("float.tif", "coded as F"),
+        ("lab.tif", "coded as LAB"),
+    ],
+)
+def test_what_is_no_picture_is_one_sentence(
+    name: str, sentence: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grey, path = Image.open(square), tmp_path / name
+    if name.startswith("cut"):
+        if name == "cutdeep.png":
+            cv2.imwrite(str(path), np.dstack([np.asarray(grey).astype(np.uint16) * 257] * 3))
+        else:
+            grey.save(path)
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    elif name == "float.tif":
+        Image.fromarray(np.asarray(grey).astype(np.float32)).save(path)
+    elif name == "lab.tif":
+        grey.convert("RGB").convert("LAB").save(path)
+    elif name != "none.png":
+        path.write_text("" if name == "empty.png" else "hello")
+    assert main(["extract", str(path)]) == 3
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+
+
+def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: Path) -> None:
+    assert main(["extract", str(square), "--picture", str(tmp_path / "arcs.xyz")]) == 3
+    assert main(["extract", str(square), "--picture", str(tmp_path / "nowhere" / "arcs.png")]) == 3
+
+
 def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     mask = np.zeros((96, 128), np.uint8)
     mask[:, :60] = 255  # the left side, and half of the upper and lower
     Image.fromarray(mask).save(tmp_path / "mask.png")
     found = counts(capsys, str(square), "--mask", str(tmp_path / "mask.png"))
     assert (found["arcs"], found["regions"], found["topography"]) == (3, 2, 96 * 60)
-    Image.fromarray(mask[:40]).save(tmp_path / "small.png")
-    assert main(["extract", str(square), "--mask", str(tmp_path / "small.png")]) == 3
-    assert "mask" in capsys.readouterr().err
+    for name, unfit, sentence in (
+        ("small", mask[:40], "the mask is 128x40, the picture 128x96"),
+        ("dark", mask // 4, "nowhere brighter than half"),
+    ):
+        Image.fromarray(unfit).save(tmp_path / f"{name}.png")
+        assert main(["extract", str(square), "--mask", str(tmp_path / f"{name}.png")]) == 3
+        assert sentence in capsys.readouterr().err
 
 
 def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:

@@ -9,6 +9,17 @@ import numpy.typing as npt
 FloatArray = npt.NDArray[np.float64]
 
 _ROUNDS = 3
+# Which of the fifteen products of two terms of a conic is that of terms i and j.
+_PRODUCT = np.array(
+    [
+        [0, 1, 2, 5, 6, 9],
+        [1, 2, 3, 6, 7, 10],
+        [2, 3, 4, 7, 8, 11],
+        [5, 6, 7, 9, 10, 12],
+        [6, 7, 8, 10, 11, 13],
+        [9, 10, 11, 12, 13, 14],
+    ]
+)
 _QUADRATIC, _LINEAR = slice(0, 3), slice(3, 6)
 
 
@@ -28,37 +39,40 @@ class Ellipses:
 
 def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.NDArray[np.integer]) -> Ellipses:
     """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
-    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
     if len(counts) == 0:
         return Ellipses(*np.zeros((6, 0)))
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
 
     def total(values: FloatArray) -> FloatArray:
-        return np.asarray(np.add.reduceat(values, first, axis=0))
+        return np.asarray(np.add.reduceat(values, first, axis=-1))
 
     def spread(values: FloatArray) -> FloatArray:
-        return np.asarray(np.repeat(values, counts, axis=0))
+        return np.asarray(np.repeat(values, counts, axis=-1))
 
-    middle = total(np.column_stack([x, y])) / counts[:, None]
-    u, v = (np.column_stack([x, y]) - spread(middle)).T
+    middle_x, middle_y = total(x) / counts, total(y) / counts
+    u, v = x - spread(middle_x), y - spread(middle_y)
     scale = np.sqrt(total(u * u + v * v) / counts)
     good = (counts >= 6) & (scale > 0.0)
     scale = np.where(good, scale, 1.0)
     u, v = u / spread(scale), v / spread(scale)
-    design = np.column_stack([u * u, u * v, v * v, u, v, np.ones_like(u)])
+    uu, uv, vv, one = u * u, u * v, v * v, np.ones_like(u)
+    # the products of any two of uu, uv, vv, u, v, 1
+    products = np.stack(
+        [uu * uu, uu * uv, uu * vv, uv * vv, vv * vv, uu * u, uu * v, vv * u, vv * v, uu, uv, vv, u, v, one]
+    )
     weight_sum = total(weight)
-    gain, gradient = weight / spread(weight_sum), np.ones_like(u)
+    gain, gradient = weight / spread(weight_sum), one
     conic = np.zeros((len(counts), 6))
     for _ in range(_ROUNDS):
-        scatter = total((gain[:, None] * design)[:, :, None] * design[:, None, :])
-        conic, found = _direct(scatter)
-        a, b, c, d, e, _ = spread(conic).T
+        conic, found = _direct(total(gain * products)[_PRODUCT].transpose(2, 0, 1))
+        a, b, c, d, e, f = spread(conic.T)
         gradient = (2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2
         least, greatest = np.minimum.reduceat(gradient, first), np.maximum.reduceat(gradient, first)
         good &= found & (least > 1e-12 * greatest)
         gradient = np.where(np.repeat(good, counts), gradient, 1.0)
         gain = weight / gradient
         gain /= spread(total(gain))
-    value = np.sum(design * spread(conic), axis=1)
+    value = a * uu + b * uv + c * vv + d * u + e * v + f
     square = total(weight * value**2 / gradient) / weight_sum * scale**2
     conic[~good] = (1.0, 0.0, 1.0, 0.0, 0.0, -1.0)
     a, b, c, d, e, f = conic.T
@@ -72,7 +86,7 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     along = axes[:, :, 0] * np.where(axes[:, 0, 0] < 0.0, -1.0, 1.0)[:, None]
     angle = np.where(along[:, 0] > 0.0, np.arctan2(along[:, 1], along[:, 0]), np.pi / 2)
     columns = np.stack(
-        [middle[:, 0] + scale * cu, middle[:, 1] + scale * cv, axes_length[:, 0], axes_length[:, 1], angle, square]
+        [middle_x + scale * cu, middle_y + scale * cv, axes_length[:, 0], axes_length[:, 1], angle, square]
     )
     return Ellipses(*np.where(good, columns, np.nan))
 

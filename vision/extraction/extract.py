@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
 from time import perf_counter
 
@@ -72,7 +73,7 @@ class Extraction:
     `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
     (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`; `timings_s`
-    says what each stage took.
+    says how long each stage kept the next waiting.
     """
 
     shape: tuple[int, int]
@@ -123,10 +124,13 @@ def extract(
 
     grey = grey_image(image)
     if mask is not None:
-        if mask.shape != grey.shape or not mask.any():
+        if mask.shape != grey.shape:
+            (height, width), (rows, columns) = mask.shape, grey.shape
             raise InputError(
-                f"a mask of shape {mask.shape} and {mask.sum()} pixels does not fit: mark part of the picture"
+                f"the mask is {width}x{height}, the picture {columns}x{rows}: give a mask of the same size"
             )
+        if not mask.any():
+            raise InputError("the mask leaves nothing of the picture: mark part of it")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
     noise = noise_curve(grey)
     lap("noise")
@@ -154,21 +158,28 @@ def extract(
     arcs = fit_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
     arcs, chains = clear(surprise, arcs, chains, min_significance=p.min_significance)
     lap("arcs")
-    marks = arc_marks(grey, edges, arcs)
-    lap("marks")
-    barrier = edge_mask(edges, chains, arcs, shape)
-    find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
-    regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
-    lap("regions")
-    linked_edges = edges.take(np.unique(chains.elements))
-    labels, crests = topographic_labels(grey, noise, linked_edges, sigma=p.topography_scale)
+    labels, crests = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
     if mask is not None:
         crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
-    courses = crest_arcs(
-        crests, shape, scale=p.topography_scale, min_height=p.min_crest, min_elements=p.min_crest_elements
-    )
-    histogram = label_histogram(labels, regions.labels, len(regions))
     lap("topography")
+    # Marks and crests, in the interpreter most of the time, and regions, out of it, need nothing of each other.
+    with ThreadPoolExecutor(1) as beside:
+        marked = beside.submit(arc_marks, grey, edges, arcs)
+        crested = beside.submit(
+            crest_arcs,
+            crests,
+            shape,
+            scale=p.topography_scale,
+            min_height=p.min_crest,
+            min_elements=p.min_crest_elements,
+        )
+        barrier = edge_mask(edges, chains, arcs, shape)
+        find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
+        regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
+        lap("regions")
+        marks, courses = marked.result(), crested.result()
+    lap("marks and crests")
+    histogram = label_histogram(labels, regions.labels, len(regions))
     borders = region_arcs(edges, arcs, regions)
     found = relations(arcs, regions, borders, radius=p.relation_radius)
     lap("relations")

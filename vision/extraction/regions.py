@@ -21,7 +21,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 _SATURATED = 250.0
 _BALLS = (12.0, 5.0, 2.0)  # px: radii of the trapped balls
-_LEVELS = np.float32(4.0)  # a px, at which the flood falls
+_LEVELS = np.float32(4.0)  # a px, at which the flood falls; 256 of them
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
 _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
@@ -125,7 +125,7 @@ def leak_proof_regions(
         mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     cells = np.full((mask.shape[0] + 2, mask.shape[1] + 2), -1, np.int32)
-    cells[1:-1, 1:-1] = np.minimum(depth * _LEVELS, np.float32(255.0))
+    cells[1:-1, 1:-1] = _LEVELS * np.minimum(depth, np.float32(63.75))
     count, flat = 0, cells.reshape(-1)
     for radius in _BALLS:
         count = _region_kernels.trap(depth, radius, flat, count)

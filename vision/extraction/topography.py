@@ -93,14 +93,8 @@ def topographic_labels(
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, noise, of_band), strict=True)
     )
     if edges is not None:
-        mark_inflections(labels, edges)
+        flat[edges.pixel[flat[edges.pixel] > _RAVINE]] = LABELS.index("inflection")
     return labels, _crests(pixel, rows.astype(np.float64), grey, noise, slope_sigma, sigma)
-
-
-def mark_inflections(labels: ByteArray, edges: EdgeElements) -> None:
-    """Make the pixels of `edges` inflections, in place, where no stronger label holds."""
-    flat = labels.reshape(-1)
-    flat[edges.pixel[flat[edges.pixel] > _RAVINE]] = LABELS.index("inflection")
 
 
 def _crests(

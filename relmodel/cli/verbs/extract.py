@@ -50,10 +50,12 @@ def _scales(text: str) -> tuple[float, ...]:
 def run(args: argparse.Namespace) -> int:
     from vision.extraction.extract import ExtractionParameters, extract
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
-    from vision.images import read_picture
-    from vision.overlay import save_side_by_side
+    from vision.images import read_mask, read_picture
+    from vision.overlay import check_writable, save_side_by_side
 
-    mask = read_picture(args.mask).grey > 127.5 if args.mask else None
+    if args.picture:
+        check_writable(args.picture)
+    mask = read_mask(args.mask) if args.mask else None
     pictures = [read_picture(path) for path in args.images]
     parameters = ExtractionParameters(scales=args.scales, regions=args.regions)
     found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]

@@ -26,6 +26,19 @@ def test_clean_step_is_found_where_it_is(sigma: float, blur: float) -> None:
             np.testing.assert_allclose(found.width, np.hypot(blur, 12**-0.5), atol=0.06)
 
 
+@pytest.mark.parametrize("sigma", [1.0, 1.4, 2.0, 2.8])
+def test_edges_are_true_up_to_near_the_border(sigma: float) -> None:
+    least = 64
+    for angle in ANGLES:
+        for offset in (-24.0, 0.2, 24.0):
+            found = edge_elements(step(angle, offset), sigma)
+            distance = (found.x - 31.5) * np.cos(angle) + (found.y - 31.5) * np.sin(angle) - offset
+            assert np.abs(distance).max(initial=0.0) < 0.02
+            row, column = np.divmod(found.pixel, 64)
+            least = min(least, *(int(place.min(initial=64)) for place in (row, column, 63 - row, 63 - column)))
+    assert least == np.ceil(2.5 * sigma)
+
+
 @pytest.mark.parametrize("angle", ANGLES)
 def test_one_element_for_every_row_or_column(angle: float) -> None:
     found = edge_elements(step(angle, 0.2), 1.4)

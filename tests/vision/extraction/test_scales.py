@@ -25,13 +25,13 @@ def _distance(found: EdgeElements) -> FloatArray:
 
 def test_noise_has_fewer_partners_than_edges() -> None:
     false, true = np.zeros(2), np.zeros(2)
-    for seed in range(6):
+    for seed in range(12):
         image = step(_ANGLE, 0.0, (128, 128)) + np.random.default_rng(seed).normal(0, 15, (128, 128))
         for at, scales in enumerate(((1.0,), (1.0, 1.4))):
             distance = np.abs(_distance(_elements(image, *scales)))
             false[at] += np.sum(distance > 4)
             true[at] += np.sum(distance < 1)
-    assert false[1] < 0.8 * false[0]
+    assert false[1] < 0.9 * false[0]
     assert true[1] > 0.95 * true[0]
 
 
