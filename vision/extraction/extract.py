@@ -12,7 +12,7 @@ from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, fit_arcs
 from vision.extraction.edges import EdgeElements, grey_image
 from vision.extraction.linking import Chains, fill_gaps, link
-from vision.extraction.marks import ArcMarks, arc_marks
+from vision.extraction.marks import ArcMarks, arc_marks, crest_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
@@ -71,8 +71,8 @@ class Extraction:
 
     `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
-    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`; `timings_s`
-    says what each stage took.
+    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`, their marks
+    `crest_marks`; `timings_s` says what each stage took.
     """
 
     shape: tuple[int, int]
@@ -88,6 +88,7 @@ class Extraction:
     topography: npt.NDArray[np.int64]
     crests: Crests
     crest_arcs: Arcs
+    crest_marks: ArcMarks
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
@@ -167,6 +168,7 @@ def extract(
     courses = crest_arcs(
         crests, shape, scale=p.topography_scale, min_height=p.min_crest, min_elements=p.min_crest_elements
     )
+    marks_of_courses = crest_marks(grey, crests.elements, courses)
     histogram = label_histogram(labels, regions.labels, len(regions))
     lap("topography")
     borders = region_arcs(edges, arcs, regions)
@@ -186,6 +188,7 @@ def extract(
         histogram,
         crests,
         courses,
+        marks_of_courses,
         found,
         timings,
     )
