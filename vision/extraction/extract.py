@@ -13,7 +13,7 @@ from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, fit_arcs
 from vision.extraction.edges import EdgeElements, grey_image
 from vision.extraction.linking import Chains, fill_gaps, link
-from vision.extraction.marks import ArcMarks, arc_marks
+from vision.extraction.marks import ArcMarks, arc_marks, crest_marks
 from vision.extraction.noise import noise_curve
 from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
@@ -72,8 +72,8 @@ class Extraction:
 
     `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
-    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`; `timings_s`
-    says how long each stage kept the next waiting.
+    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`, their marks
+    `crest_marks`; `timings_s` says how long each stage kept the next waiting.
     """
 
     shape: tuple[int, int]
@@ -89,6 +89,7 @@ class Extraction:
     topography: npt.NDArray[np.int64]
     crests: Crests
     crest_arcs: Arcs
+    crest_marks: ArcMarks
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
@@ -178,6 +179,7 @@ def extract(
         regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
         lap("regions")
         marks, courses = marked.result(), crested.result()
+    marks_of_courses = crest_marks(grey, crests.elements, courses)
     lap("marks and crests")
     histogram = label_histogram(labels, regions.labels, len(regions))
     borders = region_arcs(edges, arcs, regions)
@@ -197,6 +199,7 @@ def extract(
         histogram,
         crests,
         courses,
+        marks_of_courses,
         found,
         timings,
     )

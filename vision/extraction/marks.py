@@ -4,6 +4,8 @@ The closed form of an edge element foretells two plateaus, one on each side of t
 there; a streak of brushed metal has fallen back a few pixels on, and a shade has not got there yet.  Streaks besides
 come in bundles, parallel to each other, where an edge has its surroundings to itself.  Contrast and length, which
 thresholds go by, say much less: streaks are long and bright.
+
+The crests of fillets and chamfers stand out of those of streaks by height and, again, by having none parallel.
 """
 
 from dataclasses import dataclass
@@ -19,6 +21,9 @@ FloatArray = npt.NDArray[np.float64]
 # Log odds of an arc being an edge, by logistic regression on pictures A1, A4, B1, C1, C2, C3 of the rendered bulkheads;
 # of the mean step 2 and 4 px beside the arc over its contrast, the log of parallels around, the width in px.
 _ODDS_STEP_NEAR, _ODDS_STEP_FAR, _ODDS_PARALLEL, _ODDS_WIDTH, _ODDS = 3.1, 9.2, -2.7, -2.2, -7.7
+# Log odds of a ridge or ravine running along an edge, sharp or smooth, by regression on pictures A1-A4, A6, B1, C1-C3;
+# of the log of its height in grey and of parallel crests around.
+_ODDS_HEIGHT, _ODDS_PARALLEL_CREST, _ODDS_CREST = 3.3, -1.6, -6.9
 _NEAR, _FAR = 2.0, 4.0  # px
 _CELL = 8  # px: parallels are counted in 3 x 3 such cells
 _ORIENTATIONS = 12  # modulo pi; neighbours count as parallel
@@ -32,7 +37,7 @@ class ArcMarks:
     """Strengths 0..1 of the marks of each arc.
 
     `texture`: the probability that it is brush texture or shading and no edge.  `highlight`: the share of its elements
-    whose bright side is saturated.
+    whose bright side, or whose crest, is saturated.
     """
 
     texture: FloatArray
@@ -65,7 +70,23 @@ def arc_marks(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
         + _ODDS_WIDTH * arcs.width
         + _ODDS
     )
-    return ArcMarks(texture=1.0 / (1.0 + np.exp(np.clip(odds, -30.0, 30.0))), highlight=saturated)
+    return ArcMarks(_against(odds), saturated)
+
+
+def crest_marks(grey: FloatArray, crests: EdgeElements, arcs: Arcs) -> ArcMarks:
+    """Marks of the arcs along ridges and ravines found in `grey` (rows, columns; 0..255) among all their elements."""
+    if len(arcs) == 0:
+        return ArcMarks(np.zeros(0), np.zeros(0))
+    first, counts = arcs.offsets[:-1], arcs.chains.counts
+    parallel = np.add.reduceat(_parallels(crests, grey.shape, arcs.elements), first) / counts
+    saturated = grey.reshape(-1)[crests.pixel[arcs.elements]] >= _SATURATED
+    odds = _ODDS_HEIGHT * np.log(arcs.contrast) + _ODDS_PARALLEL_CREST * np.log(parallel / (3 * _CELL)) + _ODDS_CREST
+    return ArcMarks(_against(odds), np.add.reduceat(saturated.astype(np.float64), first) / counts)
+
+
+def _against(odds: FloatArray) -> FloatArray:
+    """The probability of the contrary, from log odds."""
+    return np.asarray(1.0 / (1.0 + np.exp(np.clip(odds, -30.0, 30.0))))
 
 
 def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32]) -> FloatArray:

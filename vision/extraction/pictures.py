@@ -78,10 +78,10 @@ def _regions(grey: FloatArray, found: Extraction) -> Picture:
 
 
 def _topography(grey: FloatArray, found: Extraction) -> Picture:
-    """The label of every pixel, and the arcs along ridges and ravines."""
+    """The label of every pixel, and the arcs along ridges and ravines; grey those that are more likely texture."""
     canvas = np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
-    crests = found.crest_arcs.chains
-    return _strokes(canvas, found.crests.elements, crests, [_CREST_COLOUR] * len(crests))
+    colours = [_TEXTURE_COLOUR if texture else _CREST_COLOUR for texture in found.crest_marks.texture > 0.5]
+    return _strokes(canvas, found.crests.elements, found.crest_arcs.chains, colours)
 
 
 def _relations(grey: FloatArray, found: Extraction) -> Picture:

@@ -185,7 +185,8 @@ def _covariances(extraction: Extraction) -> Columns:
 
 
 def _marks(extraction: Extraction) -> Columns:
-    marks = {"texture": extraction.marks.texture, "highlight": extraction.marks.highlight}
+    both = extraction.marks, extraction.crest_marks
+    marks = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
     marked = {name: np.flatnonzero(value >= _LEAST_MARK) for name, value in marks.items()}
     return {
         "arc_no": np.concatenate(list(marked.values())).astype(np.int32),

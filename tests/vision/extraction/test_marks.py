@@ -39,3 +39,20 @@ def test_the_border_of_a_saturated_blob_is_marked_as_highlight(bright: float, sh
 def test_a_picture_without_arcs_has_no_marks() -> None:
     found = extract(np.full((64, 64), 90.0))
     assert len(found.arcs) == len(found.marks.texture) == len(found.marks.highlight) == 0
+
+
+@pytest.mark.parametrize(("bright", "saturated"), [(60.0, False), (250.0, True)])
+def test_the_crest_of_a_fillet_is_told_from_those_of_streaks(bright: float, saturated: bool) -> None:
+    y, x = np.mgrid[:200, :200] - 99.5
+    across = x * np.cos(0.4) + y * np.sin(0.4)
+    picture = np.clip(100.0 + brushed((200, 200)) + bright * np.exp(-0.5 * (across / 2.5) ** 2), 0, 255)
+    found = extract(picture + np.random.default_rng(4).normal(0.0, 1.0, picture.shape))
+    px, py = found.crest_arcs.x - 99.5, found.crest_arcs.y - 99.5
+    hits = np.add.reduceat(np.abs(px * np.cos(0.4) + py * np.sin(0.4)) < 2.0, found.crest_arcs.offsets[:-1])
+    fillet = (hits > 0.5 * found.crest_arcs.chains.counts) & ~found.crests.ravine[
+        found.crest_arcs.elements[found.crest_arcs.offsets[:-1]]
+    ]
+    length, texture = found.crest_arcs.length, found.crest_marks.texture
+    assert length[fillet & (texture < 0.5)].sum() > 100.0
+    assert np.average(texture[~fillet] > 0.5, weights=length[~fillet]) > 0.8
+    assert (np.average(found.crest_marks.highlight[fillet], weights=length[fillet]) > 0.9) == saturated

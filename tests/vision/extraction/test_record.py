@@ -36,7 +36,7 @@ def test_rows_are_the_columns(tmp_path: Path) -> None:
             assert count("region_arc") == len(found.region_arcs) == 2
             arc = connection.execute(sa.select(store.table("image_arc"))).one()
             assert (arc.kind, arc.closed, arc.bright_side) == ("circular", True, "left")
-            assert arc.radius == found.arcs.radius[0]
+            assert (arc.radius, arc.significance) == (found.arcs.radius[0], found.arcs.significance[0])
             polyline = connection.execute(sa.select(store.table("image_arc_polyline"))).one()
             np.testing.assert_allclose(polyline.x, found.arcs.x, atol=1e-4)
             np.testing.assert_allclose(polyline.sigma, found.arcs.point_sigma, rtol=1e-6)
