@@ -56,6 +56,21 @@ class SplineCurve:
     poles: Array  # (m, 3)
     weights: Array | None
 
+    @classmethod
+    def of(cls, splines: Mapping[str, Any], i: int) -> SplineCurve:
+        """From row i of columns of `arc_spline`."""
+        weights = splines["weights"][i]
+        return cls(
+            bspline.Basis.of(
+                int(splines["degree"][i]),
+                bool(splines["periodic"][i]),
+                splines["knots"][i],
+                splines["multiplicities"][i],
+            ),
+            np.asarray(splines["poles"][i], float).reshape(-1, 3),
+            None if weights is None or len(weights) == 0 else np.asarray(weights, float),
+        )
+
     def evaluate(self, t: Array) -> tuple[Array, Array]:
         return bspline.curve(self.basis, self.poles, self.weights, t)
 
@@ -89,17 +104,7 @@ class Curves:
         self.splines: dict[int, SplineCurve] = {}
         for i, number in enumerate(splines.get(key, ())):
             row = int(number) if rows is None else rows[int(number)]
-            weights = splines["weights"][i]
-            self.splines[row] = SplineCurve(
-                bspline.Basis.of(
-                    int(splines["degree"][i]),
-                    bool(splines["periodic"][i]),
-                    splines["knots"][i],
-                    splines["multiplicities"][i],
-                ),
-                np.asarray(splines["poles"][i], float).reshape(-1, 3),
-                None if weights is None or len(weights) == 0 else np.asarray(weights, float),
-            )
+            self.splines[row] = SplineCurve.of(splines, i)
 
         self.basis = basis or self
         self.offsets: dict[int, tuple[int, Array, float]] = {}
