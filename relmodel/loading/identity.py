@@ -5,9 +5,10 @@ A content key is the first half of the SHA-256 of the thing's kind and numbers, 
 spline parameters, so that a kernel's round-off does not show.  The grid is shifted by an irrational part of its
 spacing, since nominal dimensions (decimal millimetres, binary fractions of an inch) would otherwise fall on its edges.
 
-Limit: two numbers that differ by a round-off of r still fall into two cells with probability r / spacing, about one
-in a million for the 1e-12 mm of a kernel; the things then count as different, and telling them to be near is the work
-of a comparison of variants, not of a key.  A file read again gives the same numbers, and so the same keys.
+Two numbers that differ by a round-off of r still fall into two cells with probability r / spacing: one in a million for
+the 1e-12 mm of a kernel, often for a file that was written with other last digits.  So numbers of a model are first
+settled on those of the store that are near (`round_off.py`).  A file read again gives the same numbers, and so the same
+keys.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from relmodel.errors import InputError
+from relmodel.loading.part21_strings import decoded
 
 # A string ends at a quote that is not doubled; a comment at the first */.
 _BLANKED = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
@@ -99,7 +100,7 @@ def _damage(blanked: bytes, counts: dict[bytes, int]) -> str | None:
 
 
 def _text(written: bytes) -> str:
-    return written.decode("latin-1").replace("''", "'").strip()
+    return decoded(written).strip()
 
 
 def faces_in_use(path: Path) -> int:

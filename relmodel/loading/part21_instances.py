@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from relmodel.loading.part21_strings import decoded
+
 # Strings may hold semicolons, hashes and what looks like comments.
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*(\(|[A-Za-z_][A-Za-z0-9_]*)((?:[^;']++|'[^']*+')*+);")
 _COMMENT = re.compile(rb"('[^']*+')|/\*.*?\*/", re.DOTALL)
@@ -152,7 +154,7 @@ def _scalar(
     text: bytes | None, number: bytes | None, real: bytes | None, whole: bytes | None, enumeration: bytes | None
 ) -> Any:
     if text is not None:
-        return text.decode("latin-1").replace("''", "'")
+        return decoded(text)
     if number is not None:
         return Reference(number)
     if real is not None:

@@ -13,9 +13,10 @@ from sqlalchemy import Connection
 from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.contacts import contacts
-from relmodel.loading.identity import ModelKeys, ShapeKeys, assembly_order, model_keys, row_count_or_none
+from relmodel.loading.identity import ModelKeys, ShapeKeys, assembly_order, row_count_or_none
 from relmodel.loading.keyed import ids_by_key
 from relmodel.loading.neutral import Attribute, Instance, LoadedModel, Shape, Table
+from relmodel.loading.round_off import settled
 from relmodel.loading.write_pmi import append_pmi
 from relmodel.loading.write_shape import append_shapes
 from relmodel.store import Columns, Run
@@ -75,7 +76,7 @@ def store_model(
     Geometry, parts and assemblies that the store holds already, by content, are not written again; a content other
     than that of the latest revision becomes the next revision.  Raises InputError where an assembly contains itself.
     """
-    keys = model_keys(model)
+    model, keys = settled(run.store, connection, model)
     shape_ids, new_shapes = ids_by_key(run, connection, "shape", [k.shape for k in keys.shapes])
     surfaces_added, arcs_added = _append_geometry(run, connection, model, keys, shape_ids, new_shapes)
     part_ids = _append_parts(run, connection, model, keys, shape_ids)

@@ -54,6 +54,11 @@ def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "
     parts = [Part(item.number, item.number, i, item.material) for i, item in enumerate(items)]
     placed = [Instance(item.name, "part", i, item.pose) for i, item in enumerate(items)]
     model = LoadedModel("STEP", "AP242", "mm", 1.0, shapes, parts, [Assembly(name, placed)], 0, None, 0, "test")
+    return keep(store, variant, model, name)
+
+
+def keep(store: Store, variant: str, model: LoadedModel, name: str = "thing") -> LoadReport:
+    """Store a model."""
     with Run.begin(store, "load", {"name": name, "variant": variant}) as run, run.write() as connection:
         report = store_model(run, connection, model, name, variant, SourceFile(f"{variant}.step", variant))
         run.end("ok", connection=connection)

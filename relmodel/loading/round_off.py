@@ -1,0 +1,350 @@
+"""Numbers of a model that differ from those of the store by round-off become those of the store.
+
+A content key rounds numbers to a grid, and two that are next to each other may fall into two cells however fine or
+coarse it is: a file that is exported anew, with other last digits, would be added again.  So before keys are made of
+geometry that the store seems to lack, rows are looked for that begin (arcs) or have their centroid (surfaces) in the
+same place, within a cell of the grid or in the next one.  Where all that the key is made of agrees to round-off, the
+stored numbers are taken; of several rows those of the nearest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.geometry.curves import BOX
+from relmodel.geometry.spline_curves import SplineCurves
+from relmodel.geometry.transforms import matrices
+from relmodel.loading.brep import pcurve_of
+from relmodel.loading.identity import ModelKeys, model_keys, row_count_or_none
+from relmodel.loading.keyed import known_keys
+from relmodel.loading.neutral import Assembly, Attribute, LoadedModel, Shape, Table
+from relmodel.store.columns import Ragged, stack, take
+from relmodel.store.database import Database
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+ROUND_OFF_MM = 2e-6  # as far as the digits of a file reach
+_TURN = 1e-7  # of placed parts, rad
+_SHARE = 1e-9  # of attributes, as a share of the value
+_EXACT = tuple(f"{way}{name}" for way in ("", "u_", "v_") for name in ("degree", "periodic", "multiplicities"))
+_KNOTS, _KNOT_SHARE = ("knots", "u_knots", "v_knots", "weights"), 1e-9  # of their range
+_LEAST_SIZE = 1e-3  # mm
+_PLACE_MM = 1e-4  # of a centroid, which for slivers is known less well than the rest
+_CELL, _SHIFT = 1e-2, 2**-0.5  # mm; in cells, so that nominal dimensions do not lie on the edges
+
+
+@dataclass(frozen=True)
+class _Level:
+    """Arcs or surfaces: their tables in a shape, the query, and columns by how exactly they are known."""
+
+    tables: tuple[tuple[str, str], ...]
+    owner: str
+    query: str
+    splines: str
+    place: str
+    same: tuple[str, ...]
+    lengths: tuple[str, ...]
+    angles: tuple[str, ...]
+    intervals: tuple[tuple[str, str], ...]
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """All columns of numbers."""
+        return (*self.lengths, *self.angles, *self.bounds)
+
+    @property
+    def bounds(self) -> tuple[str, ...]:
+        """Columns of parameter intervals."""
+        return tuple(c for pair in self.intervals for c in pair)
+
+
+_FRAME = ("axis_x_x", "axis_x_y", "axis_x_z", "axis_z_x", "axis_z_y", "axis_z_z")
+_SIZES = ("origin_x", "origin_y", "origin_z", "radius", "radius2")
+_ARCS = _Level(
+    (("arcs", "arc_splines"), ("basis_arcs", "basis_arc_splines")),
+    "arc_no",
+    "load/near_arcs",
+    "load/arc_splines",
+    "start",
+    ("kind", "recognised_kind", "provenance"),
+    (*_SIZES, "start_x", "start_y", "start_z", "end_x", "end_y", "end_z"),
+    _FRAME,
+    (("t0", "t1"),),
+)
+_SURFACES = _Level(
+    (("surfaces", "surface_splines"), ("basis_surfaces", "basis_surface_splines")),
+    "surface_no",
+    "load/near_surfaces",
+    "load/surface_splines",
+    "centroid",
+    ("kind", "recognised_kind", "provenance", "direct", "reversed"),
+    (*_SIZES, "centroid_x", "centroid_y", "centroid_z"),
+    (*_FRAME, "semi_angle"),
+    (("u0", "u1"), ("v0", "v1")),
+)
+
+
+def settled(store: Database, connection: Connection, model: LoadedModel) -> tuple[LoadedModel, ModelKeys]:
+    """A model with the numbers of the store where its own are the same but for round-off, and its keys."""
+    keys = model_keys(model)
+    known = known_keys(store, connection, "shape", [k.shape for k in keys.shapes])
+    new = [i for i, k in enumerate(keys.shapes) if k.shape not in known]
+    if not new and known_keys(store, connection, "object", keys.assemblies[model.root : model.root + 1]):
+        return model, keys
+    shapes = list(model.shapes)
+    for i, shape in zip(new, _settled_shapes(store, connection, [shapes[i] for i in new]), strict=True):
+        shapes[i] = shape
+    assemblies = _settled_assemblies(store, connection, model.assemblies)
+    model = replace(model, shapes=shapes, parts=[replace(p) for p in model.parts], assemblies=assemblies)
+    _settle_attributes(store, connection, model)
+    return model, model_keys(model)
+
+
+def _settled_shapes(store: Database, connection: Connection, shapes: list[Shape]) -> list[Shape]:
+    """Shapes with the numbers of the store, where these are the same but for round-off."""
+    out = [replace(shape) for shape in shapes]
+    for level in (_ARCS, _SURFACES) if shapes else ():
+        blocks = [
+            (shape, names) for shape in out for names in level.tables if row_count_or_none(getattr(shape, names[0]))
+        ]
+        tables = [getattr(shape, rows) for shape, (rows, _) in blocks]
+        if not tables:
+            continue
+        row, stored, number = _near(store, connection, level, tables, [_is_bare(s, rows) for s, (rows, _) in blocks])
+        first = np.cumsum([0, *(row_count_or_none(t) for t in tables)])
+        splines = store.columns(connection, level.splines, ids=np.unique(stored["id"][number]).tolist())
+        for (shape, (rows, spline_rows)), table, start, end in zip(blocks, tables, first[:-1], first[1:], strict=True):
+            here = np.flatnonzero((row >= start) & (row < end))
+            at, to = row[here] - start, number[here]
+            curved, unlike = _with_splines(getattr(shape, spline_rows), level, at, stored["id"][to], splines)
+            at, to = at[~unlike], to[~unlike]
+            setattr(shape, spline_rows, curved)
+            if rows == "arcs":
+                _turn_back(shape, at, _whole_turns(np.asarray(table["kind"])[at], table["t0"][at], stored["t0"][to]))
+            bare = _is_bare(shape, rows)[at]
+            numbers = {c: _replaced(table[c], at, stored[c][to]) for c in (*level.lengths, *level.angles)}
+            for c in level.bounds:
+                numbers[c] = _replaced(table[c], at[bare], stored[c][to[bare]])
+            kinds = np.array(table["recognised_kind"], object)
+            kinds[at] = stored["recognised_kind"][to]
+            setattr(shape, rows, table | numbers | {"recognised_kind": kinds})
+    return out
+
+
+def _is_bare(shape: Shape, rows: str) -> npt.NDArray[np.bool_]:
+    """Whether it is parameter intervals that bound each row of a table, and not loops."""
+    bare = np.ones(row_count_or_none(getattr(shape, rows)), bool)
+    if rows == "surfaces" and row_count_or_none(shape.coedges):
+        bare[np.asarray(shape.coedges["surface_no"], np.int64)] = False
+    return bare
+
+
+def _whole_turns(kind: npt.NDArray[Any], ours: Floats, theirs: Floats) -> Floats:
+    """What whole turns take the start of a closed curve (n,) to about another: that at 0 may lie below 2 pi."""
+    closed = np.isin(np.asarray(kind, str), ("circle", "ellipse"))
+    return np.where(closed, np.round((theirs - ours) / (2 * np.pi)), 0.0) * 2 * np.pi
+
+
+def _turn_back(shape: Shape, arcs: Ints, shift: Floats) -> None:
+    """Add to the parameters of some arcs (n,) whole turns (n,) in all that is drawn or sampled by them."""
+    of_arc = np.zeros(row_count_or_none(shape.arcs))
+    of_arc[arcs] = shift
+    if not of_arc.any():
+        return
+    samples, pcurves = shape.samples, shape.pcurves
+    by = np.repeat(of_arc[samples.arc_no], np.diff(samples.parameters.offsets))
+    parameters = replace(samples.parameters, values=samples.parameters.values + by)
+    shape.samples = replace(samples, parameters=parameters)
+    if not row_count_or_none(pcurves):
+        return
+    drawn = pcurve_of(shape.coedges, pcurves)
+    turned = np.zeros(row_count_or_none(pcurves))
+    turned[drawn[drawn >= 0]] = of_arc[np.asarray(shape.coedges["arc_no"], np.int64)[drawn >= 0]]
+    along = np.where(np.asarray(pcurves["kind"], str) == "line", turned, 0.0)
+    shape.pcurves = pcurves | {f"origin_{c}": pcurves[f"origin_{c}"] - along * pcurves[f"axis_{c}"] for c in "uv"}
+    knots = pcurves["knots"]
+    moved = knots.values + np.repeat(turned, np.diff(knots.offsets))
+    shape.pcurves["knots"] = replace(knots, values=moved)
+
+
+def _near(
+    store: Database, connection: Connection, level: _Level, tables: list[Table], bare_rows: list[npt.NDArray[np.bool_]]
+) -> tuple[Ints, dict[str, npt.NDArray[Any]], Ints]:
+    """Rows of all tables after each other that the store has but for round-off, the rows found, and which are whose."""
+    mine = {
+        c: np.concatenate([np.asarray(t[c]) for t in tables])
+        for c in (*level.same, *level.lengths, *level.angles, *level.bounds, *BOX)
+    }
+    place = np.stack([mine[f"{level.place}_{c}"].astype(float) for c in "xyz"], axis=1)
+    no, cell = _cells(place)
+    columns = {"no": no, **dict(zip("xyz", cell.T, strict=True))}
+    sought = {name: " ".join(map(str, values.tolist())) for name, values in columns.items()}
+    found = store.columns(connection, level.query, **sought, cell=_CELL, shift=_SHIFT)
+    row = np.asarray(found["no"], np.int64)
+    good = np.ones(len(row), bool)
+    # What a spline is recognised as follows from it, and is less well known.
+    spline = np.isin(mine["kind"][row].astype(str), ("spline", "polyline"))
+    for c in level.same:
+        good &= (mine[c][row].astype(str) == np.asarray(found[c]).astype(str)) | (spline & (c == "recognised_kind"))
+    worst = np.zeros(len(row))
+    bare = np.concatenate(bare_rows)[row]
+    turns = np.zeros(len(row))
+    if level is _ARCS:
+        turns = _whole_turns(mine["kind"][row], mine["t0"][row], np.asarray(found["t0"], float))
+    for c, tolerance in _tolerances(level, mine).items():
+        ours, theirs = np.asarray(mine[c], float)[row], np.asarray(found[c], float)
+        if c in level.bounds:
+            ours, theirs = np.where(bare, ours + turns, 0.0), np.where(bare, theirs, 0.0)
+        both = (np.isnan(ours) & np.isnan(theirs)) | (spline & (c in _SIZES or c in level.angles))
+        off = np.where(both, 0.0, np.abs(ours - theirs) / tolerance[row])
+        worst = np.maximum(worst, np.where(np.isnan(off), np.inf, off))
+    order = np.lexsort((found["id"], worst, row))
+    order = order[(good & (worst <= 1))[order]]
+    nearest = order[np.unique(row[order], return_index=True)[1]]
+    return row[nearest], found, nearest
+
+
+def _cells(places: Floats) -> tuple[Ints, Ints]:
+    """Cells (m, 3) that may hold what is at the places (n, 3) but for round-off, and at which place (m,)."""
+    low, high = (np.floor((places + off) / _CELL + _SHIFT).astype(np.int64) for off in (-_PLACE_MM, _PLACE_MM))
+    choices = [np.where(np.array(pick, bool), high, low) for pick in product((0, 1), repeat=3)]
+    numbered = [np.column_stack([np.arange(len(places)), cells]) for cells in choices]
+    both = np.unique(np.concatenate(numbered), axis=0)
+    return both[:, 0], both[:, 1:]
+
+
+def _tolerances(level: _Level, mine: Table) -> dict[str, Floats]:
+    """How far each number (n,) may be off."""
+    box = np.stack([np.asarray(mine[c], float) for c in BOX], axis=1)
+    size = np.maximum(np.linalg.norm(box[:, 3:] - box[:, :3], axis=1), _LEAST_SIZE)
+    out = dict.fromkeys(level.lengths, np.full(len(size), ROUND_OFF_MM))
+    out |= dict.fromkeys((f"centroid_{c}" for c in "xyz" if level is _SURFACES), np.full(len(size), _PLACE_MM))
+    out |= dict.fromkeys(level.angles, ROUND_OFF_MM / size)
+    for low, high in level.intervals:
+        extent = np.asarray(mine[high], float) - np.asarray(mine[low], float)
+        out |= dict.fromkeys((low, high), np.maximum(extent, _LEAST_SIZE) * ROUND_OFF_MM / size)
+    return out
+
+
+def _with_splines(
+    table: Table, level: _Level, row: Ints, ids: Ints, stored: Table
+) -> tuple[Table, npt.NDArray[np.bool_]]:
+    """Splines of a shape, those of the store for rows (n,) where the stored ones of these identities (n,) are alike;
+    and of which of these (n,) they are not."""
+    unlike = np.zeros(len(row), bool)
+    count = row_count_or_none(table)
+    if not count or not len(stored["id"]):
+        return table, unlike
+    at = {int(number): i for i, number in enumerate(table[level.owner])}
+    there = {int(identity): i for i, identity in enumerate(stored["id"])}
+    source = np.arange(count)
+    for k, (number, identity) in enumerate(zip(row.tolist(), ids.tolist(), strict=True)):
+        i, j = at.get(number), there.get(identity)
+        if i is None or j is None:
+            unlike[k] = (i is None) != (j is None)
+        elif _alike(table, i, stored, j):
+            source[i] = count + j
+        else:
+            unlike[k] = True
+    theirs: Table = {c: _packed(stored[c], table[c]) for c in table if c != level.owner}
+    ours = {c: table[c] for c in theirs}
+    return {level.owner: table[level.owner], **take(stack([ours, theirs]), source)}, unlike
+
+
+def _packed(values: Any, like: Any) -> Any:
+    """A column of the store as those of a shape are."""
+    return Ragged.pack(list(values), like.values.dtype) if isinstance(like, Ragged) else values.astype(like.dtype)
+
+
+def _alike(ours: Table, i: int, theirs: Table, j: int) -> bool:
+    """Whether two splines are one function but for round-off."""
+    if _agree(ours["poles"][i], theirs["poles"][j], ROUND_OFF_MM) and all(
+        _agree(ours[c][i], theirs[c][j], 0.0) for c in _EXACT if c in ours
+    ):
+        knots = [(ours[c][i], theirs[c][j]) for c in _KNOTS if c in ours]
+        return all(_agree(a, b, _KNOT_SHARE * max([1.0, *_flat(a).tolist()])) for a, b in knots)
+    if "knots" not in ours:
+        return False
+    # A kernel inserts a knot where an edge ends next to another.
+    cuts = [_flat(ours["knots"][i]), _flat(theirs["knots"][j])]
+    knots_of_both = np.unique(np.concatenate(cuts))
+    t = np.concatenate([knots_of_both, (knots_of_both[:-1] + knots_of_both[1:]) / 2])
+    t = np.clip(t, max(c[0] for c in cuts), min(c[-1] for c in cuts))
+    first, second = (
+        SplineCurves(table, np.array([row]), 3).evaluate(np.zeros(len(t), np.int64), t)[0]
+        for table, row in ((ours, i), (theirs, j))
+    )
+    return _agree(first, second, ROUND_OFF_MM)
+
+
+def _agree(a: Any, b: Any, tolerance: float) -> bool:
+    a, b = _flat(a), _flat(b)
+    return len(a) == len(b) and bool(np.all(np.abs(a - b) <= tolerance))
+
+
+def _flat(values: Any) -> Floats:
+    return np.empty(0) if values is None else np.asarray(values, float).ravel()
+
+
+def _replaced(values: npt.ArrayLike, rows: Ints, by: npt.ArrayLike) -> Floats:
+    out = np.array(values, float)
+    out[rows] = by
+    return out
+
+
+def _settled_assemblies(store: Database, connection: Connection, assemblies: list[Assembly]) -> list[Assembly]:
+    """Assemblies with children placed as in those of the store that have the same name, but for round-off."""
+    names = sorted({a.name for a in assemblies if a.instances})
+    rows = store.columns(connection, "load/placed_in_objects", names=names)
+    poses = matrices(rows)
+    known: dict[str, list[Floats]] = {}
+    for identity in np.unique(rows["id"]):
+        at = np.flatnonzero(rows["id"] == identity)
+        if np.array_equal(rows["child_no"][at], np.arange(len(at))):
+            known.setdefault(str(rows["name"][at[0]]), []).append(poses[at])
+    out = []
+    for assembly in assemblies:
+        own = np.array([e.parent_from_child for e in assembly.instances], float).reshape(-1, 4, 4)
+        off = [_worst(own, pose) for pose in known.get(assembly.name, []) if len(pose) == len(own)]
+        if off and min(off) <= 1:
+            alike = [pose for pose in known[assembly.name] if len(pose) == len(own)]
+            poses_there = alike[int(np.argmin(off))]
+            placed = [replace(e, parent_from_child=p) for e, p in zip(assembly.instances, poses_there, strict=True)]
+            assembly = replace(assembly, instances=placed)
+        out.append(replace(assembly))
+    return out
+
+
+def _worst(a: Floats, b: Floats) -> float:
+    """Greatest difference of two lists of poses (n, 4, 4), as a share of what round-off may make."""
+    off = np.abs(a - b)
+    return float(max(off[:, :3, 3].max() / ROUND_OFF_MM, off[:, :3, :3].max() / _TURN)) if len(a) else 0.0
+
+
+def _settle_attributes(store: Database, connection: Connection, model: LoadedModel) -> None:
+    """Give attributes of parts and assemblies the numbers of those of the same name, but for round-off; in place."""
+    parts, objects = sorted({p.number for p in model.parts}), sorted({a.name for a in model.assemblies})
+    known: dict[tuple[str, str, str], list[float]] = {}
+    for row in store.rows(connection, "load/attributes_by_owner", parts=parts, objects=objects):
+        known.setdefault((row.owner, row.owner_name, row.name), []).append(float(row.value))
+
+    def settled_one(owner: str, called: str, attribute: Attribute) -> Attribute:
+        name, value, unit = attribute
+        there = known.get((owner, called, name))
+        if isinstance(value, str) or not there:
+            return attribute
+        nearest = min(there, key=lambda v: abs(v - value))
+        near = abs(nearest - value) <= max(ROUND_OFF_MM, _SHARE * abs(value))
+        return name, nearest if near else value, unit
+
+    for part in model.parts:
+        part.attributes = [settled_one("part", part.number, a) for a in part.attributes]
+    for assembly in model.assemblies:
+        assembly.attributes = [settled_one("object", assembly.name, a) for a in assembly.attributes]
