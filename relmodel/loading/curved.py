@@ -15,8 +15,9 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
-KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
-_EXACT_MM = 5e-5  # kernels hold a cylinder that they keep as a spline about as exactly
+KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
+PLANE, CYLINDER, CONE, FREE = 0, 1, 2, 5  # the first, curved ones as kernels number them, and the last
+EXACT_MM = 5e-5  # kernels hold a cylinder that they keep as a spline about as exactly
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 
 
@@ -32,7 +33,7 @@ def curved_surfaces(
     owner, kinds, rows = np.full(count, -1), np.zeros(len(triangles), np.int64), np.full((len(triangles), 10), np.nan)
     sides, gaps = np.empty(len(triangles)), np.empty(len(triangles))
     fine = rounding(vertices)
-    limits = fine, max(_EXACT_MM, fine), tolerance, np.cos(_LEAN_RAD), WIDE
+    limits = fine, max(EXACT_MM, fine), tolerance, np.cos(_LEAN_RAD), WIDE
     told = facts_of(vertices, triangles, patches)
     exact = grow_surfaces(told, _by_size(patches), *limits, True, owner, kinds, rows, sides, gaps, 0)
 

@@ -49,7 +49,7 @@ def without_chance(
     normal = [normals(kind[o], row[o], middle[met]) for o in (owner[a[met]], owner[b[met]])]
     between = np.arccos(np.clip(np.abs(np.sum(normal[0] * normal[1], axis=1)), 0, 1))
     level[met] = between < _LEVEL * bend[met]
-    drift[met] = _drift(kind, row, owner[a[met]], owner[b[met]])
+    drift[met] = alike(kind, row, owner[a[met]], owner[b[met]])
     while (owner >= 0).any():
         size = np.bincount(owner[owner >= 0], minlength=len(kind))
         poor = (size <= np.array(_FEW)[kind]) | (turned < _LITTLE_RAD) | inexact
@@ -67,11 +67,11 @@ def without_chance(
     return owner
 
 
-def _drift(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
+def alike(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
     """Whether pairs of surfaces are cylinders or cones of about one radius and axis."""
     ruled = np.isin(kind[one], (1, 2)) & np.isin(kind[two], (1, 2))
-    alike = np.abs(row[one, 6] - row[two, 6]) < _ALIKE * np.minimum(row[one, 6], row[two, 6])
-    return np.asarray(ruled & alike & (np.abs(np.sum(row[one, 3:6] * row[two, 3:6], axis=1)) > np.cos(FREE_RAD)))
+    near = np.abs(row[one, 6] - row[two, 6]) < _ALIKE * np.minimum(row[one, 6], row[two, 6])
+    return np.asarray(ruled & near & (np.abs(np.sum(row[one, 3:6] * row[two, 3:6], axis=1)) > np.cos(FREE_RAD)))
 
 
 def turn(vertices: Floats, triangles: Ints, owner: Ints, count: int) -> Floats:

@@ -63,7 +63,7 @@ def fits(
     """
     sliver = m.facts[p, WIDTH] < narrow
     away = distance(kind, s, m.facts[p, INSIDE], m.facts[p, INSIDE + 1], m.facts[p, INSIDE + 2])
-    if not sliver and abs(away) > _MOST_GAP * m.facts[p, REACH] * m.facts[p, BEND] / 4 + tolerance:
+    if not sliver and abs(away) > max(_MOST_GAP * m.facts[p, REACH] * m.facts[p, BEND] / 4, narrow) + tolerance:
         return False
     nx, ny, nz = m.facts[p, NORMAL], m.facts[p, NORMAL + 1], m.facts[p, NORMAL + 2]
     pull = 0.1 * min(1.0, 2 * m.facts[p, WIDTH] / m.facts[p, REACH])

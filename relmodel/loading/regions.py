@@ -7,17 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.curved import KINDS, curved_surfaces, facts_of
+from relmodel.loading.curved import FREE, KINDS, PLANE, curved_surfaces
 from relmodel.loading.patches import FLAT_RAD, FREE_RAD, WIDE, Patches, cut_patches
 from relmodel.loading.triangles import Edges, components, mean_planes
+from relmodel.loading.whole import fit_whole, without_scraps
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
-
-_INEXACT = 2.0  # how far from a surface the vertices of a whole region may lie, in tolerances
-_LEAST_WHOLE = 5  # patches of such a region
-_LEAST_DEEP = 10.0  # in that distance, how far such a region reaches from its mean plane
 
 
 @dataclass
@@ -33,55 +30,18 @@ class Regions:
 def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
     """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
     patches = cut_patches(vertices, triangles, edges, tolerance)
-    patches, owner, kind, surface = curved_surfaces(vertices, triangles, edges, patches, tolerance)
+    patches, owner, kind, row = curved_surfaces(vertices, triangles, edges, patches, tolerance)
     owner, plane = _rest(vertices, triangles, patches, owner, len(kind), tolerance)
-    owner, kind, surface = _whole(vertices, triangles, patches, owner, plane, kind, surface, tolerance)
+    flat = np.zeros(int(owner.max()) + 1 - len(kind), bool)
+    flat[owner[plane] - len(kind)] = True
+    kind = np.append(kind, np.where(flat, PLANE, FREE))
+    row = np.concatenate([row, np.full((len(flat), 10), np.nan)])
+    owner = fit_whole(vertices, triangles, patches, owner, kind, row, tolerance)
+    owner = without_scraps(patches, owner, kind)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)
-    rank = np.argsort(order)
-    region = rank[region.ravel()]
-    number = owner[patches.of_triangle[first[order]]]  # curved surfaces first, then planes and the rest
-    curved = number < len(kind)
-    kinds = np.where(plane[patches.of_triangle[first[order]]], "plane", "facets").astype("U8")
-    kinds[curved] = np.array(KINDS)[kind[number[curved]]]
-    rows = np.full((len(number), 10), np.nan)
-    rows[curved] = surface[number[curved]]
-    return Regions(region, kinds, rows)
-
-
-def _whole(
-    vertices: Floats, triangles: Ints, patches: Patches, owner: Ints, plane: Bools, kind: Ints, surface: Floats,
-    tolerance: float,
-) -> tuple[Ints, Ints, Floats]:  # fmt: skip
-    """Owner of each patch, kinds and numbers with the regions that nobody owned and that are, as a whole, one surface.
-
-    Where the edges of a part are less exact than its mesh is fine, no few strips tell of the surface any more, but
-    all strips of a face do.
-    """
-    from relmodel.loading.region_kernels import fit_region
-
-    count = len(kind)
-    _, region = np.unique(owner, return_inverse=True)
-    deep = mean_planes(vertices, triangles, region.ravel()[patches.of_triangle])[0][region.ravel()]
-    loose = np.flatnonzero((owner >= count) & ~plane)
-    loose = loose[np.argsort(owner[loose], kind="stable")]
-    groups = np.split(loose, np.flatnonzero(np.diff(owner[loose])) + 1) if len(loose) else []
-    near = _INEXACT * tolerance
-    groups = [g for g in groups if len(g) >= _LEAST_WHOLE and deep[g[0]] > _LEAST_DEEP * near]
-    if not groups:
-        return owner, kind, surface
-    told, label = facts_of(vertices, triangles, patches), owner.copy()
-    label[owner >= count] += len(groups)
-    kinds: list[int] = []
-    rows: list[Floats] = []
-    for group in groups:
-        row = np.full(10, np.nan)
-        found = fit_region(told, group, near, row)
-        if found:
-            label[group] = count + len(kinds)
-            kinds.append(found)
-            rows.append(row)
-    return label, np.append(kind, np.array(kinds, np.int64)), np.concatenate([surface, np.reshape(rows, (-1, 10))])
+    number = owner[patches.of_triangle[first[order]]]
+    return Regions(np.argsort(order)[region.ravel()], np.array(KINDS)[kind[number]], row[number])
 
 
 def _rest(
