@@ -46,6 +46,7 @@ from relmodel.geometry.transforms import matrix_columns, rotation_matrix
 from relmodel.index.compare import LARGEST_RANGETREE
 from relmodel.index.find import in_volumes
 from relmodel.index.packing import pack, page_boxes
+from relmodel.index.rtree import PackedRTree
 from relmodel.index.volumes import Box, Frustum
 from relmodel.store import Store
 
@@ -245,13 +246,14 @@ def segments(boxes: Floats, seed: int) -> list[list[Any]]:
     axis = rng.integers(3, size=len(start))
     end[np.arange(len(start)), axis] += rng.uniform(20, 400, len(start))
     asked = np.concatenate([start, end], axis=1)
-    met, nearly, surely = (np.array([rtree.any(box + by) for box in asked]) for by in GROWN)
+    tree = PackedRTree(boxes)
+    met, nearly, surely = (tree.any_in_boxes(asked + by) for by in GROWN)
     clear = nearly == surely  # Embree works in 32 bits
     assert np.array_equal(embree.segments(start, end)[clear], met[clear])
     one = medians_ms(
         [lambda i: rtree.any(asked[i]), lambda i: embree.segments(start[i : i + 1], end[i : i + 1])], range(50), 4
     )
-    many = in_turns_ms([lambda: np.unique(rtree.index.in_boxes(asked)[0]), lambda: embree.segments(start, end)])
+    many = in_turns_ms([lambda: tree.any_in_boxes(asked), lambda: embree.segments(start, end)])
     return [
         ["build, s", "", build],
         ["one segment, ms", *one, one[0] / one[1]],
