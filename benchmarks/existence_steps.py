@@ -1,6 +1,6 @@
 """Steps of "does any box meet this volume?" by nested segment and range trees, fitted as c log2(n)^3.
 
-    python benchmarks/existence_steps.py [--largest 100000] [--plot steps.png]
+    python benchmarks/existence_steps.py [--largest 100000] [--report FOLDER]
 
 The fit takes the sizes up to 1e4; the last row is predicted by it.  Volumes are chosen to meet nothing or nearly so,
 for then no early answer ends the search; the mean of the steps over 300 of them stands in the table.
@@ -56,7 +56,7 @@ def steps_of(case: str, count: int) -> tuple[float, float]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--largest", type=int, default=100_000)
-    parser.add_argument("--plot", type=Path, help="a PNG file to draw the steps into")
+    parser.add_argument("--report", type=Path, metavar="FOLDER", help="write the table and a plot into a folder")
     arguments = parser.parse_args()
     rows, lines = [], {}
     for case in ("clustered", "nested", "sliced", "through one point"):
@@ -67,8 +67,13 @@ def main() -> None:
             predicted = c * np.log2(count) ** 3
             rows.append([case, count, steps, predicted, steps / predicted, size])
         lines[case] = (c, {count: steps for count, (steps, _) in measured.items()})
-    print(tabulate(rows, headers=["boxes", "n", "steps", "c log2(n)^3", "ratio", "MB"], floatfmt=".4g"))
-    if arguments.plot:
+    headers = ["boxes", "n", "steps", "c log2(n)^3", "ratio", "MB"]
+    print(tabulate(rows, headers=headers, floatfmt=".4g"))
+    if arguments.report:
+        arguments.report.mkdir(parents=True, exist_ok=True)
+        words = '# Steps of "any box here?", fitted up to 10,000 boxes; by benchmarks/existence_steps.py.'
+        table = tabulate(rows, headers=headers, floatfmt=".4g", tablefmt="github")
+        (arguments.report / "existence_steps.md").write_text(f"{words}\n\n![Steps](existence_steps.png)\n\n{table}\n")
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(7, 5))
@@ -79,7 +84,7 @@ def main() -> None:
             axes.plot(list(steps_at), list(steps_at.values()), "o", color=line.get_color())
         axes.set(xscale="log", xlabel="boxes", ylabel="steps")
         axes.legend()
-        figure.savefig(arguments.plot)
+        figure.savefig(arguments.report / "existence_steps.png", dpi=110)
 
 
 if __name__ == "__main__":

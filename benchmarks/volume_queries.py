@@ -6,8 +6,9 @@
 Boxes are clustered as parts of machines are, or uniform.  Peers: SQLite's R*Tree, libspatialindex (package rtree),
 shapely's STRtree over x and y, then z, a scan by DuckDB, and PostgreSQL's cube and PostGIS under n-dimensional GiST on
 a private server of the system's packages; what is not installed is left out, with a word.  Embree answers one question
-only, and has a table of its own.  `store` is this project's `in_volumes` on a DuckDB store: SQL, rows with path and
-pose, by tables of pages; `statement` is the same of a store with one part: what a statement costs whatever it does.
+only, and has a table of its own.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through DuckDB's client;
+`store` is `in_volumes` on it: rows with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one
+part: what the statement costs whatever it finds.
 
 Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
 is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex
@@ -46,6 +47,7 @@ from relmodel.geometry.transforms import matrix_columns, rotation_matrix
 from relmodel.index.compare import LARGEST_RANGETREE
 from relmodel.index.find import in_volumes
 from relmodel.index.packing import pack, page_boxes
+from relmodel.index.rtree import PackedRTree
 from relmodel.index.volumes import Box, Frustum
 from relmodel.store import Store
 
@@ -146,7 +148,8 @@ class StoreTables(Peer):
         return self.number[in_volumes(self.store, [Box(*box)])["occurrence_id"].astype(np.int64) - 1]
 
     def view(self, view: Frustum) -> Any:
-        raise NotImplementedError  # its parts are not the boxes but what the shape fills: compared in the tests
+        """Its parts are not the boxes but what the shape fills, all of one size: compared in the tests, not here."""
+        return in_volumes(self.store, [view])
 
     def many(self, boxes: Floats) -> int:
         return len(in_volumes(self.store, [Box(*box) for box in boxes])["volume_no"])
@@ -154,6 +157,19 @@ class StoreTables(Peer):
     def close(self) -> None:
         self.store.close()
         self.folder.cleanup()
+
+
+class Macro(Peer):
+    """`parts_in_box` of a store, as any client of DuckDB asks it."""
+
+    def __init__(self, tables: StoreTables) -> None:
+        self.name, self.number = tables.name.replace("store", "SQL"), tables.number
+        connection = tables.store.engine.raw_connection()
+        self.cursor: Any = connection.driver_connection
+
+    def one(self, box: Floats) -> Any:
+        asked = "SELECT * FROM parts_in_box({}, {}, {}, {}, {}, {})".format(*map(repr, box.tolist()))  # noqa: S608
+        return self.number[self.cursor.execute(asked).fetchnumpy()["occurrence_id"].astype(np.int64) - 1]
 
 
 def in_turns_ms(calls: list[Callable[[], Any]], repeat: int = 5) -> list[float]:
@@ -190,7 +206,9 @@ def resident() -> int:
 
 def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) -> tuple[list[str], list[list[Any]]]:
     """Names of the engines, and rows of what was measured: label, a value an engine, and the ratio."""
-    engines, build, room = [], [], []
+    engines: list[Any] = []
+    build: list[float | None] = []
+    room: list[float | None] = []
     for make in makers:
         before, began = resident(), time.perf_counter()
         engines.append(make(boxes))
@@ -198,31 +216,40 @@ def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) ->
         size = engines[-1].nbytes
         size = resident() - before if size is None and len(boxes) >= 100_000 else size
         room.append(size / 1e6 if size else None)
+    tables = [engine for engine in engines if isinstance(engine, StoreTables)]
+    place = engines.index(tables[0])
+    for asked_by in tables:
+        engines.insert(place, Macro(asked_by))
+        build.insert(place, None)
+        room.insert(place, None)
     few = 30 if len(boxes) < 1_000_000 else 10
-    ours = [e for e in engines if isinstance(e, Kind | StoreTables)]
+    ours = [e for e in engines if isinstance(e, Kind | StoreTables | Macro)]
+    compared = [e for e in engines if not e.name.endswith(" of 1")]
     table: list[list[Any]] = [["build, s", *build], ["size, MB", *room]]
     for hits in HITS:
         if hits >= len(boxes):
             continue
         asked = about(boxes, hits, few, seed + 1)
         for box in asked[:3]:
-            answers = [set(engine.one(box).tolist()) for engine in engines if engine.name != "statement"]
+            answers = [set(engine.one(box).tolist()) for engine in compared]
             assert all(answer == answers[0] for answer in answers)
         times = medians_ms([engine.one for engine in engines], asked, 4 if hits < 10_000 else 2)
         table.append([f"one volume of {hits} hits, ms", *times])
     asked = about(boxes, 10, few, seed + 1)
     table.append(["any box there, ms", *medians_ms([e.any for e in engines], asked, 3)])
     looks = views(boxes, few, seed + 2)
-    seeing = [e for e in engines if not isinstance(e, StoreTables)]
+    seeing = [e for e in engines if not isinstance(e, Macro)]
     for look in looks[:3]:
-        answers = [set(engine.view(look).tolist()) for engine in seeing]
+        answers = [set(engine.view(look).tolist()) for engine in seeing if not isinstance(engine, StoreTables)]
         assert all(answer == answers[0] for answer in answers)
     seen = iter(medians_ms([engine.view for engine in seeing], looks, 3))
     hits = int(np.median([len(seeing[0].view(look)) for look in looks]))
     table.append([f"one frustum of {hits} hits, ms", *(next(seen) if e in seeing else None for e in engines)])
     asked = about(boxes, 10, 1000, seed + 3)
-    assert len({engine.many(asked) for engine in engines if engine.name != "statement"}) == 1
-    table.append(["1,000 volumes, ms", *in_turns_ms([partial(e.many, asked) for e in engines], 3)])
+    joining = [e for e in engines if not isinstance(e, Macro)]
+    assert len({engine.many(asked) for engine in joining if engine in compared}) == 1
+    joined = iter(in_turns_ms([partial(e.many, asked) for e in joining], 3))
+    table.append(["1,000 volumes, ms", *(next(joined) if e in joining else None for e in engines)])
     for row in table:
         builds = row in table[:2]  # a scan builds nothing: it is no peer there
         others = [e for e in engines if e not in ours and not (builds and isinstance(e, Scan))]
@@ -245,13 +272,14 @@ def segments(boxes: Floats, seed: int) -> list[list[Any]]:
     axis = rng.integers(3, size=len(start))
     end[np.arange(len(start)), axis] += rng.uniform(20, 400, len(start))
     asked = np.concatenate([start, end], axis=1)
-    met, nearly, surely = (np.array([rtree.any(box + by) for box in asked]) for by in GROWN)
+    tree = PackedRTree(boxes)
+    met, nearly, surely = (tree.any_in_boxes(asked + by) for by in GROWN)
     clear = nearly == surely  # Embree works in 32 bits
     assert np.array_equal(embree.segments(start, end)[clear], met[clear])
     one = medians_ms(
         [lambda i: rtree.any(asked[i]), lambda i: embree.segments(start[i : i + 1], end[i : i + 1])], range(50), 4
     )
-    many = in_turns_ms([lambda: np.unique(rtree.index.in_boxes(asked)[0]), lambda: embree.segments(start, end)])
+    many = in_turns_ms([lambda: tree.any_in_boxes(asked), lambda: embree.segments(start, end)])
     return [
         ["build, s", "", build],
         ["one segment, ms", *one, one[0] / one[1]],
@@ -264,7 +292,7 @@ def plot(report: Path, series: dict[str, dict[int, float]], words: str) -> None:
 
     figure, axes = pyplot.subplots(figsize=(8, 5))
     for name, times in series.items():
-        mine = name in (*KINDS, "store")
+        mine = name in (*KINDS, "SQL")
         axes.plot(list(times), list(times.values()), "o-" if mine else "s--", label=name, linewidth=2 if mine else 1)
     axes.set(xscale="log", yscale="log", xlabel="boxes", ylabel="ms", title=words)
     axes.grid(alpha=0.3)
@@ -302,7 +330,7 @@ def main() -> None:
                 boxes = SPREADS[spread](count, args.seed)
                 kinds = [k for k in KINDS if k != "rangetree" or count < LARGEST_RANGETREE]
                 makers: list[Callable[[Floats], Any]] = [partial(Kind, kind=k) for k in kinds]
-                makers += [StoreTables, lambda _: StoreTables(np.zeros((1, 6)), "statement"), *peers]
+                makers += [StoreTables, lambda _: StoreTables(np.zeros((1, 6)), "store of 1"), *peers]
                 makers += [partial(peer, server=server) for peer in extensions]
                 names, table = measured(boxes, makers, args.seed)
                 show(f"{count:,} boxes, {spread}", [*names, "ratio"], table)

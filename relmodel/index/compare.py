@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,47 +11,53 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import UsageError
-from relmodel.index.find import BOX_COLUMNS, world_named
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.index.find import BOX_COLUMNS, in_volume, in_volumes, world_named
 from relmodel.index.kinds import KINDS, BoxIndex, build
+from relmodel.index.volumes import Box, Frustum, Volume, VolumeTable
 from relmodel.store import Run, Store, sql
 
 Floats = npt.NDArray[np.float64]
 
 # The range tree takes n log^2 n room: some 10 kB a box at this size.
 LARGEST_RANGETREE = 100_000
-HITS = (0, 10, 100)
+HITS = (0, 10, 100, 10_000)
+STORE = "store"
 
 
 @dataclass(frozen=True)
-class KindFigures:
-    """Times of one kind, ms: medians over volumes of the latency of one volume by hits, of "any box here?", and of
-    1,000 volumes of 10 hits in one call."""
+class Figures:
+    """Times of one kind in process, or of the store by SQL, ms: medians over volumes of the latency of one volume by
+    hits, of "any box here?", of one camera's view of some 100 hits, and of 1,000 volumes of 10 hits in one call."""
 
     kind: str
-    build_ms: float
-    size_mb: float
     one_ms: dict[int, float]
-    any_ms: float
+    view_ms: float
     thousand_ms: float
+    build_ms: float | None = None
+    size_mb: float | None = None
+    any_ms: float | None = None
 
     @property
     def score(self) -> float:
         """What the recommendation weighs: the geometric mean of the query times."""
-        return float(np.exp(np.mean(np.log([*self.one_ms.values(), self.any_ms, self.thousand_ms]))))
+        times = [*self.one_ms.values(), self.view_ms, self.thousand_ms]
+        return float(np.exp(np.mean(np.log(times + ([self.any_ms] if self.any_ms else [])))))
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Figures of the kinds on the `parts` placed parts of a world, and the kind of least `score`."""
+    """Figures of the kinds and of the store on the `parts` placed parts of a world, and the kind of least `score`."""
 
     world: str
     parts: int
-    figures: list[KindFigures]
+    kinds: list[Figures]
+    store: Figures
     cell_mm: float
 
     @property
     def recommended(self) -> str:
-        return min(self.figures, key=lambda f: f.score).kind
+        return min(self.kinds, key=lambda f: f.score).kind
 
 
 def compare(store: Store, world: str | None = None) -> Comparison:
@@ -70,10 +76,12 @@ def compare(store: Store, world: str | None = None) -> Comparison:
     if not len(boxes):
         raise UsageError(f"the world {name} has no placed part: there is nothing to index")
     kinds = [k for k in KINDS if k != "rangetree" or len(boxes) <= LARGEST_RANGETREE]
-    asked = {hits: _volumes(boxes, hits, 1000) for hits in HITS}
+    asked = {hits: _volumes(boxes, hits, 1000) for hits in HITS if hits <= 100 or hits < len(boxes)}
+    views = _views(asked[100])
     from relmodel.index.grid import Grid
 
-    found = Comparison(name, len(boxes), [_measured(k, boxes, asked) for k in kinds], Grid(boxes).cell_mm)
+    measured = [_measured(kind, boxes, asked, views) for kind in kinds]
+    found = Comparison(name, len(boxes), measured, _of_store(store, name, asked, views), Grid(boxes).cell_mm)
     with Run.begin(store, "index", {"world": name}, packages=("numba", "numpy")) as run, run.write() as connection:
         if known:
             change = {"world_id": world_id, "kind": found.recommended, "grid_cell_mm": found.cell_mm}
@@ -99,9 +107,25 @@ def _volumes(boxes: Floats, hits: int, count: int) -> Floats:
     return np.concatenate([chosen - half, chosen + half], axis=1)
 
 
-def _measured(kind: str, boxes: Floats, asked: dict[int, Floats]) -> KindFigures:
+def _views(asked: Floats) -> list[Frustum]:
+    """Cameras that look at the middles of volumes, from so far that their pictures show about as much."""
+    rng = np.random.default_rng(1)
+    matrix = np.array([[1500.0, 0, 639.5], [0, 1500, 479.5], [0, 0, 1]])
+    views = []
+    for box in asked[:50]:
+        pose = np.eye(4)
+        pose[:3, :3] = rotation_matrix(rng.uniform(-2, 2, 3))
+        away = max(1500 / 1280 * float((box[3:] - box[:3]).max()), 1.0)
+        pose[:3, 3] = (box[:3] + box[3:]) / 2 - away * pose[:3, 2]
+        views.append(Frustum(1280, 960, matrix, pose, away / 2, 3 * away / 2))
+    return views
+
+
+def _measured(kind: str, boxes: Floats, asked: dict[int, Floats], views: list[Frustum]) -> Figures:
+    tables = [VolumeTable.of([view]) for view in views]
     warm: BoxIndex = build(kind, boxes[:100])  # compiles, or fetches what was compiled, outside the clock
     warm.in_boxes(asked[HITS[0]][:1])
+    warm.in_volumes(tables[0])
     warm.any_in_box(asked[HITS[0]][0])
     began = time.perf_counter()
     index = build(kind, boxes)
@@ -110,9 +134,22 @@ def _measured(kind: str, boxes: Floats, asked: dict[int, Floats]) -> KindFigures
         hits: _median_ms([lambda box=box: index.in_boxes(box[None]) for box in volumes[:50]])  # type: ignore[misc]
         for hits, volumes in asked.items()
     }
+    view_ms = _median_ms([lambda table=table: index.in_volumes(table) for table in tables])  # type: ignore[misc]
     any_ms = _median_ms([lambda box=box: index.any_in_box(box) for box in asked[10][:50]])  # type: ignore[misc]
     thousand_ms = _median_ms([lambda: index.in_boxes(asked[10])] * 3)
-    return KindFigures(kind, build_ms, index.nbytes / 1e6, one_ms, any_ms, thousand_ms)
+    return Figures(kind, one_ms, view_ms, thousand_ms, build_ms, index.nbytes / 1e6, any_ms)
+
+
+def _of_store(store: Store, world: str, asked: dict[int, Floats], views: list[Frustum]) -> Figures:
+    """The store's own answers, rows and all."""
+
+    def median_ms(volumes: Sequence[Volume]) -> float:
+        in_volume(store, volumes[0], world=world)
+        return _median_ms([lambda one=one: in_volume(store, one, world=world) for one in volumes])  # type: ignore[misc]
+
+    one_ms = {hits: median_ms([Box(*box) for box in volumes[:10]]) for hits, volumes in asked.items()}
+    thousand = [Box(*box) for box in asked[10]]
+    return Figures(STORE, one_ms, median_ms(views[:10]), _median_ms([lambda: in_volumes(store, thousand, world=world)]))
 
 
 def _median_ms(calls: list[Callable[[], Any]]) -> float:

@@ -22,6 +22,15 @@ def _grown(values: Any) -> Any:
     return larger
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _meet(boxes: Any, row: int, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
+    """Whether a row of boxes meets a box, all bounds compared."""
+    x = (boxes[row, 0] <= x1) & (boxes[row, 3] >= x0)
+    y = (boxes[row, 1] <= y1) & (boxes[row, 4] >= y0)
+    z = (boxes[row, 2] <= z1) & (boxes[row, 5] >= z0)
+    return x & y & z  # type: ignore[no-any-return]
+
+
 @njit(cache=True, nogil=True)
 def entries_in_boxes(
     boxes: Any, first_child: Any, first_entry: Any, end_entry: Any, stack_room: int, asked: Any
@@ -43,10 +52,10 @@ def entries_in_boxes(
             depth -= 1
             node = stack[depth]
             for row in range(first_child[node], first_child[node + 1]):
+                if not _meet(boxes, row, ax0, ay0, az0, ax1, ay1, az1):
+                    continue
                 x0, y0, z0 = boxes[row, 0], boxes[row, 1], boxes[row, 2]
                 x1, y1, z1 = boxes[row, 3], boxes[row, 4], boxes[row, 5]
-                if x0 > ax1 or x1 < ax0 or y0 > ay1 or y1 < ay0 or z0 > az1 or z1 < az0:
-                    continue
                 inside = x0 >= ax0 and x1 <= ax1 and y0 >= ay0 and y1 <= ay1 and z0 >= az0 and z1 <= az1
                 if row >= entries and not inside:
                     stack[depth] = row - entries
@@ -109,9 +118,9 @@ def entries_in_volumes(
             depth -= 1
             node = stack[depth]
             for row in range(first_child[node], first_child[node + 1]):
-                box = boxes[row]
-                if box[0] > b[3] or box[3] < b[0] or box[1] > b[4] or box[4] < b[1] or box[2] > b[5] or box[5] < b[2]:
+                if not _meet(boxes, row, b[0], b[1], b[2], b[3], b[4], b[5]):
                     continue
+                box = boxes[row]
                 if _outside(box, planes, first, end) or _beyond(box, cx, cy, cz, radius):
                     continue
                 if row >= entries:
@@ -201,27 +210,31 @@ def pairs_met(boxes: Any, half_spaces: Any, start: Any, balls: Any, asked: Any, 
 
 
 @njit(cache=True, nogil=True)
-def any_in_box(boxes: Any, first_child: Any, stack_room: int, asked: Any) -> bool:
-    """Whether an entry meets a box (6,): the descent ends at the first, and at once at a node inside the box."""
+def any_in_boxes(boxes: Any, first_child: Any, stack_room: int, asked: Any) -> Any:
+    """Whether an entry meets each of some boxes (k, 6): (k,).  The descent ends at the first that does."""
     nodes = len(first_child) - 1
     entries = len(boxes) + 1 - nodes
+    met = np.zeros(len(asked), np.bool_)
     stack = np.empty(stack_room, np.int64)
-    stack[0] = nodes - 1
-    depth = 1
-    while depth:
-        depth -= 1
-        node = stack[depth]
-        for row in range(first_child[node], first_child[node + 1]):
-            b = boxes[row]
-            if b[0] > asked[3] or b[3] < asked[0] or b[1] > asked[4] or b[4] < asked[1]:
-                continue
-            if b[2] > asked[5] or b[5] < asked[2]:
-                continue
-            if row < entries:
-                return True
-            across = b[0] >= asked[0] and b[3] <= asked[3] and b[1] >= asked[1] and b[4] <= asked[4]
-            if across and b[2] >= asked[2] and b[5] <= asked[5]:
-                return True
-            stack[depth] = row - entries
-            depth += 1
-    return False
+    for number in range(len(asked)):
+        ax0, ay0, az0 = asked[number, 0], asked[number, 1], asked[number, 2]
+        ax1, ay1, az1 = asked[number, 3], asked[number, 4], asked[number, 5]
+        stack[0] = nodes - 1
+        depth = 1
+        while depth:
+            depth -= 1
+            node = stack[depth]
+            first, end = first_child[node], first_child[node + 1]
+            # Without a branch in the loops: whether a row is met cannot be foretold.
+            if first < entries:
+                any_met = False
+                for row in range(first, end):
+                    any_met |= _meet(boxes, row, ax0, ay0, az0, ax1, ay1, az1)
+                if any_met:
+                    met[number] = True
+                    break
+            else:
+                for row in range(first, end):
+                    stack[depth] = row - entries
+                    depth += _meet(boxes, row, ax0, ay0, az0, ax1, ay1, az1)
+    return met

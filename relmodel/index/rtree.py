@@ -77,9 +77,13 @@ class PackedRTree:
 
     def any_in_box(self, box: npt.ArrayLike) -> bool:
         """Whether any box meets a box (6,)."""
+        return bool(self.any_in_boxes(np.asarray(box, np.float64).reshape(1, 6))[0])
+
+    def any_in_boxes(self, boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+        """Whether any box meets each of some boxes (k, 6): (k,)."""
         from relmodel.index import kernels
 
-        return bool(kernels.any_in_box(self._boxes, self._first_child, self._stack_room, np.asarray(box, np.float64)))
+        return np.asarray(kernels.any_in_boxes(self._boxes, self._first_child, self._stack_room, boxes))
 
     @property
     def nbytes(self) -> int:

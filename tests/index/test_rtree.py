@@ -24,5 +24,6 @@ def test_equal_to_brute_force(count: int) -> None:
     assert [sorted(tree.in_box(box).tolist()) for box in asked] == expected
     for numbers, found in (tree.in_boxes(asked), tree.in_volumes(VolumeTable.of([Box(*box) for box in asked]))):
         assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
+    assert tree.any_in_boxes(asked).tolist() == [bool(e) for e in expected]
     everything = np.array([-1e3, -1e3, -1e3, 1e3, 1e3, 1e3])
     assert sorted(tree.in_box(everything).tolist()) == list(range(count))

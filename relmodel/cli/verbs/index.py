@@ -41,15 +41,16 @@ def run(args: argparse.Namespace) -> int:
             kept = [(name, "rtree", "default", None)]
         print_rows(("world", "kind", "because", "grid_cell_mm"), kept, args.format)
         return 0
-    from relmodel.index.compare import HITS, compare
+    from relmodel.index.compare import compare
 
     with Store.open(store_target(args)) as store:
         found = compare(store, args.world)
-    names = ("kind", "build_ms", "size_mb", *(f"hits_{hits}_ms" for hits in HITS), "any_ms", "thousand_ms", "score")
+    hits = [f"hits_{hits}_ms" for hits in found.store.one_ms]
+    names = ("kind", "build_ms", "size_mb", *hits, "any_ms", "view_ms", "thousand_ms", "score")
     rows = []
-    for f in found.figures:
-        times = (f.build_ms, f.size_mb, *f.one_ms.values(), f.any_ms, f.thousand_ms, f.score)
-        rows.append((f.kind, *(round(v, 4) for v in times)))
+    for f in (*found.kinds, found.store):
+        values = (f.build_ms, f.size_mb, *f.one_ms.values(), f.any_ms, f.view_ms, f.thousand_ms, f.score)
+        rows.append((f.kind, *(None if v is None else round(v, 4) for v in values)))
     print_rows(names, rows, args.format)
     say(
         f"world {found.world}, {found.parts} parts: {found.recommended} is recommended and stored; "
