@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vision.extraction.arcs import KINDS as _KINDS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extract import Extraction
 from vision.extraction.linking import Chains, link
@@ -14,10 +15,11 @@ from vision.extraction.relations import KINDS as _RELATIONS
 from vision.extraction.topography import LABELS
 
 FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 Picture = npt.NDArray[np.uint8]
 
 _SHIFT = 4  # cv2 draws at fixed-point places
-# RGB: lines, circular, free, elliptic arcs; then a colour for each topographic label.
+# RGB, of the kinds of arcs in their order, of the topographic labels, of relations.
 _KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
 _TEXTURE_COLOUR = (150, 150, 150)
 _CREST_COLOUR = (255, 120, 0)
@@ -34,6 +36,15 @@ _LABEL_COLOURS = {
     "concave": (210, 160, 110),
     "saddle_hill": (180, 120, 180),
 }
+_RELATION_COLOURS = {
+    "parallel": (40, 120, 255),
+    "collinear": (235, 60, 40),
+    "concentric": (170, 40, 200),
+    "equal_radius": (240, 150, 30),
+    "junction": (30, 160, 80),
+    "t_junction": (0, 190, 200),
+}
+_LEAST_FOR_KEY = (240, 400)  # rows and columns: a key would hide a smaller picture
 
 
 def draw_stage(grey: FloatArray, extraction: Extraction, stage: str) -> Picture:
@@ -68,34 +79,79 @@ def _arcs(grey: FloatArray, found: Extraction) -> Picture:
     surely_edge = found.marks.texture <= 0.5
     kinds = found.arcs.kind.tolist()
     colours = [_KIND_COLOURS[k] if edge else _TEXTURE_COLOUR for k, edge in zip(kinds, surely_edge, strict=True)]
-    return _strokes(np.full((*found.shape, 3), 255, np.uint8), found.edges, found.arcs.chains, colours)
+    canvas = _strokes(np.full((*found.shape, 3), 255, np.uint8), found.edges, found.arcs.chains, colours)
+    return _with_key(canvas, {**dict(zip(_KINDS, _KIND_COLOURS, strict=True)), "likely texture": _TEXTURE_COLOUR})
 
 
 def _regions(grey: FloatArray, found: Extraction) -> Picture:
-    """Regions, each in a colour of its own; black what belongs to none."""
-    colours = np.concatenate([_palette(len(found.regions)), np.zeros((1, 3), np.uint8)])
-    return np.asarray(colours[found.regions.labels])
+    """Regions, each in a colour of its own, parted by white lines; black what belongs to none."""
+    labels = found.regions.labels
+    canvas = np.concatenate([_palette(len(found.regions)), np.zeros((1, 3), np.uint8)])[labels]
+    canvas[:-1][labels[:-1] != labels[1:]] = 255
+    canvas[:, :-1][labels[:, :-1] != labels[:, 1:]] = 255
+    return np.asarray(canvas)
 
 
 def _topography(grey: FloatArray, found: Extraction) -> Picture:
     """The label of every pixel, and the arcs along ridges and ravines; grey those that are more likely texture."""
     canvas = np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
     colours = [_TEXTURE_COLOUR if texture else _CREST_COLOUR for texture in found.crest_marks.texture > 0.5]
-    return _strokes(canvas, found.crests.elements, found.crest_arcs.chains, colours)
+    canvas = _strokes(canvas, found.crests.elements, found.crest_arcs.chains, colours)
+    return _with_key(canvas, {**_LABEL_COLOURS, "crests": _CREST_COLOUR, "likely texture": _TEXTURE_COLOUR})
 
 
 def _relations(grey: FloatArray, found: Extraction) -> Picture:
-    """Arcs, and lines between the middles of those that are parallel (blue) or collinear (red)."""
+    """Arcs; lines between the middles of those that are parallel or collinear and between the centres of those that are
+    concentric or of equal radius; dots where arcs meet."""
     import cv2
 
-    canvas = _strokes(_faded(grey), found.edges, found.arcs.chains, [(120, 120, 120)] * len(found.arcs))
+    canvas = _strokes(_faded(grey), found.edges, found.arcs.chains, [_TEXTURE_COLOUR] * len(found.arcs))
     arcs, related = found.arcs, found.relations
-    middle = np.column_stack([arcs.start_x + arcs.end_x, arcs.start_y + arcs.end_y]) / 2
-    between = (related.a < related.b) & (related.b < len(arcs))
-    for kind, colour in (("parallel", (40, 120, 255)), ("collinear", (235, 60, 40))):
-        pairs = np.flatnonzero(between & (related.kind == _RELATIONS.index(kind)))
-        ends = np.stack([middle[related.a[pairs]], middle[related.b[pairs]]], axis=1)
-        cv2.polylines(canvas, list(np.rint(ends * 2**_SHIFT).astype(np.int32)), False, colour, 1, cv2.LINE_AA, _SHIFT)
+    start, end = np.column_stack([arcs.start_x, arcs.start_y]), np.column_stack([arcs.end_x, arcs.end_y])
+    centre = np.column_stack([arcs.centre_x, arcs.centre_y])
+    for name, colour in _RELATION_COLOURS.items():
+        pairs = np.flatnonzero((related.kind == _RELATIONS.index(name)) & (related.a < related.b))
+        a, b = related.a[pairs], related.b[pairs]
+        if name.endswith("junction"):
+            meeting = np.rint(_meetings(start, end, a, b) * 2**_SHIFT).astype(np.int32)
+            for place in meeting.tolist():
+                cv2.circle(canvas, place, 3 << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
+            continue
+        place = (start + end) / 2 if name in ("parallel", "collinear") else centre
+        ends = np.rint(np.stack([place[a], place[b]], axis=1) * 2**_SHIFT).astype(np.int32)
+        cv2.polylines(canvas, list(ends), False, colour, 1, cv2.LINE_AA, _SHIFT)
+    return _with_key(canvas, _RELATION_COLOURS)
+
+
+def _meetings(start: FloatArray, end: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
+    """(n, 2) of arcs a and b the end that lies nearest to the chord of the other."""
+    places, distances = [], []
+    for one, other in ((a, b), (b, a)):
+        chord = end[other] - start[other]
+        for place in (start[one], end[one]):
+            along = np.sum((place - start[other]) * chord, axis=1) / np.maximum(np.sum(chord**2, axis=1), 1e-12)
+            foot = start[other] + np.clip(along, 0.0, 1.0)[:, None] * chord
+            places.append(place)
+            distances.append(np.linalg.norm(place - foot, axis=1))
+    nearest = np.argmin(distances, axis=0)
+    return np.asarray(np.stack(places)[nearest, np.arange(len(a))])
+
+
+def _with_key(canvas: Picture, colours: dict[str, tuple[int, int, int]]) -> Picture:
+    """The picture with what its colours mean in the lower left corner, where it is large enough."""
+    import cv2
+
+    if canvas.shape[0] < _LEAST_FOR_KEY[0] or canvas.shape[1] < _LEAST_FOR_KEY[1]:
+        return canvas
+    line, width = 16, 138
+    top = canvas.shape[0] - line * len(colours) - 8
+    canvas[top:, :width] = 240
+    for i, (name, colour) in enumerate(colours.items()):
+        y = top + 4 + line * i
+        cv2.rectangle(canvas, (6, y + 2), (22, y + line - 3), colour, -1)
+        cv2.putText(
+            canvas, name.replace("_", " "), (28, y + line - 4), cv2.FONT_HERSHEY_SIMPLEX, 0.4, (0, 0, 0), 1, cv2.LINE_AA
+        )
     return canvas
 
 
