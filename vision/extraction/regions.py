@@ -27,7 +27,9 @@ _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
 _NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
 _ENDS = 4  # px of edge that a border across a strip meets at its two ends
-_T_REACH = 10  # px that a free end is prolonged to close a T, or to reach the border of the picture
+_T_REACH = 10.0  # px that a free end is prolonged to close a T, or to reach the border of the picture,
+_LINE_REACH = 80.0  # and that of a straight arc that has no other within
+_MEETING = 6.0  # px of it
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,9 @@ class Regions:
 
 def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int, int]) -> BoolArray:
     """Pixels of the edges, 8-connected: chains with their bridges, straight arcs from end to end, free ends prolonged
-    where that meets another edge or the border within 10 px."""
+    where that meets another edge or the border within 10 px; those of straight arcs that meet no other, as far as they
+    are long, up to 80 px: where an edge loses its contrast it still runs on.
+    """
     import cv2
 
     canvas = np.zeros(shape, np.uint8)
@@ -74,22 +78,52 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
         course = fixed[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
         cv2.polylines(canvas, [course], bool(chains.closed[i]), 1, 1, cv2.LINE_8, 4)
     straight = np.flatnonzero(arcs.kind == LINE)
-    lines = np.round(np.column_stack([arcs.start_x, arcs.start_y, arcs.end_x, arcs.end_y])[straight]).astype(np.int32)
-    cv2.polylines(canvas, list(lines.reshape(-1, 2, 2)), False, 1, 1)
+    lines = np.column_stack([arcs.start_x, arcs.start_y, arcs.end_x, arcs.end_y])[straight]
+    cv2.polylines(canvas, list(np.round(lines).astype(np.int32).reshape(-1, 2, 2)), False, 1, 1)
     opened = ~chains.closed
     first, last = chains.elements[chains.offsets[:-1][opened]], chains.elements[chains.offsets[1:][opened] - 1]
     place = np.concatenate([points[first], points[last]])
     tangent = np.column_stack([-edges.ny, edges.nx])
     outward = np.concatenate([-tangent[first], tangent[last]])
-    ray = place[:, None, :] + outward[:, None, :] * np.arange(2, _T_REACH + 1)[None, :, None]
-    pixel = np.round(ray).astype(np.intp)
-    inside = (pixel >= 0).all(axis=2) & (pixel[..., 0] < shape[1]) & (pixel[..., 1] < shape[0])
-    column, row = np.clip(pixel[..., 0], 0, shape[1] - 1), np.clip(pixel[..., 1], 0, shape[0] - 1)
-    hit = ~inside | (canvas[row, column] > 0)
-    met = np.flatnonzero(hit.any(axis=1))
-    meeting = ray[met, hit[met].argmax(axis=1)]
-    cv2.polylines(canvas, list(np.round(np.stack([place[met], meeting], axis=1)).astype(np.int32)), False, 1, 1)
+    which = np.repeat(straight, 2)
+    ends = lines.reshape(-1, 2)
+    free = _lonely(arcs, ends, which)
+    away = np.where(np.arange(len(which)) % 2, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
+    reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
+    closing = np.concatenate(
+        [
+            _meetings(canvas > 0, place, outward, np.full(len(place), _T_REACH)),
+            _meetings(canvas > 0, ends[free], away, reach),
+        ]
+    )
+    cv2.polylines(canvas, list(np.round(closing).astype(np.int32)), False, 1, 1)
     return canvas > 0
+
+
+def _lonely(arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer]) -> BoolArray:
+    """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within 6 px."""
+    from scipy.spatial import cKDTree
+
+    if len(ends) == 0:
+        return np.zeros(0, np.bool_)
+    points = cKDTree(np.column_stack([arcs.x, arcs.y]))
+    near = points.sparse_distance_matrix(cKDTree(ends), _MEETING, output_type="coo_matrix")
+    others = arcs.chains.chain_of_member[near.row] != arc[near.col]
+    return np.asarray(np.bincount(near.col[others], minlength=len(ends)) == 0)
+
+
+def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: npt.NDArray[np.floating]) -> FloatArray:
+    """(m, 2, 2): segments from those of the ends `place` (n, 2) that meet the mask or leave the picture within `reach`
+    (n,) px along `outward` (n, 2), to where they do.  Nothing is met in the first px."""
+    step = np.arange(2, int(reach.max(initial=2.0)) + 1)
+    ray = place[:, None, :] + outward[:, None, :] * step[None, :, None]
+    pixel = np.round(ray).astype(np.intp)
+    rows, columns = mask.shape
+    inside = (pixel >= 0).all(axis=2) & (pixel[..., 0] < columns) & (pixel[..., 1] < rows)
+    column, row = np.clip(pixel[..., 0], 0, columns - 1), np.clip(pixel[..., 1], 0, rows - 1)
+    hit = (~inside | mask[row, column]) & (step <= reach[:, None])
+    met = np.flatnonzero(hit.any(axis=1))
+    return np.stack([place[met], ray[met, hit[met].argmax(axis=1)]], axis=1)
 
 
 def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None) -> Regions:

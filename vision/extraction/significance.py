@@ -24,7 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 
 _BESIDE = 4.0  # px
 _CELL, _AROUND = 48, 5  # px; cells across the surroundings of a cell
-_STRIDE = 4  # px between the steps that the surroundings are judged by
+_STRIDE = 6  # px between the steps that the surroundings are judged by
 _TURNS = 8  # orientations modulo pi
 _AN_OCTAVE = 3.5  # grades of height
 _STREAK = 20.0  # elements that count as one observation, after the first

@@ -3,8 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.ndimage import gaussian_filter
 
-from vision.extraction.arcs import fit_arcs
+from vision.extraction.arcs import LINE, fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.linking import fill_gaps, link
@@ -107,3 +108,16 @@ def test_a_picture_without_edges_is_one_region(picture: npt.NDArray[np.generic])
     found = extract(picture)
     assert (len(found.arcs), len(found.regions)) == (0, 1)
     assert found.regions.area[0] == picture.size == found.topography.sum()
+
+
+def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
+    y, x = np.mgrid[:120, :120].astype(float)
+    fading = 60.0 * np.clip((75.0 - y) / 20.0, 0.0, 1.0)
+    image = np.where(y < 100, 90.0 + np.where(x > 60, fading, 0.0), 40.0)
+    edges = edge_elements(gaussian_filter(image, 0.8))
+    chains = linked(edges, image.shape)
+    arcs = fit_arcs(edges, chains, scale=1.4)
+    upright = (np.abs(arcs.direction[:, 0]) < 0.1) & (arcs.kind == LINE)
+    ahead = slice(78, 96), slice(58, 63)
+    assert edge_mask(edges, chains, arcs, image.shape)[ahead].any(axis=1).all()
+    assert not edge_mask(edges, chains, arcs.take(~upright), image.shape)[ahead].any()
