@@ -182,7 +182,7 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
 
     dimensions = {"diameter": (2 * float(s.radius[narrow[0]]), "mm"), "depth": (high - low, "mm")}
     counterbores = [i for i in members if roles[i] == "counterbore"]
-    enclosed = [i for i in counterbores if _enclosed(s, i, core, axis)]
+    enclosed = [i for i in counterbores if _enclosed(s, i, [*narrow, *counterbores], axis)]
     if enclosed:
         counterbores = [i for i in counterbores if i not in enclosed]
         roles |= dict.fromkeys(enclosed, "groove")
@@ -191,6 +191,7 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
         ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
+        ends += [s.along(i, z) for i in enclosed]
         dimensions["counterbore_diameter"] = (2 * widest, "mm")
         dimensions["counterbore_depth"] = (_topmost(ends), "mm")
     if cones:
@@ -211,11 +212,13 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     )
 
 
-def _enclosed(s: Surfaces, wide: int, core: list[tuple[float, float]], axis: Floats) -> bool:
-    """Whether the bore goes on on either side of what is wider: a groove for a ring."""
+def _enclosed(s: Surfaces, wide: int, others: list[int], axis: Floats) -> bool:
+    """Whether a narrower cylinder goes on on either side of what is wider: a groove for a ring."""
     low, high = s.along(wide, axis)
-    below = any(abs(e[1] - low) < LENGTH_TOLERANCE for e in core)
-    return below and any(abs(e[0] - high) < LENGTH_TOLERANCE for e in core)
+    narrower = [i for i in others if s.radius[wide] - s.radius[i] > LENGTH_TOLERANCE]
+    below = [s.radius[i] for i in narrower if abs(s.along(i, axis)[1] - low) < LENGTH_TOLERANCE]
+    above = [s.radius[i] for i in narrower if abs(s.along(i, axis)[0] - high) < LENGTH_TOLERANCE]
+    return any(abs(one - two) < LENGTH_TOLERANCE for one in below for two in above)
 
 
 def _topmost(extents: list[tuple[float, float]]) -> float:

@@ -123,10 +123,11 @@ def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
         x, centre, length, width = oval
         dimensions = lengths(major_diameter=length, minor_diameter=width, depth=depth)
     else:
-        slot = obround(b, ring, up)
+        slot = closed_slot(b, ring, up)
         if slot is not None:
-            kind, (x, centre, length, width) = "slot", slot
+            kind, (x, centre, length, width, bend) = "slot", slot
         dimensions = lengths(length=length, width=width, depth=depth)
+        dimensions |= lengths(bend_radius=bend) if slot is not None and bend else {}
         corners = [float(s.radius[i]) for i in ring if s.kind[i] == "cylinder" and s.concave[i]]
         if corners and slot is None:
             dimensions |= lengths(corner_radius=commonest(corners))
@@ -157,7 +158,52 @@ def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] 
     return x, centre[0] * u + centre[1] * v, 2 * float(semi[0]), 2 * float(semi[1])
 
 
-def obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
+def closed_slot(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float, float] | None:
+    """Direction in the middle, centre, length, width and bend radius (0: straight) of a slot with round ends.
+
+    The length is that of the middle line with both ends.
+    """
+    straight = _obround(b, walls, up)
+    return (*straight, 0.0) if straight is not None else _kidney(b, walls, up)
+
+
+def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float, float] | None:
+    """A slot bent about an axis along `up`: an inner and an outer wall about it, and a half cylinder at either end."""
+    s = b.surfaces
+    if any(s.kind[i] != "cylinder" or abs(s.axis[i] @ up) < 1 - ANGLE_TOLERANCE for i in walls):
+        return None
+    inner = [i for i in walls if not s.concave[i]]
+    if not inner:
+        return None
+    foot = s.origin - (s.origin @ up)[:, None] * up
+    arm = foot - foot[inner[0]]
+    centred = [i for i in walls if np.linalg.norm(arm[i]) < LENGTH_TOLERANCE]
+    outer = [i for i in centred if s.concave[i]]
+    ends = [i for i in walls if i not in centred]
+    low, high = float(s.radius[inner[0]]), max((float(s.radius[i]) for i in outer), default=0.0)
+    ring, width = (low + high) / 2, high - low
+    fits = width > LENGTH_TOLERANCE and all(
+        abs(2 * s.radius[i] - width) < 10 * LENGTH_TOLERANCE
+        and abs(np.linalg.norm(arm[i]) - ring) < 10 * LENGTH_TOLERANCE
+        for i in ends
+    )
+    if not fits or not ends or len({*inner, *outer}) < len(centred):
+        return None
+    to = arm[ends[0]] / np.linalg.norm(arm[ends[0]])
+    angles = np.arctan2(arm[ends] @ np.cross(up, to), arm[ends] @ to)
+    sweep = float(np.ptp(angles))
+    middle = float(angles.min() + angles.max()) / 2
+    if abs(2 * np.pi - sweep - s.turn(inner)) < abs(sweep - s.turn(inner)):
+        sweep, middle = 2 * np.pi - sweep, middle + np.pi
+    if sweep < ANGLE_TOLERANCE:
+        return None
+    out = np.cos(middle) * to + np.sin(middle) * np.cross(up, to)
+    x = np.cross(up, out)
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    return x, foot[inner[0]] + ring * out, ring * sweep + width, width, ring
+
+
+def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
     """Direction, centre, length and width of a closed slot: two facing planes and a half cylinder at either end."""
     s = b.surfaces
     planes = [i for i in walls if s.kind[i] == "plane"]

@@ -18,7 +18,7 @@ from relmodel.loading.features.feature import (
     union,
 )
 from relmodel.loading.features.graph import Boundary, Side
-from relmodel.loading.features.openings import obround
+from relmodel.loading.features.openings import closed_slot
 
 Floats = npt.NDArray[np.float64]
 
@@ -188,16 +188,19 @@ def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
         return None
     outline = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
     x, centre, length, width = rectangle(outline, up)
-    slot = obround(b, walls, up)
+    slot, bend = closed_slot(b, walls, up), 0.0
     if slot is not None:
-        x, centre, length, width = slot
+        x, centre, length, width, bend = slot
     dimensions = lengths(length=length, width=width, depth=depth)
+    dimensions |= lengths(bend_radius=bend) if bend else {}
     corners = [float(s.radius[i]) for i in walls if _upright(b, i, up) and s.concave[i] and s.kind[i] == "cylinder"]
     if corners and slot is None:
         dimensions |= lengths(corner_radius=commonest(corners))
     dimensions |= fillet_radius(b, roles) | b.surfaces.draft(walls, up)
     shape_from_feature = frame(x, up, centre + (level - float(centre @ up)) * up)
-    box = prism_box(b, sorted(roles), shape_from_feature, length, width, depth)
+    box = union(s.boxes[sorted(roles)])
+    if not bend:
+        box = prism_box(b, sorted(roles), shape_from_feature, length, width, depth)
     kind = "pocket" if slot is None else "slot"
     return Feature(kind, "", dimensions, shape_from_feature, box, sorted(roles.items()))
 

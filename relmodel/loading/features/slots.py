@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import numpy.typing as npt
 
@@ -37,7 +39,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
         up = floor.up
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
         rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
-        if len(rising) == len(outer):  # a hollow
+        if len(rising) == len(outer) or _is_crest(b, floor, thin):  # a hollow, or the top of a rib between two walls
             continue
         walls: dict[int, float] = {}
         for i, x in rising:
@@ -75,6 +77,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
         members += sides
         used |= around
     rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
+    rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     slotted = {i for f in [*rounds, *notches] for i, _ in f.surfaces}
     for f, w in steps.values():
@@ -82,6 +85,13 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
         if step is not None:
             found.append(step)
     return sorted([*found, *rounds, *notches], key=lambda feature: feature.surfaces)
+
+
+def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
+    """Whether a floor is the top of a rib: it falls on either side into one of its sides."""
+    s = b.surfaces
+    sides = sorted({j for i in floor.faces for j in b.neighbours(i, "convex") if j in thin})
+    return any(s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE for one, two in combinations(sides, 2))
 
 
 def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
@@ -302,8 +312,35 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
     return found
 
 
+def _keyseats(b: Boundary, taken: set[int]) -> list[Feature]:
+    """What a disc cutter sinks, as for Woodruff keys: part of a hollow cylinder between two walls across its axis."""
+    s, found = b.surfaces, []
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] != "cylinder" or not s.concave[i] or i in taken or i in b.blends or s.start[i] == s.start[i + 1]:
+            continue
+        walls = b.neighbours(i, "concave")
+        around = [x for x in sides if x.other not in (i, -1, *walls)]
+        if len(walls) != 2 or taken & set(walls) or any(s.kind[k] != "plane" for k in walls):
+            continue
+        facing = abs(s.axis[walls[0]] @ s.axis[i]) > 1 - ANGLE_TOLERANCE and s.axis[walls[0]] @ s.axis[walls[1]] < 0
+        up = s.normals(i).mean(axis=0)
+        up -= (up @ s.axis[i]) * s.axis[i]
+        if not facing or np.linalg.norm(up) < _STEEP or any(x.convexity != "convex" for x in around):
+            continue
+        up /= np.linalg.norm(up)
+        more = lengths(floor_radius=float(s.radius[i]))
+        found.append(_groove(b, [i, *walls], [i], np.cross(s.axis[i], up), up, more, "slot"))
+    return found
+
+
 def _groove(
-    b: Boundary, members: list[int], floor: list[int], run: Floats, up: Floats, more: dict[str, tuple[float, str]]
+    b: Boundary,
+    members: list[int],
+    floor: list[int],
+    run: Floats,
+    up: Floats,
+    more: dict[str, tuple[float, str]],
+    kind: str = "open_slot",
 ) -> Feature:
     """A slot of a constant section that has no flat floor; its width is that of its mouth."""
     s = b.surfaces
@@ -317,6 +354,5 @@ def _groove(
     pose = frame(x, up, centre)
     roles = dict.fromkeys(members, "wall") | dict.fromkeys(floor, "floor")
     box = prism_box(b, sorted(roles), pose, length, width, depth)
-    return Feature(
-        "open_slot", "", lengths(length=length, width=width, depth=depth) | more, pose, box, sorted(roles.items())
-    )
+    dimensions = lengths(length=length, width=width, depth=depth) | more
+    return Feature(kind, "", dimensions, pose, box, sorted(roles.items()))
