@@ -25,6 +25,8 @@ Bools = npt.NDArray[np.bool_]
 
 _SAME_AREA = 1e-9  # share of a face's area that its rectangle, or of a polygon's that its triangles, may differ by
 
+_LEVEL = 1e-9  # rad: a line in (u, v) nearer to the direction of u or v runs along it
+
 
 @dataclass(frozen=True)
 class Facets:
@@ -150,7 +152,7 @@ def _rectangular(
     )
     ends = [origin + np.asarray(pcurves[name], float)[pcurve][..., None] * direction for name in ("t0", "t1")]
     (u0, v0), (u1, v1) = np.minimum(*ends).min(axis=1).T, np.maximum(*ends).max(axis=1).T
-    level, upright = direction[..., 1] == 0, direction[..., 0] == 0
+    level, upright = (np.abs(direction[..., way]) < _LEVEL for way in (1, 0))
     line = np.asarray(pcurves["kind"], object)[pcurve] == "line"
     count = chords[arc]
     across, up = np.where(level, count, 0).max(axis=1), np.where(upright, count, 0).max(axis=1)

@@ -190,9 +190,8 @@ def samples(normals: ArcNormals, length: Array) -> ArcSamples:
     offsets = np.concatenate([[0], np.cumsum(count)])
     arc, share = _shares(count)
     t = curves.t0[arc] + share * (curves.t1[arc] - curves.t0[arc])
-    uneven = np.flatnonzero(~np.isin(curves.kind.astype(str), ("line", "circle", "degenerate")))
-    at = np.flatnonzero(np.isin(arc, uneven))
-    t[at] = _evenly(curves, uneven, count[uneven])
+    uneven = ~np.isin(curves.kind.astype(str), ("line", "circle", "degenerate"))
+    t[uneven[arc]] = _evenly(curves, np.flatnonzero(uneven), count[uneven])
     t[offsets[1:] - 1] = curves.t1
     points, by = curves.evaluate(arc, t)
     normal_a, normal_b = np.zeros((len(arc), 3), np.float32), np.zeros((len(arc), 3), np.float32)

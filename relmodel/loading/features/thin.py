@@ -208,7 +208,11 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
         firm = [i for i, own in zip(planes, feet, strict=True) if _contact(b, i, own, up)]
         if len(firm) == 2:
             return _Standing(pair, up, firm)
-        if firm and foot in feet[planes.index(firm[0])] and _is_flange(b, firm[0], feet[planes.index(firm[0])], foot, up):
+        if (
+            firm
+            and foot in feet[planes.index(firm[0])]
+            and _is_flange(b, firm[0], feet[planes.index(firm[0])], foot, up)
+        ):
             return _Standing(pair, up, firm)
     return None
 
