@@ -9,8 +9,8 @@ looked at while the cutting was written.  --parts: a table of the parts, too.
 Truth: faces, those of one surface that meet taken together.  A face is found, and a surface true, where kinds are
 equal and the triangles of both have 0.8 of their common area; facets are free-form.  False cylinders are those whose
 triangles are, for the greater part of their area, of faces of another kind.  Arcs by length: samples of an edge (not
-within a face) are found where an arc of that kind runs along within twice the chord, and the other way round; free
-are those that are no line, circle or ellipse.
+within a face) are found where an arc of that kind runs along within twice the chord, and the other way round.  Edges
+that keep within 2 micrometres of a line, circle or ellipse are that, all others are free.
 """
 
 import os
@@ -69,13 +69,14 @@ KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 CURVES = ("line", "circle", "ellipse", "free")
 OVERLAP = 0.8
 NEAR_MM, NEAR_RAD = 2e-3, 1e-4
+LEAST_TURN, LEAST_SAMPLES = 0.5, 8  # rad, of a spline that may be an ellipse
 ALONG_MM, ALONG_COSINE = 1.0, 0.94  # samples of an edge and of an arc along it
 
 
 def merged_faces(shape: Shape) -> tuple[Ints, Names]:
     """Label of each face, one for those of a surface that meet, and the kind of each label."""
     s = shape.surfaces
-    kind = np.asarray(s["recognised_kind"]).astype("U9")
+    kind = np.asarray(s["recognised_kind"]).astype("U10")
     origin, axis = vectors(s, "origin"), vectors(s, "axis_z")
     size = np.stack([np.asarray(s[c], float) for c in ("radius", "radius2")], axis=1)
     semi = np.abs(np.asarray(s["semi_angle"], float))
@@ -100,7 +101,13 @@ def merged_faces(shape: Shape) -> tuple[Ints, Names]:
     )
     same &= kind[a] == kind[b]
     label = components(len(kind), a[same], b[same])
-    kinds = np.empty(label.max() + 1, "U9")
+    swept = shape.surface_swept
+    if swept:  # a revolved circle; the profile of a face lies in a plane with the axis
+        curve, number = np.asarray(swept["basis_arc"]), np.asarray(swept["surface_no"])
+        round_ = (curve >= 0) & (kind[number] == "revolution")
+        round_[round_] = np.asarray(shape.basis_arcs["recognised_kind"])[curve[round_]] == "circle"
+        kind[number[round_]] = "torus"
+    kinds = np.empty(label.max() + 1, "U10")
     kinds[label] = np.where(np.isin(kind, KINDS), kind, "facets")
     return label, kinds
 
@@ -129,13 +136,54 @@ def score(truth: Shape, found: Shape, label: Ints, kinds: Names, chord: float) -
         out[kind, "false"] += int(np.sum((found_kind == kind) & (alike < total_b / 2)))
     a, b = np.asarray(truth.arcs["surface_a"]), np.asarray(truth.arcs["surface_b"])
     inside = (a >= 0) & (b >= 0) & (label[a] == label[b])
-    edges = _samples(truth, np.where(inside, "", _curve_kinds(truth.arcs["recognised_kind"])))
+    edges = _samples(truth, np.where(inside, "", edge_kinds(truth)))
     arcs = _samples(found, _curve_kinds(found.arcs["kind"]))
     for name, one, other in (("edge mm", edges, arcs), ("arc mm", arcs, edges)):
         for kind in CURVES:
             points, tangents, length = one[kind]
             out[kind, name] += length.sum()
             out[kind, name + " right"] += length[_runs_along(points, tangents, *other[kind][:2], chord)].sum()
+    return out
+
+
+def edge_kinds(shape: Shape) -> Names:
+    """Kind of each exact edge; free ones that keep within NEAR_MM of a line, circle or ellipse are that."""
+    kinds = _curve_kinds(shape.arcs["recognised_kind"])
+    samples = shape.samples
+    for arc, begin, end in zip(samples.arc_no, samples.points.offsets[:-1], samples.points.offsets[1:], strict=True):
+        points = samples.points.values[begin:end].reshape(-1, 3)
+        if kinds[arc] == "free" and len(points) >= LEAST_SAMPLES:
+            tangents = samples.tangents.values[begin:end].reshape(-1, 3)
+            turns = np.arccos(np.clip(np.sum(tangents[1:] * tangents[:-1], axis=1), -1, 1)).sum()
+            away = _away(points)
+            kinds[arc] = next(
+                (
+                    kind
+                    for kind, least in (("line", 0.0), ("circle", LEAST_TURN), ("ellipse", LEAST_TURN))
+                    if turns >= least and away[kind] < NEAR_MM
+                ),
+                "free",
+            )
+    return kinds
+
+
+def _away(points: Floats) -> dict[str, float]:
+    """Greatest distance of points (n, 3) from the line, circle and ellipse through them, from the last to first order
+    and infinite where there is none."""
+    arm = points - points.mean(axis=0)
+    local = arm @ np.linalg.svd(arm, full_matrices=False)[2].T
+    size = np.abs(local).max()
+    x, y = local[:, 0] / size, local[:, 1] / size
+    one, off_plane = np.ones(len(x)), np.abs(local[:, 2]).max()
+    out = {"line": np.linalg.norm(local[:, 1:], axis=1).max(), "ellipse": np.inf}
+    p, q, r = np.linalg.lstsq(np.stack([x, y, one], axis=1), x * x + y * y, rcond=None)[0]
+    out["circle"] = size * np.abs(np.hypot(x - p / 2, y - q / 2) - np.sqrt(r + (p * p + q * q) / 4)).max() + off_plane
+    a, b, c, d, e, f = np.linalg.svd(np.stack([x * x, x * y, y * y, x, y, one], axis=1))[2][-1]
+    if b * b < 4 * a * c:
+        slope = np.hypot(2 * a * x + b * y + d, b * x + 2 * c * y + e)
+        out["ellipse"] = (
+            size * (np.abs(a * x * x + b * x * y + c * y * y + d * x + e * y + f) / slope).max() + off_plane
+        )
     return out
 
 

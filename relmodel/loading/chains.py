@@ -10,6 +10,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+LONG_RUN = 5.0  # how much longer a line is than the pieces of a curve that it runs into
 CORNER_RAD = np.radians(30)  # a chain that turns more between two edges ends there
 
 
@@ -75,6 +76,30 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Cha
     last_vertex = head[order[offsets[1:] - 1]]
     walked = np.insert(tail[order], offsets[1:], last_vertex)
     return Chains(offsets, order, turned[order], walked)
+
+
+def without_lines(vertices: Floats, chains: Chains, which: npt.NDArray[np.bool_], fine: float) -> Chains:
+    """Chains of which those that `which` says are cut where a straight run begins or ends that is much longer than
+    what comes before and after: between two surfaces an edge may go on as another curve.
+
+    Edges are one run where their common vertex is off its neighbours' line by rounding, `fine`, only.
+    """
+    chain = np.repeat(np.arange(chains.count), np.diff(chains.offsets))
+    first = np.arange(len(chain)) + chain
+    vector = vertices[chains.vertices[first + 1]] - vertices[chains.vertices[first]]
+    length = np.linalg.norm(vector, axis=1)
+    inside = chain[1:] == chain[:-1]
+    off = np.linalg.norm(np.cross(vector[1:], vector[:-1]), axis=1) / np.maximum(length[1:], length[:-1])
+    begins = np.concatenate([[True], ~inside | (off > 4 * fine)])
+    start = np.flatnonzero(begins)
+    run, of = np.add.reduceat(length, start), chain[start]
+    before = np.where(np.concatenate([[False], of[1:] == of[:-1]]), np.concatenate([[0.0], run[:-1]]), 0.0)
+    after = np.where(np.concatenate([of[1:] == of[:-1], [False]]), np.concatenate([run[1:], [0.0]]), 0.0)
+    long = which[of] & (run > LONG_RUN * np.maximum(before, after))
+    cuts = np.concatenate([chains.offsets, start[long], np.append(start[1:], len(chain))[long]])
+    offsets = np.unique(cuts)
+    tail, last = chains.vertices[first], chains.vertices[first[offsets[1:] - 1] + 1]
+    return Chains(offsets, chains.edges, chains.turned, np.insert(tail, offsets[1:], last))
 
 
 def _ranks(previous: Ints) -> tuple[Ints, Ints]:

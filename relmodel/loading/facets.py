@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
-from relmodel.loading.chains import Chains, chain_edges
+from relmodel.loading.chains import Chains, chain_edges, without_lines
 from relmodel.loading.face_regions import face_regions
 from relmodel.loading.fitted import surface_rows
 from relmodel.loading.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
 from relmodel.loading.patches import FREE_RAD
 from relmodel.loading.regions import Regions, cut_regions
-from relmodel.loading.triangles import Edges, components, find_edges, weld
+from relmodel.loading.triangles import Edges, components, find_edges, rounding, weld
 from relmodel.store import Ragged
 
 Floats = npt.NDArray[np.float64]
@@ -64,8 +64,10 @@ def shape_from_triangles(
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
     border = np.flatnonzero(region_a != region_b)
     chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
-    start = np.concatenate([chains.offsets[:-1] + np.arange(chains.count), [len(chains.vertices)]]).astype(np.int64)
-    fitted = fit_arcs(vertices[chains.vertices], start, tolerance)
+    fitted = _fitted(vertices, chains, tolerance)
+    if np.any(fitted.kind == "polyline"):
+        chains = without_lines(vertices, chains, fitted.kind == "polyline", rounding(vertices))
+        fitted = _fitted(vertices, chains, tolerance)
     normal_a, normal_b = _side_normals(vertices, triangles, chains, edges, border, normals)
     arcs, splines = _arcs(vertices, chains, fitted, edges, border, normal_a, normal_b, regions)
     loops, coedges = _loops(vertices, chains, arcs, surfaces)
@@ -87,6 +89,11 @@ def shape_from_triangles(
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
     )
+
+
+def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:
+    start = np.concatenate([chains.offsets[:-1] + np.arange(chains.count), [len(chains.vertices)]]).astype(np.int64)
+    return fit_arcs(vertices[chains.vertices], start, tolerance)
 
 
 def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> Mesh:
