@@ -107,7 +107,16 @@ def concatenate(parts: Sequence[Arcs]) -> Arcs:
 
 
 def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0) -> Arcs:
-    """Arcs of the chains of edge elements found at facet scale `scale` px.
+    """Arcs of the chains of edge elements found at facet scale `scale` px: cut, then measured."""
+    return measure_arcs(
+        edges, *cut_arcs(edges, chains, scale=scale, min_elements=min_elements, reach=reach), scale=scale
+    )
+
+
+def cut_arcs(
+    edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0
+) -> tuple[Chains, IntArray]:
+    """The members of the arcs of the chains, in order, and the kind of each arc.
 
     Pieces of fewer than `min_elements` are dropped; arcs whose ends lie within `reach` px are joined where that is the
     shorter description.
@@ -115,9 +124,7 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
     from vision.extraction import _arc_kernels
 
     chains = _start_straight(edges, chains)
-    correlation = 2.0 * np.sqrt(np.pi) * scale  # elements a pixel apart share most of their windows
-    slope = edges.contrast / np.sqrt(2.0 * np.pi * (edges.width**2 + scale**2))
-    weight = 1.0 / (edges.sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2)
+    correlation, weight = _correlation(scale), _weight(edges, scale)
     x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
     pieces, kinds = _arc_kernels.segment(
         x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA, _MIN_BOW
@@ -128,7 +135,18 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
         if len(joined) == len(members):
             break
         members, kinds = joined, joined_kinds
-    return _measure(edges, weight, members, kinds, correlation, scale)
+    return members, kinds
+
+
+def _correlation(scale: float) -> float:
+    """How many elements count as one: a pixel apart, they share most of their windows."""
+    return float(2.0 * np.sqrt(np.pi) * scale)
+
+
+def _weight(edges: EdgeElements, scale: float) -> FloatArray:
+    """Of each element: one over the variance of its place that noise, the edge itself and what lies beside it give."""
+    slope = edges.contrast / np.sqrt(2.0 * np.pi * (edges.width**2 + scale**2))
+    return np.asarray(1.0 / (edges.sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
 
 
 def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
@@ -246,12 +264,11 @@ def _ellipses_of(
     return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
 
 
-def _measure(
-    edges: EdgeElements, weight: FloatArray, members: Chains, kinds: IntArray, correlation: float, scale: float
-) -> Arcs:
-    """Final fits and the columns that follow from them."""
+def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, *, scale: float) -> Arcs:
+    """Final fits of arcs with these members and of these kinds, and the columns that follow from them."""
     from vision.extraction import _arc_kernels
 
+    correlation, weight = _correlation(scale), _weight(edges, scale)
     x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
     fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import InputError, UsageError
-from vision.extraction.arcs import Arcs, fit_arcs
+from vision.extraction.arcs import Arcs, cut_arcs, measure_arcs
 from vision.extraction.edges import EdgeElements, grey_image
 from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.marks import ArcMarks, arc_marks, crest_marks
@@ -100,7 +100,6 @@ class Extraction:
 
 
 _DEFAULTS = ExtractionParameters()
-_DOUBT = 0.5  # of significance: chains that lack no more stay until the arcs are known
 
 
 def extract(
@@ -147,17 +146,17 @@ def extract(
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape = (grey.shape[0], grey.shape[1])
-    # A bridge, or an arc that it turns out to belong to, can make significant what is nearly so.
+    # Cleared is only when the arcs are known: a bridge or a join can make significant what alone is not.
     chains = link(edges, shape, min_contrast=p.link_contrast)
     chains = chains.take(chains.counts >= p.min_elements)
     surprise = surprises(grey, edges, chains.elements)
-    nearly = p.min_significance - _DOUBT
-    chains = chains.take(significance(surprise, chains) >= nearly)
     chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
-    chains = chains.take(significance(surprise, chains) >= nearly)
     lap("linking")
-    arcs = fit_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
-    arcs, chains = clear(surprise, arcs, chains, min_significance=p.min_significance)
+    members, kinds = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
+    kept, keeping = clear(surprise, members, chains, min_significance=p.min_significance)
+    members, chains = members.take(kept), chains.take(keeping)
+    arcs = measure_arcs(edges, members, kinds[kept], scale=p.scales[0])
+    arcs = replace(arcs, significance=significance(surprise, members))
     lap("arcs")
     labels, crests = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
     if mask is not None:

@@ -11,16 +11,14 @@ Where edges fill the surroundings these say nothing of texture; a tail is theref
 exponential distribution of steps of metal.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.arcs import Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains
 
 FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 _BESIDE = 4.0  # px
 _CELL, _AROUND = 48, 5  # px; cells across the surroundings of a cell
@@ -49,13 +47,11 @@ def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integ
     least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
     share = np.minimum(np.maximum(exceed, 1.0) / np.maximum(exceed[..., :1], 1.0), np.exp(-least / _STEP_OF_METAL))
     table = -np.log(0.5 * share)  # half of all steps have the sign
-    part = edges.take(which)
-    beside = _mark_kernels.grey_beside(grey, part.x, part.y, part.nx, part.ny, np.array([_BESIDE, -_BESIDE]))
+    x, y, nx, ny = (column[which] for column in (edges.x, edges.y, edges.nx, edges.ny))
+    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, np.array([_BESIDE, -_BESIDE]))
     height = np.ascontiguousarray(beside[:, 0] - beside[:, 1])
     out = np.zeros(len(edges))
-    out[which] = _significance_kernels.of_steps(
-        height, part.pixel, part.nx, part.ny, table, grey.shape[1], _CELL, grade
-    )
+    out[which] = _significance_kernels.of_steps(height, edges.pixel[which], nx, ny, table, grey.shape[1], _CELL, grade)
     return out
 
 
@@ -68,18 +64,19 @@ def significance(surprise: FloatArray, chains: Chains) -> FloatArray:
     return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(_TESTS))
 
 
-def clear(surprise: FloatArray, arcs: Arcs, chains: Chains, *, min_significance: float) -> tuple[Arcs, Chains]:
-    """The arcs that are significant, or of a chain that is, each with its significance; and the chains they are of."""
-    known = replace(arcs, significance=significance(surprise, arcs.chains))
+def clear(
+    surprise: FloatArray, arcs: Chains, chains: Chains, *, min_significance: float
+) -> tuple[BoolArray, BoolArray]:
+    """Which of the arcs, given by their members, are significant or of a chain that is; and which chains hold them."""
     of_significant = np.zeros(len(surprise), np.bool_)
     of_significant[chains.elements] = np.repeat(significance(surprise, chains) >= min_significance, chains.counts)
-    kept = known.take((known.significance >= min_significance) | _holds_any(of_significant, arcs.chains))
+    kept = (significance(surprise, arcs) >= min_significance) | _holds_any(of_significant, arcs)
     of_arc = np.zeros(len(surprise), np.bool_)
-    of_arc[kept.elements] = True
-    return kept, chains.take(_holds_any(of_arc, chains))
+    of_arc[arcs.take(kept).elements] = True
+    return kept, _holds_any(of_arc, chains)
 
 
-def _holds_any(marked: npt.NDArray[np.bool_], chains: Chains) -> npt.NDArray[np.bool_]:
+def _holds_any(marked: BoolArray, chains: Chains) -> BoolArray:
     """(n,): whether any element of each chain is `marked`."""
     return (
         np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)
