@@ -10,9 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from relmodel.errors import InputError
 from relmodel.geometry.pcurves import Pcurves
@@ -294,22 +291,6 @@ def test_mesh_encloses_the_volume_and_bears_the_normals(data_dir: Path) -> None:
             assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.normals)), abs=1e-5)
             by_face = np.bincount(mesh.triangle_surfaces, size / 2, minlength=len(shape.surfaces["area"]))
             assert by_face == pytest.approx(shape.surfaces["area"], rel=0.02, abs=0.5)
-
-
-@pytest.mark.data
-def test_triangles_of_a_solid_meet_side_to_side(data_dir: Path) -> None:
-    names = ("step/nist_ctc_01_asme1_ap242.stp", "step/featuretype.STEP", "bulkhead/A/bulkhead_parts.step")
-    for name in names:
-        mesh = exact(data_dir / name)[0].mesh
-        # Vertices of faces are apart: those at one place are one.
-        pairs = cKDTree(mesh.vertices).query_pairs(1e-4, output_type="ndarray")
-        count = len(mesh.vertices)
-        joined = coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
-        corner = connected_components(joined, directed=False)[1][mesh.triangles].astype(np.int64)
-        corner = corner[(corner != np.roll(corner, 1, axis=1)).all(axis=1)]
-        sides = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
-        there, back = sides[:, 0] * count + sides[:, 1], sides[:, 1] * count + sides[:, 0]
-        assert np.array_equal(np.sort(there), np.sort(back)), name
 
 
 @pytest.mark.data
