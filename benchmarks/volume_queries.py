@@ -215,7 +215,7 @@ def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) ->
         build.append(time.perf_counter() - began)
         size = engines[-1].nbytes
         size = resident() - before if size is None and len(boxes) >= 100_000 else size
-        room.append(size / 1e6 if size else None)
+        room.append(size / 1e6 if size and size > 0 else None)  # a process also gives memory back
     tables = [engine for engine in engines if isinstance(engine, StoreTables)]
     place = engines.index(tables[0])
     for asked_by in tables:

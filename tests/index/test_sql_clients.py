@@ -66,7 +66,7 @@ def add_camera(store: Store) -> int:
 
 
 def call(volume: Volume, level: str, camera_id: int) -> str:
-    """The statement that asks for a volume."""
+    """The statement that asks for a volume, its numbers as a person types them."""
     numbers: list[Any]
     if isinstance(volume, Frustum):
         numbers = [*volume.world_from_camera[:3].ravel().tolist(), volume.near, volume.far]
@@ -75,7 +75,7 @@ def call(volume: Volume, level: str, camera_id: int) -> str:
         kind, numbers = "sphere", np.asarray(volume.ball).tolist()
     else:
         kind, numbers = "box", volume.bounds.tolist()
-    values = ", ".join(f"CAST({number!r} AS DOUBLE PRECISION)" for number in numbers)
+    values = ", ".join(map(repr, numbers))
     if kind == "view":
         values = f"{camera_id}, {values}"
     element = "-1" if level == "part" else f"{level}_no"
