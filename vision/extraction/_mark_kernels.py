@@ -28,31 +28,35 @@ def grey_beside(
     return out
 
 
-@kernel("f8[::1](i4[::1], i4[::1], i4[::1], i4[::1], UniTuple(i8, 4), i4[::1], i8)")
+@kernel("void(i4[::1], i4[::1], i8, i8, i8, i4[::1], i8, u1[::1], f8[::1])")
 def parallels(
-    row: IntArray,
-    column: IntArray,
-    turn: IntArray,
-    grade: IntArray,
-    size: tuple[int, int, int, int],
+    cell: IntArray,
+    kind: IntArray,
+    columns: int,
+    turns: int,
+    grades: int,
     which: IntArray,
     fainter: int,
-) -> FloatArray:
+    grid: npt.NDArray[np.uint8],
+    out: FloatArray,
+) -> None:
     """(n,) for each element of `which`: how many share its 3 x 3 cells and its turn or the next (cyclic), and are of
-    its grade, of up to `fainter` grades below, or above.  `size`: cells down and across, turns, grades."""
-    rows, columns, turns, grades = size
-    grid = np.zeros(size, np.uint8)  # a cell of 8 x 8 px holds at most 64 elements
-    for i in range(len(row)):
-        grid[row[i], column[i], turn[i], grade[i]] += 1
-    out = np.empty(len(which))
+    its grade, of up to `fainter` grades below, or above.
+
+    `cell`: row times `columns`, plus column, counted from a frame of one empty cell around them; `kind`: turn times
+    `grades`, plus grade; `grid`: zeros, one of each kind for each cell.
+    """
+    kinds = turns * grades
+    for i in range(len(cell)):
+        grid[cell[i] * kinds + kind[i]] += 1
     for at in range(len(which)):
         i = which[at]
+        turn, grade = kind[i] // grades, kind[i] % grades
         total = 0
-        for r in range(max(row[i] - 1, 0), min(row[i] + 2, rows)):
-            for c in range(max(column[i] - 1, 0), min(column[i] + 2, columns)):
-                for step in range(-1, 2):
-                    cell = grid[r, c, (turn[i] + step) % turns]
-                    for g in range(max(grade[i] - fainter, 0), grades):
-                        total += cell[g]
+        for beside in range(9):
+            begin = (cell[i] + (beside // 3 - 1) * columns + beside % 3 - 1) * kinds
+            for step in range(turns - 1, turns + 2):
+                first = begin + (turn + step) % turns * grades
+                for g in range(first + max(grade - fainter, 0), first + grades):
+                    total += grid[g]
         out[at] = total
-    return out
