@@ -28,35 +28,35 @@ def grey_beside(
     return out
 
 
-@kernel("void(i4[::1], i4[::1], i8, i8, i8, i4[::1], i8, u1[::1], f8[::1])")
+@kernel("void(i4[::1], i4[::1], i8[::1], i8[::1], i8, i4[::1], i8, u1[::1], f8[::1])")
 def parallels(
     cell: IntArray,
     kind: IntArray,
-    columns: int,
-    turns: int,
+    near: npt.NDArray[np.int64],
+    alike: npt.NDArray[np.int64],
     grades: int,
     which: IntArray,
     fainter: int,
     grid: npt.NDArray[np.uint8],
     out: FloatArray,
 ) -> None:
-    """(n,) for each element of `which`: how many share its 3 x 3 cells and its turn or the next (cyclic), and are of
-    its grade, of up to `fainter` grades below, or above.
+    """(n,) for each element of `which`: how many lie in the cells `near`, are of a turn that is `alike`, and of its
+    grade, of up to `fainter` grades below, or above.
 
-    `cell`: row times `columns`, plus column, counted from a frame of one empty cell around them; `kind`: turn times
-    `grades`, plus grade; `grid`: zeros, one of each kind for each cell.
+    `cell` is the place of an element's cell in `grid`, zeros at first, which counts in each cell the kinds, turn times
+    `grades` plus grade; `near` are steps from one cell to another, `alike` from one turn's kinds to another's, those of
+    turn t at 3 t.
     """
-    kinds = turns * grades
     for i in range(len(cell)):
-        grid[cell[i] * kinds + kind[i]] += 1
+        grid[cell[i] + kind[i]] += 1
     for at in range(len(which)):
         i = which[at]
-        turn, grade = kind[i] // grades, kind[i] % grades
+        turn = kind[i] // grades
+        first = max(kind[i] - turn * grades - fainter, 0)
         total = 0
-        for beside in range(9):
-            begin = (cell[i] + (beside // 3 - 1) * columns + beside % 3 - 1) * kinds
-            for step in range(turns - 1, turns + 2):
-                first = begin + (turn + step) % turns * grades
-                for g in range(first + max(grade - fainter, 0), first + grades):
+        for beside in near:
+            for step in alike[3 * turn : 3 * turn + 3]:
+                begin = cell[i] + beside + step
+                for g in range(begin + first, begin + grades):
                     total += grid[g]
         out[at] = total

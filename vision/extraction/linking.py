@@ -71,7 +71,6 @@ def fill_gaps(
     """
     from scipy.spatial import cKDTree
 
-
     opened = np.flatnonzero(~chains.closed)
     if len(opened) < 2:
         return chains

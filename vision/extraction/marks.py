@@ -97,10 +97,14 @@ def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[n
     angle = np.arctan2(edges.ny, edges.nx)
     turn = np.rint(angle * (_ORIENTATIONS / np.pi)).astype(np.int32) % _ORIENTATIONS
     grade = np.clip(2.0 * np.log2(edges.contrast / 4.0), 0, _GRADES - 1).astype(np.int32)
+    kinds = _ORIENTATIONS * _GRADES
     columns = -(-shape[1] // _CELL) + 2  # with a frame of empty cells around
-    cell = (edges.pixel // shape[1] // _CELL + 1) * columns + edges.pixel % shape[1] // _CELL + 1
+    cell = ((edges.pixel // shape[1] // _CELL + 1) * columns + edges.pixel % shape[1] // _CELL + 1) * kinds
+    around = np.array([-1, 0, 1])
+    near = np.add.outer(around * columns, around).ravel() * kinds
+    alike = np.add.outer(np.arange(_ORIENTATIONS), around).ravel() % _ORIENTATIONS * _GRADES
     # a cell of 8 x 8 px holds at most 64 elements
-    grid = np.zeros((-(-shape[0] // _CELL) + 2) * columns * _ORIENTATIONS * _GRADES, np.uint8)
+    grid = np.zeros((-(-shape[0] // _CELL) + 2) * columns * kinds, np.uint8)
     out = np.empty(len(which))
-    _mark_kernels.parallels(cell, turn * _GRADES + grade, columns, _ORIENTATIONS, _GRADES, which, _FAINTER, grid, out)
+    _mark_kernels.parallels(cell, turn * _GRADES + grade, near, alike, _GRADES, which, _FAINTER, grid, out)
     return out
