@@ -17,27 +17,22 @@ IntArray = npt.NDArray[np.int32]
 LINE, CIRCLE, FREE = 0, 1, 2
 
 
-@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1])")
-def running_moments(x: FloatArray, y: FloatArray, weight: FloatArray) -> FloatArray:
-    """(n + 1, 9): row i holds the weighted sums over the first i points."""
-    n = len(x)
-    sums = np.zeros((n + 1, 9))
-    for i in range(n):
-        z = x[i] * x[i] + y[i] * y[i]
-        w = weight[i]
-        sums[i + 1, 0] = sums[i, 0] + w
-        sums[i + 1, 1] = sums[i, 1] + w * x[i]
-        sums[i + 1, 2] = sums[i, 2] + w * y[i]
-        sums[i + 1, 3] = sums[i, 3] + w * x[i] * x[i]
-        sums[i + 1, 4] = sums[i, 4] + w * x[i] * y[i]
-        sums[i + 1, 5] = sums[i, 5] + w * y[i] * y[i]
-        sums[i + 1, 6] = sums[i, 6] + w * x[i] * z
-        sums[i + 1, 7] = sums[i, 7] + w * y[i] * z
-        sums[i + 1, 8] = sums[i, 8] + w * z * z
-    return sums
+@kernel("void(f8[::1], f8, f8, f8)", helper=True)
+def _add(m: FloatArray, x: float, y: float, w: float) -> None:
+    """Add a weighted point to the moments (9,)."""
+    z = x * x + y * y
+    m[0] += w
+    m[1] += w * x
+    m[2] += w * y
+    m[3] += w * x * x
+    m[4] += w * x * y
+    m[5] += w * y * y
+    m[6] += w * x * z
+    m[7] += w * y * z
+    m[8] += w * z * z
 
 
-@kernel("Tuple((f8, f8, f8, f8, f8))(f8[::1])")
+@kernel("Tuple((f8, f8, f8, f8, f8))(f8[::1])", helper=True)
 def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
     """Total-least-squares line: centroid x, y, unit direction x, y, and the weighted mean square distance."""
     w = m[0]
@@ -57,7 +52,7 @@ def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
     return cx, cy, dx / norm, dy / norm, least
 
 
-@kernel("Tuple((f8, f8, f8, f8))(f8[::1])")
+@kernel("Tuple((f8, f8, f8, f8))(f8[::1])", helper=True)
 def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
     """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
 
@@ -111,7 +106,7 @@ def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
     return cx + ux, cy + uy, sqrt(r2), max(square, 0.0) / (4.0 * r2)
 
 
-@kernel("i8(f8[::1], f8[::1], i8, i8, f8, i8, i4[::1])")
+@kernel("i8(f8[::1], f8[::1], i8, i8, f8, i8, i4[::1])", helper=True)
 def _break_points(
     x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, out: IntArray
 ) -> int:
@@ -174,13 +169,21 @@ def segment(
     kinds = np.empty(n, np.int32)
     count = 0
     breaks = np.empty(n + 1, np.int32)
+    moments = np.empty(9)
+    sums = np.empty((n + 1, 9))
     for chain in range(len(offsets) - 1):
         begin, end = offsets[chain], offsets[chain + 1]
         if end - begin < 3:
             continue
         # local coordinates keep the fourth moments small
         ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
-        sums = running_moments(x[begin:end] - ox, y[begin:end] - oy, weight[begin:end])
+        moments[:] = 0.0
+        for i in range(begin, end):
+            for k in range(9):
+                sums[i - begin, k] = moments[k]
+            _add(moments, x[i] - ox, y[i] - oy, weight[i])
+        for k in range(9):
+            sums[end - begin, k] = moments[k]
         m = _break_points(x, y, begin, end - 1, 0.6, 24, breaks)
         cost = np.full(m, 1e300)
         back = np.zeros(m, np.int32)
@@ -191,7 +194,8 @@ def segment(
                 members = breaks[j] - breaks[i] + 1
                 best, best_kind = price[2] + free_price * members, 2
                 if members >= 3:
-                    moments = sums[breaks[j] + 1 - begin] - sums[breaks[i] - begin]
+                    for k in range(9):
+                        moments[k] = sums[breaks[j] + 1 - begin, k] - sums[breaks[i] - begin, k]
                     scale = moments[0] / (2.0 * correlation)
                     line = price[0] + scale * line_of_moments(moments)[4]
                     if line <= best:
@@ -231,11 +235,13 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
     Circles are geometric: Gauss-Newton from Taubin's.
     """
     out = np.zeros((len(kinds), 8))
+    moments = np.empty(9)
     for arc in range(len(kinds)):
         begin, end = offsets[arc], offsets[arc + 1]
         ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
-        px, py, w = x[begin:end] - ox, y[begin:end] - oy, weight[begin:end]
-        moments = running_moments(px, py, w)[end - begin].copy()
+        moments[:] = 0.0
+        for i in range(begin, end):
+            _add(moments, x[i] - ox, y[i] - oy, weight[i])
         cx, cy, dx, dy, square = line_of_moments(moments)
         out[arc, 5] = moments[0]
         total = (moments[3] + moments[5]) / moments[0] - cx * cx - cy * cy
@@ -245,19 +251,19 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
             a, b, r, _ = circle_of_moments(moments)
             for _ in range(6):
                 h00, h01, h02, h11, h12, h22, g0, g1, g2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                for i in range(end - begin):
-                    ex, ey = px[i] - a, py[i] - b
+                for i in range(begin, end):
+                    ex, ey = x[i] - ox - a, y[i] - oy - b
                     d = sqrt(ex * ex + ey * ey)
                     ux, uy, e = ex / d, ey / d, d - r
-                    h00 += w[i] * ux * ux
-                    h01 += w[i] * ux * uy
-                    h02 += w[i] * ux
-                    h11 += w[i] * uy * uy
-                    h12 += w[i] * uy
-                    h22 += w[i]
-                    g0 += w[i] * ux * e
-                    g1 += w[i] * uy * e
-                    g2 += w[i] * e
+                    h00 += weight[i] * ux * ux
+                    h01 += weight[i] * ux * uy
+                    h02 += weight[i] * ux
+                    h11 += weight[i] * uy * uy
+                    h12 += weight[i] * uy
+                    h22 += weight[i]
+                    g0 += weight[i] * ux * e
+                    g1 += weight[i] * uy * e
+                    g2 += weight[i] * e
                 det = h00 * (h11 * h22 - h12 * h12) - h01 * (h01 * h22 - h12 * h02) + h02 * (h01 * h12 - h11 * h02)
                 if abs(det) < 1e-12 * h22 * h22 * h22:
                     break
@@ -270,15 +276,15 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
                 if abs(sa) + abs(sb) + abs(sr) < 1e-9 * abs(det):
                     break
             square = 0.0
-            for i in range(end - begin):
-                e = sqrt((px[i] - a) ** 2 + (py[i] - b) ** 2) - r
-                square += w[i] * e * e
+            for i in range(begin, end):
+                e = sqrt((x[i] - ox - a) ** 2 + (y[i] - oy - b) ** 2) - r
+                square += weight[i] * e * e
                 plain += e * e
             square /= moments[0]
             out[arc, 0], out[arc, 1], out[arc, 2] = a + ox, b + oy, r
         else:
-            for i in range(end - begin):
-                e = dx * (py[i] - cy) - dy * (px[i] - cx)
+            for i in range(begin, end):
+                e = dx * (y[i] - oy - cy) - dy * (x[i] - ox - cx)
                 plain += e * e
             out[arc, 0], out[arc, 1], out[arc, 2], out[arc, 3] = cx + ox, cy + oy, dx, dy
         out[arc, 4] = square
@@ -292,13 +298,14 @@ def joint_costs(
 ) -> FloatArray:
     """Fits of pairs of arcs taken as one: (m, 3) chi-square / (2 correlation) as a line, as a circle, and sagitta."""
     out = np.empty((len(pairs), 3))
+    moments = np.empty(9)
     for at in range(len(pairs)):
         a, b = pairs[at, 0], pairs[at, 1]
         ox, oy = x[offsets[a]], y[offsets[a]]
-        moments = np.zeros(9)
+        moments[:] = 0.0
         for arc in (a, b):
-            begin, end = offsets[arc], offsets[arc + 1]
-            moments += running_moments(x[begin:end] - ox, y[begin:end] - oy, weight[begin:end])[end - begin]
+            for i in range(offsets[arc], offsets[arc + 1]):
+                _add(moments, x[i] - ox, y[i] - oy, weight[i])
         scale = moments[0] / (2.0 * correlation)
         _, _, radius, square = circle_of_moments(moments)
         out[at, 0] = scale * line_of_moments(moments)[4]

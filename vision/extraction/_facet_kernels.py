@@ -24,7 +24,7 @@ def mirrored(grey: npt.NDArray[np.floating], taps: SingleArray) -> SingleArray:
     return np.pad(grey.astype(np.float32), taps.shape[1] - 1, mode="symmetric")
 
 
-@kernel("void(f4[:, ::1], i8, f4[:, ::1], f4[:, ::1])")
+@kernel("void(f4[:, ::1], i8, f4[:, ::1], f4[:, ::1])", helper=True)
 def _down(grey: SingleArray, row: int, taps: SingleArray, out: SingleArray) -> None:
     """Correlate the columns around `row` with p0..p3: (4, width)."""
     v0, v1, v2, v3 = out[0], out[1], out[2], out[3]
@@ -53,7 +53,7 @@ def _down(grey: SingleArray, row: int, taps: SingleArray, out: SingleArray) -> N
             v3[c] += (w31 * odd1 + w32 * odd2) + (w33 * odd3 + w34 * odd4)
 
 
-@kernel("void(f4[::1], f4[::1], f4, f4[::1])")
+@kernel("void(f4[::1], f4[::1], f4, f4[::1])", helper=True)
 def _along(source: SingleArray, taps: SingleArray, sign: np.float32, out: SingleArray) -> None:
     """Correlate a row with one kernel, even (`sign` 1) or odd (-1)."""
     k = len(taps) - 1

@@ -56,64 +56,24 @@ def mutual_successors(
     return successor
 
 
-@kernel("b1[::1](f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], f8, i8, i8)")
-def partnered(
-    x: FloatArray,
-    y: FloatArray,
-    nx: FloatArray,
-    ny: FloatArray,
-    other_x: FloatArray,
-    other_y: FloatArray,
-    other_nx: FloatArray,
-    other_ny: FloatArray,
-    other_pixel: IntArray,
-    reach: float,
-    rows: int,
-    columns: int,
-) -> npt.NDArray[np.bool_]:
-    """Whether one of the other elements, of like direction, lies within `reach` px of each element."""
-    at = np.full(rows * columns, -1, np.int32)
-    for j in range(len(other_pixel)):
-        at[other_pixel[j]] = j
-    span = int(reach) + 1
-    found = np.zeros(len(x), np.bool_)
-    for i in range(len(x)):
-        r, c = int(y[i] + 0.5), int(x[i] + 0.5)
-        for rr in range(max(r - span, 0), min(r + span + 1, rows)):
-            for cc in range(max(c - span, 0), min(c + span + 1, columns)):
-                j = at[rr * columns + cc]
-                if j < 0 or nx[i] * other_nx[j] + ny[i] * other_ny[j] < 0.8:
-                    continue
-                dx, dy = other_x[j] - x[i], other_y[j] - y[i]
-                if dx * dx + dy * dy <= reach * reach:
-                    found[i] = True
-                    break
-            if found[i]:
-                break
-    return found
-
-
-@kernel("Tuple((i4[::1], i4[::1], b1[::1]))(i4[::1])")
-def follow(successor: IntArray) -> tuple[IntArray, IntArray, npt.NDArray[np.bool_]]:
-    """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop.
+@kernel("i8(i4[::1], i4[::1], i4[::1], b1[::1])")
+def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: npt.NDArray[np.bool_]) -> int:
+    """Chains of a one-to-one successor map of n elements, and how many: the elements in order (n,), the offsets
+    (n + 1,) of the chains, and whether each is a loop (n,).
 
     Open chains first, then loops, each in the order of their first (least) element.
     """
     n = len(successor)
-    has_predecessor = np.zeros(n, np.bool_)
+    starts = np.ones(n, np.bool_)
     for i in range(n):
         if successor[i] >= 0:
-            has_predecessor[successor[i]] = True
-    order = np.empty(n, np.int32)
-    offsets = np.empty(n + 1, np.int32)
-    closed = np.empty(n, np.bool_)
+            starts[successor[i]] = False
     seen = np.zeros(n, np.bool_)
-    chains = 0
-    filled = 0
+    chains, filled = 0, 0
     offsets[0] = 0
-    for loops in (False, True):
+    for loops in range(2):
         for start in range(n):
-            if seen[start] or (not loops and has_predecessor[start]):
+            if seen[start] or not (loops or starts[start]):
                 continue
             i = start
             while i >= 0 and not seen[i]:
@@ -121,7 +81,7 @@ def follow(successor: IntArray) -> tuple[IntArray, IntArray, npt.NDArray[np.bool
                 order[filled] = i
                 filled += 1
                 i = successor[i]
-            closed[chains] = loops
+            closed[chains] = loops == 1
             chains += 1
             offsets[chains] = filled
-    return order, offsets[: chains + 1].copy(), closed[:chains].copy()
+    return chains

@@ -28,31 +28,35 @@ def grey_beside(
     return out
 
 
-@kernel("f8[::1](i4[::1], i4[::1], i4[::1], i4[::1], UniTuple(i8, 4), i4[::1], i8)")
+@kernel("void(i4[::1], i4[::1], i8[::1], i8[::1], i8, i4[::1], i8, u1[::1], f8[::1])")
 def parallels(
-    row: IntArray,
-    column: IntArray,
-    turn: IntArray,
-    grade: IntArray,
-    size: tuple[int, int, int, int],
+    cell: IntArray,
+    kind: IntArray,
+    near: npt.NDArray[np.int64],
+    alike: npt.NDArray[np.int64],
+    grades: int,
     which: IntArray,
     fainter: int,
-) -> FloatArray:
-    """(n,) for each element of `which`: how many share its 3 x 3 cells and its turn or the next (cyclic), and are of
-    its grade, of up to `fainter` grades below, or above.  `size`: cells down and across, turns, grades."""
-    rows, columns, turns, grades = size
-    grid = np.zeros(size, np.uint8)  # a cell of 8 x 8 px holds at most 64 elements
-    for i in range(len(row)):
-        grid[row[i], column[i], turn[i], grade[i]] += 1
-    out = np.empty(len(which))
+    grid: npt.NDArray[np.uint8],
+    out: FloatArray,
+) -> None:
+    """(n,) for each element of `which`: how many lie in the cells `near`, are of a turn that is `alike`, and of its
+    grade, of up to `fainter` grades below, or above.
+
+    `cell` is the place of an element's cell in `grid`, zeros at first, which counts in each cell the kinds, turn times
+    `grades` plus grade; `near` are steps from one cell to another, `alike` from one turn's kinds to another's, those of
+    turn t at 3 t.
+    """
+    for i in range(len(cell)):
+        grid[cell[i] + kind[i]] += 1
     for at in range(len(which)):
         i = which[at]
+        turn = kind[i] // grades
+        first = max(kind[i] - turn * grades - fainter, 0)
         total = 0
-        for r in range(max(row[i] - 1, 0), min(row[i] + 2, rows)):
-            for c in range(max(column[i] - 1, 0), min(column[i] + 2, columns)):
-                for step in range(-1, 2):
-                    cell = grid[r, c, (turn[i] + step) % turns]
-                    for g in range(max(grade[i] - fainter, 0), grades):
-                        total += cell[g]
+        for beside in near:
+            for step in alike[3 * turn : 3 * turn + 3]:
+                begin = cell[i] + beside + step
+                for g in range(begin + first, begin + grades):
+                    total += grid[g]
         out[at] = total
-    return out

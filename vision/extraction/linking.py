@@ -57,7 +57,7 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
     used = np.flatnonzero(edges.contrast >= min_contrast).astype(np.int32)
     part = edges.take(used)
     successor = _link_kernels.mutual_successors(part.x, part.y, part.nx, part.ny, part.pixel, *shape)
-    order, offsets, closed = _link_kernels.follow(successor)
+    order, offsets, closed = _followed(successor)
     return Chains(used[order], offsets, closed)
 
 
@@ -70,8 +70,6 @@ def fill_gaps(
     One to one, cheapest d (1 + 2 (a1 + a2)) first where each is the other's best.
     """
     from scipy.spatial import cKDTree
-
-    from vision.extraction import _link_kernels
 
     opened = np.flatnonzero(~chains.closed)
     if len(opened) < 2:
@@ -97,8 +95,18 @@ def fill_gaps(
     for at in np.lexsort((head, tail, cost)):
         if next_chain[tail[at]] < 0 and previous[head[at]] < 0:
             next_chain[tail[at]], previous[head[at]] = head[at], tail[at]
-    sequence, offsets, looped = _link_kernels.follow(next_chain)
+    sequence, offsets, looped = _followed(next_chain)
     return _concatenate(chains, opened[sequence], offsets, looped)
+
+
+def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+    """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
+    from vision.extraction import _link_kernels
+
+    n = len(successor)
+    order, offsets, closed = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.bool_)
+    chains = _link_kernels.follow(successor, order, offsets, closed)
+    return order, offsets[: chains + 1], closed[:chains]
 
 
 def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArray, looped: BoolArray) -> Chains:

@@ -97,6 +97,14 @@ def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[n
     angle = np.arctan2(edges.ny, edges.nx)
     turn = np.rint(angle * (_ORIENTATIONS / np.pi)).astype(np.int32) % _ORIENTATIONS
     grade = np.clip(2.0 * np.log2(edges.contrast / 4.0), 0, _GRADES - 1).astype(np.int32)
-    row, column = edges.pixel // shape[1] // _CELL, edges.pixel % shape[1] // _CELL
-    size = (-(-shape[0] // _CELL), -(-shape[1] // _CELL), _ORIENTATIONS, _GRADES)
-    return _mark_kernels.parallels(row, column, turn, grade, size, which, _FAINTER)
+    kinds = _ORIENTATIONS * _GRADES
+    columns = -(-shape[1] // _CELL) + 2  # with a frame of empty cells around
+    cell = ((edges.pixel // shape[1] // _CELL + 1) * columns + edges.pixel % shape[1] // _CELL + 1) * kinds
+    around = np.array([-1, 0, 1])
+    near = np.add.outer(around * columns, around).ravel() * kinds
+    alike = np.add.outer(np.arange(_ORIENTATIONS), around).ravel() % _ORIENTATIONS * _GRADES
+    # a cell of 8 x 8 px holds at most 64 elements
+    grid = np.zeros((-(-shape[0] // _CELL) + 2) * columns * kinds, np.uint8)
+    out = np.empty(len(which))
+    _mark_kernels.parallels(cell, turn * _GRADES + grade, near, alike, _GRADES, which, _FAINTER, grid, out)
+    return out

@@ -72,19 +72,23 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
     import cv2
 
     canvas = np.zeros(shape, np.uint8)
-    points = np.column_stack([edges.x, edges.y])
-    fixed = np.round(points * 16.0).astype(np.int32)
-    for i in range(len(chains)):
-        course = fixed[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
-        cv2.polylines(canvas, [course], bool(chains.closed[i]), 1, 1, cv2.LINE_8, 4)
+    points = np.column_stack([edges.x[chains.elements], edges.y[chains.elements]])
+    courses = np.split(np.round(points * 16.0).astype(np.int32), chains.offsets[1:-1])
+    for closed in (False, True):
+        alike = [courses[i] for i in np.flatnonzero(chains.closed == closed)]
+        cv2.polylines(canvas, alike, closed, 1, 1, cv2.LINE_8, 4)
     straight = np.flatnonzero(arcs.kind == LINE)
     lines = np.column_stack([arcs.start_x, arcs.start_y, arcs.end_x, arcs.end_y])[straight]
     cv2.polylines(canvas, list(np.round(lines).astype(np.int32).reshape(-1, 2, 2)), False, 1, 1)
     opened = ~chains.closed
-    first, last = chains.elements[chains.offsets[:-1][opened]], chains.elements[chains.offsets[1:][opened] - 1]
-    place = np.concatenate([points[first], points[last]])
-    tangent = np.column_stack([-edges.ny, edges.nx])
-    outward = np.concatenate([-tangent[first], tangent[last]])
+    begin, end = chains.offsets[:-1][opened], chains.offsets[1:][opened] - 1
+    place = np.concatenate([points[begin], points[end]])
+    first, last = chains.elements[begin], chains.elements[end]
+    outward_x, outward_y = (
+        np.concatenate([edges.ny[first], -edges.ny[last]]),
+        np.concatenate([-edges.nx[first], edges.nx[last]]),
+    )
+    outward = np.column_stack([outward_x, outward_y])
     which = np.repeat(straight, 2)
     ends = lines.reshape(-1, 2)
     free = _lonely(arcs, ends, which)

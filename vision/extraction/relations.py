@@ -178,7 +178,8 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
         near = np.zeros((0, 2), np.intp)
     else:
         near = owner[cKDTree(points).query_pairs(radius + 0.5 * step, output_type="ndarray")]
-    a, b = np.unique(np.sort(near[near[:, 0] != near[:, 1]], axis=1), axis=0).T
+    near = near[near[:, 0] != near[:, 1]]
+    a, b = np.divmod(np.unique(near.min(axis=1) * len(line) + near.max(axis=1)), max(len(line), 1))
     cross = direction[a, 0] * direction[b, 1] - direction[a, 1] * direction[b, 0]
     square = np.abs(cross) > np.cos(_MAX_ANGLE)
     lean = np.hypot(arcs.angle_sigma[line][a], arcs.angle_sigma[line][b])

@@ -31,8 +31,6 @@ def elements_over_scales(
 
     The other arguments are those of `edge_elements`.  Raises UsageError for scales that do not ascend.
     """
-    from vision.extraction import _link_kernels
-
     if list(scales) != sorted(set(scales)) or not scales:
         raise UsageError(f"facet scales {', '.join(map(str, scales))} do not ascend: name each once, the finest first")
     found = [
@@ -43,7 +41,9 @@ def elements_over_scales(
     ]
 
     def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> npt.NDArray[np.bool_]:
-        return _link_kernels.partnered(
+        from vision.extraction import _scale_kernels
+
+        return _scale_kernels.partnered(
             some.x, some.y, some.nx, some.ny, others.x, others.y, others.nx, others.ny, others.pixel,
             _REACH * scale, *grey.shape,
         )  # fmt: skip
