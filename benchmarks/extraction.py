@@ -8,8 +8,12 @@ Visible edges: F1 within 2 px against sharp and silhouette edges of contrast > 1
 Canny at the best of its thresholds for each picture, so its column is a bound, not a setting.  `sure` leaves out arcs
 whose texture mark is above 0.5; the ceiling is what an oracle leaves that drops every arc of which less than half is
 true.  False arcs: those of which less than half is true, a megapixel, without and with the mark.
+Clearing: area under the curve of true against false length, as arcs of all chains are cleared by their number of false
+alarms, and by mean contrast times the fourth root of length; false arcs a megapixel before clearing and after, by
+either, at the same length of true arcs kept.
 Arcs: what share of the visible length of model lines and circles an arc of the right kind covers within 2 px (a circle
-seen aslant may be circular or elliptic), and how many arcs an edge takes.  Regions: intersection over union of each
+seen aslant may be circular or elliptic), what share has an edge element of like direction within 2 px at all, and how
+many arcs an edge takes.  Regions: intersection over union of each
 visible face with the region that fits it best, weighted by area; the ceilings are what leak-proof regions give on true
 edges of contrast > 10, and on all true edges, seen or not.
 """
@@ -28,8 +32,8 @@ from scipy.special import ndtr
 from tabulate import tabulate
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
-from vision.extraction.edges import edge_elements
-from vision.extraction.extract import extract
+from vision.extraction.edges import EdgeElements, edge_elements
+from vision.extraction.extract import ExtractionParameters, extract
 from vision.extraction.regions import leak_proof_regions
 from vision.images import read_picture
 
@@ -128,6 +132,47 @@ def visible_edges(data: Path) -> None:
     print(tabulate(rows, headers=headers, floatfmt=(".3f",) * 12 + (".0f",) * 2), "\n")
 
 
+def clearing(data: Path) -> None:
+    """How well the number of false alarms tells true arcs from false ones, beside contrast and length."""
+    rows = []
+    for name in PICTURES:
+        base = data / "bulkhead" / f"{name}_left"
+        grey = read_picture(f"{base}.png").grey
+        faces = read_picture(f"{base}_faceid.png").grey
+        parameters = ExtractionParameters()
+        found = extract(grey, ExtractionParameters(min_significance=-np.inf))
+        with np.load(f"{base}_edges.npz") as truth:
+            seen = np.isin(truth["kind"], (0, 3)) & (np.abs(truth["contrast"]) > 5)
+            edges = cKDTree(truth["uv"][seen].astype(np.float64))
+        arcs, counts = found.arcs, found.arcs.chains.counts
+        place = np.column_stack([found.edges.x, found.edges.y])[arcs.elements]
+        true = np.add.reduceat(edges.query(place)[0] <= 2, arcs.offsets[:-1]) >= 0.5 * counts
+        column, row = np.round(place).astype(int).T
+        on_part = np.add.reduceat(faces[row, column] > 0, arcs.offsets[:-1]) >= 0.5 * counts
+        scores = arcs.significance, arcs.contrast * counts**0.25
+        weight = counts * on_part
+        kept = np.sum(weight * true * (arcs.significance >= parameters.min_significance)) / np.sum(weight * true)
+        false = [np.sum(on_part & ~true)]
+        areas = []
+        for score in scores:
+            order = np.argsort(-score, kind="stable")
+            hits, misses = np.cumsum(weight[order] * true[order]), np.cumsum(weight[order] * ~true[order])
+            areas.append(np.trapezoid(hits / hits[-1], misses / misses[-1]))
+            best = order[: int(np.searchsorted(hits, kept * hits[-1])) + 1]
+            false.append(np.sum((on_part & ~true)[best]))
+        rows.append([name, *areas, kept, *np.array(false) * 1e6 / grey.size])
+    headers = [
+        "picture",
+        "AUC of false alarms",
+        "of strength",
+        "true length kept",
+        "false/MP",
+        "cleared",
+        "by strength",
+    ]
+    print(tabulate(rows, headers=headers, floatfmt=(".3f",) * 4 + (".0f",) * 3), "\n")
+
+
 def _canny_settings(image: npt.NDArray[np.uint8]) -> list[FloatArray]:
     places = []
     for sigma in (1.0, 1.5, 2.0, 2.5):
@@ -167,18 +212,23 @@ def arcs_and_regions(data: Path) -> None:
             sharp = (truth["kind"] == 0) & strong
             margin = np.min(np.column_stack([place, np.subtract(image.shape[::-1], 1) - place]), axis=1)
             seen = sharp & (margin > 6)
+            normal = truth["normal2d"].astype(np.float64)
             bounds = [_drawn(edge[k], place[k], image.shape) for k in (strong & (truth["kind"] != 1), strong | ~strong)]
         kinds = np.array([geometry.get(int(i), "") for i in edge])
+        element = _has_element(found.edges, place, normal)
         line = _cover(found.arcs, place, edge, seen & (kinds == "LINE"), (LINE,))
         circle = _cover(found.arcs, place, edge, seen & (kinds == "CIRCLE"), (CIRCULAR, ELLIPTIC))
+        any_line, any_circle = (np.mean(element[seen & (kinds == kind)]) for kind in ("LINE", "CIRCLE"))
         labels = [found.regions.labels, *(leak_proof_regions(image, bound).labels for bound in bounds)]
-        rows.append([name, *line, *circle, *(_agreement(label, faces) for label in labels)])
+        rows.append([name, *line, any_line, *circle, any_circle, *(_agreement(label, faces) for label in labels)])
     headers = [
         "picture",
         "lines covered",
         "pieces",
+        "seen",
         "circles covered",
         "pieces",
+        "seen",
         "regions IoU",
         "true > 10",
         "all true",
@@ -204,6 +254,14 @@ def _cover(
         if np.any(counts >= 0.05 * own.sum()):
             pieces.append(int(np.sum(counts >= 0.05 * own.sum())))
     return covered / max(total, 1), float(np.mean(pieces)) if pieces else 0.0
+
+
+def _has_element(edges: EdgeElements, place: FloatArray, normal: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether each sample has an edge element across the same direction within 2 px."""
+    distance, near = cKDTree(np.column_stack([edges.x, edges.y])).query(place, k=6, distance_upper_bound=2.0)
+    at = np.minimum(near, len(edges) - 1)
+    alike = np.abs(edges.nx[at] * normal[:, :1] + edges.ny[at] * normal[:, 1:]) > 0.8
+    return np.asarray((np.isfinite(distance) & alike).any(axis=1))
 
 
 def _drawn(edge: npt.NDArray[np.integer], place: FloatArray, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
@@ -256,6 +314,7 @@ def main() -> None:
     folder = os.environ.get("RELMODEL_TEST_DATA")
     if folder:
         visible_edges(Path(folder))
+        clearing(Path(folder))
         arcs_and_regions(Path(folder))
         times(Path(folder))
 
