@@ -28,6 +28,7 @@ from relmodel.loading.features import Feature, feature_class_key, recognise, thi
 from .feature_scores import score
 from .golden_features import score_bulkhead
 from .parts_generator import Part, generate
+from .toolroom import toolroom
 from .workshop import workshop
 
 Z = gp_Dir(0, 0, 1)
@@ -259,6 +260,13 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> N
     for kind in scores.known | scores.found:
         assert scores.recall(kind) >= 0.95, (kind, scores.missed)
         assert scores.precision(kind) >= 0.95, (kind, scores.false)
+
+
+def test_features_of_a_third_hand_with_their_frames_and_boxes() -> None:
+    """Flanges, housings, bent sheets, frames, manifolds, cams, keyed shafts, moulds: two of each."""
+    scores = score(toolroom, range(16))
+    assert scores.total_recall >= 0.95, scores.missed
+    assert scores.total_precision >= 0.95, scores.false
 
 
 @pytest.mark.parametrize("variant", sorted("ABCDEF"))
