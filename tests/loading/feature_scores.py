@@ -12,9 +12,15 @@ from relmodel.loading import step_shape
 from relmodel.loading.features import Feature, recognise
 
 from .parts_generator import Known, Part
+from .toolroom import Made, Work
 
 NEAR = 0.05  # mm, and rad and share of a dimension
+STRAIGHT = 1e-6
 WITHOUT_TRUTH = ("body",)  # all that is left: right if all else is
+
+
+# What the operations of a `Work` leave behind: said where it is meant.
+NOT_ALWAYS_STATED = ("fillet", "chamfer", "web", "linear_pattern", "circular_pattern", "grid_pattern")
 
 
 @dataclass
@@ -22,7 +28,7 @@ class Scores:
     known: Counter[str] = field(default_factory=Counter)
     found: Counter[str] = field(default_factory=Counter)
     matched: Counter[str] = field(default_factory=Counter)
-    missed: list[tuple[int | str, Known]] = field(default_factory=list)
+    missed: list[tuple[int | str, Known | Made]] = field(default_factory=list)
     false: list[tuple[int | str, Feature]] = field(default_factory=list)
 
     def recall(self, kind: str) -> float:
@@ -49,12 +55,15 @@ class Scores:
         return self.matched.total() / max(self.found.total(), 1)
 
 
-def score(generate: Callable[[int], Part], seeds: Iterable[int]) -> Scores:
+def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Scores:
     """Scores over the parts that a generator makes of the seeds."""
     out = Scores()
     for seed in seeds:
         part = generate(seed)
         left = [f for f in recognise(step_shape.extract(part.body, {}, {}, {})) if f.kind not in WITHOUT_TRUTH]
+        if isinstance(part, Work):
+            stated = {known.kind for known in part.features}
+            left = [f for f in left if f.kind in stated or f.kind not in NOT_ALWAYS_STATED]
         out.found.update(kind_of(f.kind, f.dimensions) for f in left)
         for known in part.features:
             kind = kind_of(known.kind, known.dimensions)
@@ -75,11 +84,26 @@ def kind_of(kind: str, dimensions: Iterable[str]) -> str:
     return " ".join([kind, *more])
 
 
-def agree(known: Known, found: Feature) -> bool:
-    """Whether kind, place and every dimension are the same."""
-    if known.kind != found.kind or known.dimensions.keys() != found.dimensions.keys():
+def agree(known: Known | Made, found: Feature) -> bool:
+    """Whether kind, place and every dimension are the same, and of what is `Made` so much as is stated."""
+    if known.kind != found.kind:
         return False
-    away = min(np.linalg.norm(np.array(p) - found.shape_from_feature[:3, 3]) for p in known.at)
-    if away > NEAR:
+    if isinstance(known, Made):
+        if not known.dimensions.keys() <= found.dimensions.keys() or not _stands_as_stated(known, found):
+            return False
+    elif known.dimensions.keys() != found.dimensions.keys():
+        return False
+    away = [np.linalg.norm(np.array(p) - found.shape_from_feature[:3, 3]) for p in known.at]
+    if away and min(away) > NEAR:
         return False
     return all(abs(found.dimensions[k][0] - v) < NEAR * max(1.0, min(abs(v), 2)) for k, v in known.dimensions.items())
+
+
+def _stands_as_stated(known: Made, found: Feature) -> bool:
+    """Whether the axes of the frame and the box are those stated; the frame is always a rotation."""
+    pose = found.shape_from_feature[:3, :3]
+    out = known.out is None or np.abs(pose[:, 2] - known.out).max() < STRAIGHT
+    along = known.along is None or abs(pose[:, 0] @ np.array(known.along)) > 1 - STRAIGHT
+    box = known.box is None or np.abs(np.ravel(known.box) - found.box).max() < NEAR
+    turned = np.abs(pose.T @ pose - np.eye(3)).max() < STRAIGHT and np.linalg.det(pose) > 0
+    return bool(out and along and box and turned)

@@ -28,6 +28,8 @@ from relmodel.loading.features import Feature, feature_class_key, recognise, thi
 from .feature_scores import score
 from .golden_features import score_bulkhead
 from .parts_generator import Part, generate
+from .step_parts import loaded
+from .toolroom import toolroom
 from .workshop import workshop
 
 Z = gp_Dir(0, 0, 1)
@@ -261,6 +263,13 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> N
         assert scores.precision(kind) >= 0.95, (kind, scores.false)
 
 
+def test_features_of_a_third_hand_with_their_frames_and_boxes() -> None:
+    """Flanges, housings, bent sheets, frames, manifolds, cams, keyed shafts, moulds: two of each."""
+    scores = score(toolroom, range(16))
+    assert scores.total_recall >= 0.95, scores.missed
+    assert scores.total_precision >= 0.95, scores.false
+
+
 @pytest.mark.parametrize("variant", sorted("ABCDEF"))
 def test_a_variant_of_the_bulkhead_has_the_features_of_its_golden_list(variant: str) -> None:
     scores = score_bulkhead(variant)
@@ -309,6 +318,32 @@ def test_a_bulkhead_has_the_holes_and_pockets_of_its_generator(data_dir: Path, n
         assert lugs == sorted(2.0 * lug[4] for lug in truth["lugs"])
     if name == "C":  # all alike
         assert len({feature_class_key(f) for f in pockets}) == 1
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "stated"), [("01", 8), ("02", 7)])
+def test_holes_of_a_real_part_are_those_that_its_diameters_are_noted_on(data_dir: Path, name: str, stated: int) -> None:
+    """As many holes as the faces of a note are whole cylinders, and each has the diameter; "4X" is 4 notes there."""
+    model = loaded(data_dir / "step" / f"nist_ctc_{name}_asme1_ap242.stp")
+    (part,) = (p for p in model.parts if p.pmi and not p.supplemental)
+    surfaces = model.shapes[part.shape].surfaces
+    holes = [f for f in recognise(model.shapes[part.shape]) if f.kind.endswith("_hole")]
+    notes = [p for p in part.pmi if p.type == "diameter" and p.value is not None]
+    count: Counter[float] = Counter()
+    for note in notes:
+        faces = {surface for surface, _ in note.surfaces}
+        noted = [f for f in holes if faces & {i for i, _ in f.surfaces}]
+        turns = sum(float(surfaces["u1"][i] - surfaces["u0"][i]) for i in faces) / (2 * np.pi)
+        assert turns == pytest.approx(len(noted), abs=1e-6)
+        for f in noted:
+            radii = {round(2 * float(surfaces["radius"][i]), 6) for i, role in f.surfaces if role != "countersink"}
+            assert note.value in radii
+            count[note.value] += 1
+    assert len(notes) >= stated - 1
+    if name == "01":  # 4X 35, 2X 20, 1X 25
+        assert count == {35.0: 4, 20.0: 2, 25.0: 1}
+        (grid,) = (f for f in recognise(model.shapes[part.shape]) if measures(f).get("hole_diameter") == 35.0)
+        assert measures(grid)["count"] == 4
 
 
 def test_triangles_of_a_damaged_face_cover_what_they_cover() -> None:

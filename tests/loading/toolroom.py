@@ -8,6 +8,7 @@ direction out of the material, and that of the length where there is one.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,13 +27,11 @@ from .parts_generator import (
     at_height,
     between,
     box,
-    chamfer,
     cone,
     cylinder,
     fillet,
     obround,
     prism,
-    round_box,
 )
 
 Floats = npt.NDArray[np.float64]
@@ -54,7 +53,7 @@ class Made:
 @dataclass
 class Work:
     body: Any
-    made: list[Made] = field(default_factory=list)
+    features: list[Made] = field(default_factory=list)
 
     def cut(self, *tools: Any) -> None:
         for tool in tools:
@@ -78,14 +77,14 @@ class Work:
         box: tuple[Point, Point] | None = None,
         **dimensions: float,
     ) -> None:
-        self.made.append(Made(kind, at, dimensions, out, along, box))
+        self.features.append(Made(kind, at, dimensions, out, along, box))
 
-    def drill(self, x: float, y: float, r: float, top: float, bottom: float, **more: float) -> None:
+    def drill(self, x: float, y: float, r: float, top: float, bottom: float) -> None:
         """A plain hole along z through all of the material between two heights."""
         self.cut(cylinder((x, y, bottom - 1), r, top - bottom + 2))
         ends = ((x, y, top), (x, y, bottom))
         limits = ((x - r, y - r, bottom), (x + r, y + r, top))
-        self.note("through_hole", *ends, box=limits, diameter=2 * r, depth=top - bottom, **more)
+        self.note("through_hole", *ends, box=limits, diameter=2 * r, depth=top - bottom)
 
 
 def toolroom(seed: int) -> Work:
@@ -116,7 +115,7 @@ def pipe_flange(rng: Rng) -> Work:
             wide, deep = r + 2.5, 0.35 * t
             work.cut(cylinder((x, y, t - deep), wide, 50))
             work.cut(cylinder((x, y, -1), r, 50))
-            more = {"counterbore_diameter": 2 * wide, "counterbore_depth": deep}
+            more: dict[str, Any] = {"counterbore_diameter": 2 * wide, "counterbore_depth": deep}
             work.note("through_hole", (x, y, t), out=UP, diameter=2 * r, depth=t, **more)
         else:
             work.drill(x, y, r, t, 0.0)
@@ -139,7 +138,7 @@ def housing(rng: Rng) -> Work:
     work.cut(cylinder((0, 0, h - deep), seat, 100), cylinder((0, 0, -1), through, 200))
     ring, width, down = u(rng, 1.2, 2.5), u(rng, 1.5, 3), u(rng, 4, 8)
     work.cut(revolved([(0, h - down - width), (seat + ring, h - down - width), (seat + ring, h - down), (0, h - down)]))
-    more = {"counterbore_diameter": 2 * seat, "counterbore_depth": deep}
+    more: dict[str, Any] = {"counterbore_diameter": 2 * seat, "counterbore_depth": deep}
     more |= {"groove_diameter": 2 * (seat + ring), "groove_width": width}
     work.note("through_hole", (0, 0, h), out=UP, diameter=2 * through, depth=h, **more)
     # A lubrication hole from the side into the seat.
@@ -185,10 +184,8 @@ def ribbed_frame(rng: Rng) -> Work:
         rib, high = u(rng, 2.5, 4), u(rng, 0.3, 0.75) * tall
         work.add(box((x - rib / 2, wall, t), (x + rib / 2, b - wall, t + high)))
         limits = ((x - rib / 2, wall, t), (x + rib / 2, b - wall, t + high))
-        work.note(
-            "rib", (x, b / 2, t), out=UP, along=(0, 1, 0), box=limits,
-            thickness=rib, length=b - 2 * wall, height=high,
-        )  # fmt: skip
+        size: dict[str, Any] = {"thickness": rib, "length": b - 2 * wall, "height": high}
+        work.note("rib", (x, b / 2, t), out=UP, along=(0, 1, 0), box=limits, **size)
         work.note("pocket", ((last + x - rib / 2) / 2, b / 2, t), out=UP, depth=tall)
         last = x + rib / 2
     work.note("pocket", ((last + a - wall) / 2, b / 2, t), out=UP, depth=tall)
@@ -239,10 +236,19 @@ def cam_disc(rng: Rng) -> Work:
         ends = [(ring * float(np.cos(s)), ring * float(np.sin(s)), z) for s in (start, start + sweep)]
         tool.add(*(cylinder(e, half, t + 1 - z) for e in ends))
         work.cut(tool.body)
-        middle = [ring * float(f(start + sweep / 2)) for f in (np.cos, np.sin)]
-        work.note("slot", (*middle, t - depth), (*middle, t), width=2 * half, depth=depth)
+        x, y = (ring * float(f(start + sweep / 2)) for f in (np.cos, np.sin))
+        work.note(
+            "slot",
+            (x, y, t - depth),
+            (x, y, t),
+            bend_radius=ring,
+            length=ring * sweep + 2 * half,
+            width=2 * half,
+            depth=depth,
+        )
     bore, key, deep = u(rng, 10, 16), u(rng, 4, 6), u(rng, 2, 3)
-    work.drill(0.0, 0.0, bore, t, 0.0)
+    work.cut(cylinder((0, 0, -1), bore, t + 2))
+    work.note("through_hole", (0, 0, t), (0, 0, 0), diameter=2 * bore, depth=t)
     work.cut(box((0, -key / 2, -1), (bore + deep, key / 2, t + 1)))
     work.note("open_slot", (bore + deep, 0, t / 2), out=(-1, 0, 0), width=key, length=t)
     return work
@@ -276,18 +282,16 @@ def keyed_shaft(rng: Rng) -> Work:
 
 
 def mould(rng: Rng) -> Work:
-    """Cavities: one with drafted walls, one with a free-form wall, one open to the side, one left- and one right-hand."""
+    """Cavities: with drafted walls, with a free-form wall, open to the side, left- and right-hand."""
     a, b, t = 260.0, 140.0, u(rng, 30, 40)
     work = Work(box((0, 0, 0), (a, b, t)))
     # Drafted: the floor is smaller than the mouth.
-    l, w, d, lean = u(rng, 40, 55), u(rng, 25, 35), u(rng, 10, 18), float(np.radians(u(rng, 3, 8)))
-    work.cut(_drafted((50, 35, t - d), l, w, d, lean))
-    work.note(
-        "pocket", (50, 35, t - d), out=UP, along=(1, 0, 0), depth=d, draft_angle=lean,
-    )  # fmt: skip
+    length, w, d, lean = u(rng, 40, 55), u(rng, 25, 35), u(rng, 10, 18), float(np.radians(u(rng, 3, 8)))
+    work.cut(_drafted((50, 35, t - d), length, w, d, lean))
+    work.note("pocket", (50, 35, t - d), out=UP, along=(1, 0, 0), depth=d, draft_angle=lean)
     # A free-form wall on one side of a closed pocket.
-    d, low, high = u(rng, 8, 16), u(rng, 18, 22), u(rng, 24, 34)
-    work.cut(_wavy(110, 160, 20, low, high, t - d, 100))
+    d, high, wave = u(rng, 8, 16), u(rng, 24, 34), u(rng, 2, 5)
+    work.cut(_wavy(110, 160, 20, high - wave, high, t - d, 100))
     work.note("pocket", out=UP, depth=d)
     # Open to the side, round corners at the back.
     w, back, d, corner = u(rng, 30, 45), u(rng, 25, 35), u(rng, 8, 14), u(rng, 3, 6)
@@ -300,9 +304,9 @@ def mould(rng: Rng) -> Work:
     )
     work.note("open_slot", (205, back / 2, t - d), out=UP, length=back, width=w, depth=d)
     # Two skew cavities, mirror images of each other.
-    d, l, w, skew = u(rng, 6, 12), u(rng, 30, 40), u(rng, 18, 26), u(rng, 6, 12)
+    d, length, w, skew = u(rng, 6, 12), u(rng, 30, 40), u(rng, 18, 26), u(rng, 6, 12)
     for x, side in ((80.0, 1.0), (180.0, -1.0)):
-        corners = [(0, 0), (l, 0), (l - skew, w), (skew / 3, w)]
+        corners = [(0, 0), (length, 0), (length - skew, w), (skew / 3, w)]
         points = [(x + side * p, 85 + q, t - d) for p, q in corners]
         work.cut(prism(points, (0, 0, 100)))
         work.note("pocket", out=UP, depth=d)
@@ -310,8 +314,8 @@ def mould(rng: Rng) -> Work:
 
 
 def _drafted(floor: Point, length: float, width: float, depth: float, lean: float) -> Any:
-    from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakePolygon
+    from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 
     x, y, z = floor
     maker = BRepOffsetAPI_ThruSections(True, True)
@@ -335,7 +339,7 @@ def _wavy(x0: float, x1: float, y0: float, low: float, high: float, z: float, he
     curve = GeomAPI_PointsToBSpline(points).Curve()
     wire = BRepBuilderAPI_MakeWire()
     corners = [gp_Pnt(x0, y0 + high, z), gp_Pnt(x0, y0, z), gp_Pnt(x1, y0, z), gp_Pnt(x1, y0 + high, z)]
-    for p, q in zip(corners[:-1], corners[1:], strict=True):
+    for p, q in pairwise(corners):
         wire.Add(BRepBuilderAPI_MakeEdge(p, q).Edge())
     wire.Add(BRepBuilderAPI_MakeEdge(curve).Edge())
     return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, 0, height)).Shape()

@@ -243,14 +243,11 @@ def _contact(b: Boundary, side: int, feet: dict[int, float], up: Floats) -> bool
 
 
 def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Floats) -> bool:
-    """Of the two legs of an angle the flange is the one on the larger, and no small ledge left by a step.
-
-    What ribs part is one foot.
-    """
+    """Of the two legs of an angle the flange is the one on the wider, and no small ledge left by a step."""
     s = b.surfaces
     low, high = s.along(side, up)
-    area = sum(float(s.area[j]) for j in feet if b.plane_key([j]) == b.plane_key([foot]))
-    return bool(area > s.area[side] and high - low > _TALL * b.extent(up))
+    reach = [s.along(j, s.axis[side]) for j in feet if b.plane_key([j]) == b.plane_key([foot])]
+    return bool(max(r[1] - r[0] for r in reach) > high - low and high - low > _TALL * b.extent(up))
 
 
 def _tops(b: Boundary, crest: int, up: Floats) -> bool:
