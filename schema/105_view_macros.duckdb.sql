@@ -19,6 +19,18 @@ CREATE MACRO reach_back(nx, ny, nz, shift, x0, y0, z0, x1, y1, z1) AS
 COMMENT ON MACRO reach_back IS
     'The least n . p + shift of the points p of a box.';
 
+CREATE MACRO sound_ball(radius) AS
+    CASE WHEN radius >= 0 AND radius < CAST('infinity' AS DOUBLE) THEN 1
+        ELSE error('the radius of the sphere is below zero or not finite: give one of at least 0 mm') END;
+COMMENT ON MACRO sound_ball IS
+    '1 where a radius is one, else an error.';
+
+CREATE MACRO sound_depths(near, far) AS
+    CASE WHEN 0 <= near AND near < far AND far < CAST('infinity' AS DOUBLE) THEN 1
+        ELSE error('the view has no depth: give finite depths in mm, 0 <= near < far') END;
+COMMENT ON MACRO sound_depths IS
+    '1 where two depths of a view are so, else an error.';
+
 CREATE MACRO parts_in_sphere(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
 FROM (
@@ -31,14 +43,15 @@ FROM (
             + o.m21 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_y,
         o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
             + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
-    FROM current_world AS w
+    FROM range(sound_ball(radius))
+    CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
         AND o.x0 <= CAST(at_x AS DOUBLE) + radius AND o.x1 >= CAST(at_x AS DOUBLE) - radius
         AND o.y0 <= CAST(at_y AS DOUBLE) + radius AND o.y1 >= CAST(at_y AS DOUBLE) - radius
         AND o.z0 <= CAST(at_z AS DOUBLE) + radius AND o.z1 >= CAST(at_z AS DOUBLE) - radius
     JOIN part ON part.id = o.part_id
     JOIN shape AS s ON s.id = o.shape_id
-    WHERE (in_world IS NULL OR w.name = in_world) AND radius >= 0
+    WHERE (in_world IS NULL OR w.name = in_world)
 ) AS h
 WHERE beyond(
     h.shape_x0 - h.centre_x, h.shape_y0 - h.centre_y, h.shape_z0 - h.centre_z,
@@ -59,12 +72,13 @@ WITH placed AS MATERIALIZED (
             + o.m21 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_y,
         o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
             + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
-    FROM current_world AS w
+    FROM range(sound_ball(radius))
+    CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
         AND o.x0 <= CAST(at_x AS DOUBLE) + radius AND o.x1 >= CAST(at_x AS DOUBLE) - radius
         AND o.y0 <= CAST(at_y AS DOUBLE) + radius AND o.y1 >= CAST(at_y AS DOUBLE) - radius
         AND o.z0 <= CAST(at_z AS DOUBLE) + radius AND o.z1 >= CAST(at_z AS DOUBLE) - radius
-    WHERE (in_world IS NULL OR w.name = in_world) AND radius >= 0
+    WHERE in_world IS NULL OR w.name = in_world
 ),
 carried AS (
     SELECT p.*, e.element_no,
@@ -212,6 +226,7 @@ FROM (
         v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
         v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
     FROM camera_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
+    CROSS JOIN range(sound_depths(near, far))
     CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
         AND o.x0 <= v.high_x AND o.x1 >= v.low_x
@@ -266,6 +281,7 @@ WITH placed AS MATERIALIZED (
         v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
         v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
     FROM camera_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
+    CROSS JOIN range(sound_depths(near, far))
     CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
         AND o.x0 <= v.high_x AND o.x1 >= v.low_x

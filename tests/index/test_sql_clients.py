@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -111,3 +112,38 @@ def test_programs_print_the_rows_of_find(fresh_store: str, tmp_path: Path) -> No
     assert len(rows) > 100
     kinds = (int, int, str, str, float, float)
     assert [tuple(kind(word) for kind, word in zip(kinds, row, strict=True)) for row in said] == rows
+
+
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def filled(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, int]:
+    """A store with a world and a camera: its name, and the camera's identity."""
+    target = new_store(request.param)
+    with Store.open(target) as store:
+        fill(store, tmp_path_factory.mktemp("clients"))
+        return target, add_camera(store)
+
+
+LOOK = "1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0"  # the first camera, at the origin
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ("parts_in_box(9, 0, 0, 1, 1, 1)", "box is inverted or not finite"),
+        ("arcs_in_box(0, 9.5, 0, 1, 1.25, 1)", "box is inverted or not finite"),
+        ("features_in_box(0, 0, 0, 1, 1, CAST('infinity' AS DOUBLE PRECISION))", "box is inverted or not finite"),
+        ("parts_in_box(0, 0, CAST('nan' AS DOUBLE PRECISION), 1, 1, 1)", "box is inverted or not finite"),
+        ("parts_in_sphere(0, 0, 0, -1)", "radius of the sphere is below zero"),
+        ("surfaces_in_sphere(0, 0, 0, CAST('infinity' AS DOUBLE PRECISION))", "radius of the sphere is below zero"),
+        (f"parts_in_view({LOOK}, 20, 10)", "view has no depth"),
+        (f"features_in_view({LOOK}, -1.5, 10)", "view has no depth"),
+    ],
+)
+def test_volumes_that_are_none_are_refused(asked: str, said: str, filled: tuple[str, int]) -> None:
+    target, _ = filled
+    with pytest.raises(Exception, match=said):
+        rows_of(target, [f"SELECT * FROM {asked}"])  # noqa: S608
+    unknown_camera = LOOK.replace("1,", "7,", 1)
+    assert rows_of(target, [f"SELECT * FROM parts_in_view({unknown_camera}, 1, 9)"]) == [[]]  # noqa: S608

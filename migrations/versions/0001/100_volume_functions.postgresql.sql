@@ -5,6 +5,21 @@
 
 CREATE INDEX occurrence_page ON occurrence (world_id, page);
 
+CREATE FUNCTION sound_box(
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
+BEGIN
+    IF x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE PRECISION)
+        AND greatest(x1, y1, z1) < CAST('infinity' AS DOUBLE PRECISION) THEN
+        RETURN TRUE;
+    END IF;
+    RAISE 'the box is inverted or not finite: give x0 y0 z0 x1 y1 z1 in mm, least first';
+END
+$$;
+COMMENT ON FUNCTION sound_box IS
+    'True where a box is one, else an error.';
+
 CREATE FUNCTION parts_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
     to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
@@ -23,7 +38,7 @@ WITH met AS MATERIALIZED (
     JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
         AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
         AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-    WHERE in_world IS NULL OR w.name = in_world
+    WHERE (in_world IS NULL OR w.name = in_world) AND sound_box(from_x, from_y, from_z, to_x, to_y, to_z)
 )
 SELECT met.world, met.id AS occurrence_id, met.path, part.name, met.x0, met.y0, met.z0, met.x1, met.y1, met.z1
 FROM met
@@ -54,7 +69,7 @@ WITH placed AS MATERIALIZED (
     JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
         AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
         AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-    WHERE in_world IS NULL OR w.name = in_world
+    WHERE (in_world IS NULL OR w.name = in_world) AND sound_box(from_x, from_y, from_z, to_x, to_y, to_z)
 ),
 carried AS (
     SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,

@@ -3,9 +3,17 @@
 -- Parts lie in the order of their pages, so that DuckDB skips row groups whose bounds are beyond the box asked for.  The
 -- parts met are materialised, else the planner carries every element of the world before it asks which parts are met.
 
+CREATE MACRO sound_box(x0, y0, z0, x1, y1, z1) AS
+    CASE WHEN x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE)
+            AND greatest(x1, y1, z1) < CAST('infinity' AS DOUBLE) THEN 1
+        ELSE error('the box is inverted or not finite: give x0 y0 z0 x1 y1 z1 in mm, least first') END;
+COMMENT ON MACRO sound_box IS
+    '1 where a box is one, else an error; as the argument of a table function, which is worked out before all else.';
+
 CREATE MACRO parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 SELECT w.name AS world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM current_world AS w
+FROM range(sound_box(from_x, from_y, from_z, to_x, to_y, to_z))
+CROSS JOIN current_world AS w
 JOIN occurrence AS o ON o.world_id = w.id
     AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
     AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
@@ -20,7 +28,8 @@ WITH placed AS MATERIALIZED (
         o.m00, o.m01, o.m02, o.m03,
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23
-    FROM current_world AS w
+    FROM range(sound_box(from_x, from_y, from_z, to_x, to_y, to_z))
+    CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
         AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
         AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z

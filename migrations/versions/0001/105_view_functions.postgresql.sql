@@ -6,6 +6,28 @@
 -- that holds all that the camera sees.  What is given back is that whose box in its shape's frame, as it lies in the
 -- world, meets the ball or is not wholly outside any face of the view or of the box around it.
 
+CREATE FUNCTION sound_ball(radius DOUBLE PRECISION) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
+BEGIN
+    IF radius >= 0 AND radius < CAST('infinity' AS DOUBLE PRECISION) THEN
+        RETURN TRUE;
+    END IF;
+    RAISE 'the radius of the sphere is below zero or not finite: give one of at least 0 mm';
+END
+$$;
+COMMENT ON FUNCTION sound_ball IS
+    'True where a radius is one, else an error.';
+
+CREATE FUNCTION sound_depths(near DOUBLE PRECISION, far DOUBLE PRECISION) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
+BEGIN
+    IF 0 <= near AND near < far AND far < CAST('infinity' AS DOUBLE PRECISION) THEN
+        RETURN TRUE;
+    END IF;
+    RAISE 'the view has no depth: give finite depths in mm, 0 <= near < far';
+END
+$$;
+COMMENT ON FUNCTION sound_depths IS
+    'True where two depths of a view are so, else an error.';
+
 CREATE FUNCTION view_box(
     in_camera BIGINT,
     c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
@@ -83,7 +105,7 @@ CROSS JOIN LATERAL (
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE radius >= 0
+WHERE sound_ball(radius)
     AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
         + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
 $$;
@@ -107,7 +129,7 @@ CROSS JOIN LATERAL (
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE radius >= 0
+WHERE sound_ball(radius)
     AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
         + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
 $$;
@@ -131,7 +153,7 @@ CROSS JOIN LATERAL (
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE radius >= 0
+WHERE sound_ball(radius)
     AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
         + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
 $$;
@@ -155,7 +177,7 @@ CROSS JOIN LATERAL (
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE radius >= 0
+WHERE sound_ball(radius)
     AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
         + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
 $$;
@@ -179,7 +201,7 @@ FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, 
 CROSS JOIN LATERAL parts_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
 JOIN occurrence AS o ON o.id = h.occurrence_id
 JOIN shape AS e ON e.id = o.shape_id
-WHERE NOT EXISTS (
+WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
     CROSS JOIN LATERAL (
@@ -211,7 +233,7 @@ FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, 
 CROSS JOIN LATERAL features_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
 JOIN occurrence AS o ON o.id = h.occurrence_id
 JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'feature' AND e.element_no = h.feature_no
-WHERE NOT EXISTS (
+WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
     CROSS JOIN LATERAL (
@@ -243,7 +265,7 @@ FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, 
 CROSS JOIN LATERAL surfaces_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
 JOIN occurrence AS o ON o.id = h.occurrence_id
 JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'surface' AND e.element_no = h.surface_no
-WHERE NOT EXISTS (
+WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
     CROSS JOIN LATERAL (
@@ -275,7 +297,7 @@ FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, 
 CROSS JOIN LATERAL arcs_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
 JOIN occurrence AS o ON o.id = h.occurrence_id
 JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'arc' AND e.element_no = h.arc_no
-WHERE NOT EXISTS (
+WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
     CROSS JOIN LATERAL (
