@@ -1,4 +1,4 @@
-"""Extraction beside OpenCV: localisation of a step under noise, visible edges of rendered bulkheads, time by stage.
+"""Extraction beside OpenCV: localisation of a step under noise, visible edges of rendered bulkheads.
 
     RELMODEL_TEST_DATA=... python benchmarks/extraction.py
 
@@ -21,7 +21,6 @@ edges of contrast > 10, and on all true edges, seen or not.
 import json
 import os
 from pathlib import Path
-from time import perf_counter
 
 import cv2
 import numpy as np
@@ -286,29 +285,6 @@ def _agreement(labels: npt.NDArray[np.int32], faces: npt.NDArray[np.generic]) ->
     return float(np.sum(best * face_area) / np.sum(face_area))
 
 
-def times(data: Path) -> None:
-    """Milliseconds a megapixel, best of five, by stage; Canny and LSD beside."""
-    rows = []
-    for name in PICTURES:
-        grey = read_picture(data / "bulkhead" / f"{name}_left.png").grey
-        megapixels = grey.size / 1e6
-        laps = [extract(grey).timings_s for _ in range(5)]
-        stages = {stage: min(lap[stage] for lap in laps) * 1e3 / megapixels for stage in laps[0]}
-        eight_bit = grey.astype(np.uint8)
-        canny, lsd = [], []
-        for _ in range(5):
-            began = perf_counter()
-            cv2.Canny(cv2.GaussianBlur(eight_bit, (0, 0), 2.0), 20, 50, L2gradient=True)
-            canny.append((perf_counter() - began) * 1e3 / megapixels)
-            began = perf_counter()
-            cv2.createLineSegmentDetector().detect(eight_bit)
-            lsd.append((perf_counter() - began) * 1e3 / megapixels)
-        total = sum(stages.values())
-        peers = {"Canny": min(canny), "LSD": min(lsd), "all / LSD": total / min(lsd)}
-        rows.append({"ms a megapixel": name, **stages, "all": total, **peers})
-    print(tabulate(rows, headers="keys", floatfmt=".1f"))
-
-
 def main() -> None:
     localisation()
     folder = os.environ.get("RELMODEL_TEST_DATA")
@@ -316,7 +292,6 @@ def main() -> None:
         visible_edges(Path(folder))
         clearing(Path(folder))
         arcs_and_regions(Path(folder))
-        times(Path(folder))
 
 
 if __name__ == "__main__":
