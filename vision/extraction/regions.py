@@ -28,8 +28,9 @@ _ROUNDS = 3  # of merging
 _NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
 _ENDS = 4  # px of edge that a border across a strip meets at its two ends
 _T_REACH = 10.0  # px that a free end is prolonged to close a T, or to reach the border of the picture,
-_LINE_REACH = 80.0  # and that of a straight arc that has no other within
-_MEETING = 6.0  # px of it
+_LINE_REACH = 80.0  # and that of a straight arc of significance no less than
+_DOUBTFUL = -1.0
+_MEETING = 6.0  # px within which another arc's point leaves an end no need to be prolonged
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,8 @@ class Regions:
 
 def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int, int]) -> BoolArray:
     """Pixels of the edges, 8-connected: chains with their bridges, straight arcs from end to end, free ends prolonged
-    where that meets another edge or the border within 10 px; those of straight arcs that meet no other, as far as they
-    are long, up to 80 px: where an edge loses its contrast it still runs on.
+    where that meets another edge or the border within 10 px; those of straight arcs that meet no other and are
+    not known to be doubtful, as far as they are long, up to 80 px: where an edge loses its contrast it still runs on.
     """
     import cv2
 
@@ -91,7 +92,7 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
     outward = np.column_stack([outward_x, outward_y])
     which = np.repeat(straight, 2)
     ends = lines.reshape(-1, 2)
-    free = _lonely(arcs, ends, which)
+    free = _lonely(arcs, ends, which) & ~(arcs.significance[which] < _DOUBTFUL)
     away = np.where(np.arange(len(which)) % 2, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
     reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
     closing = np.concatenate(
