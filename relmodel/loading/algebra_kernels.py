@@ -22,13 +22,58 @@ def inner(signature: Any = None, *, wrapped: bool = False) -> Callable[[_Kernel]
     Kernels that only kernels call need no wrapper for Python, which takes as long to compile as a small kernel.
     """
     compiler: Any = numba.njit
-    made = compiler(signature, cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=not wrapped)
+    made = compiler(
+        signature, cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=not wrapped, no_cfunc_wrapper=True
+    )
     return cast(Callable[[_Kernel], _Kernel], made)
 
 
 _SWEEPS = 30
 types: Any = numba.types
 VECTOR, MATRIX, INTEGERS = types.float64[::1], types.float64[:, ::1], types.int64[::1]
+
+
+# numba compiles each of its own functions anew for every set of argument types: these few stand for them.
+@inner(VECTOR(types.int64, types.float64))
+def floats(n: int, value: float) -> Any:
+    out = np.empty(n)
+    for i in range(n):
+        out[i] = value
+    return out
+
+
+@inner(MATRIX(types.int64, types.int64))
+def matrix(rows: int, columns: int) -> Any:
+    """Zeros."""
+    out = np.empty((rows, columns))
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = 0.0
+    return out
+
+
+@inner(INTEGERS(types.int64, types.int64))
+def integers(n: int, value: int) -> Any:
+    out = np.empty(n, np.int64)
+    for i in range(n):
+        out[i] = value
+    return out
+
+
+@inner(types.void(VECTOR, VECTOR))
+def copy(to: Any, source: Any) -> None:
+    for i in range(len(source)):
+        to[i] = source[i]
+
+
+@inner(types.float64(types.float64, types.float64))
+def greater(a: float, b: float) -> float:
+    return a if a > b else b
+
+
+@inner(types.float64(types.float64, types.float64))
+def less(a: float, b: float) -> float:
+    return a if a < b else b
 
 
 @inner(types.boolean(MATRIX, VECTOR, types.int64))
@@ -121,7 +166,7 @@ def circle(x: Any, y: Any, n: int) -> tuple[bool, float, float, float]:
     for i in range(n):
         mx += x[i] / n
         my += y[i] / n
-    a, b = np.zeros((3, 3)), np.zeros(3)
+    a, b = matrix(3, 3), floats(3, 0.0)
     for i in range(n):
         px, py = x[i] - mx, y[i] - my
         q = px * px + py * py
@@ -138,7 +183,7 @@ def circle(x: Any, y: Any, n: int) -> tuple[bool, float, float, float]:
         a[j, j] *= 1 + 1e-13
     if not solve(a, b, 3):
         return False, 0.0, 0.0, 0.0
-    square = b[2] + (b[0] ** 2 + b[1] ** 2) / 4
+    square = b[2] + (b[0] * b[0] + b[1] * b[1]) / 4
     if not square > 0:
         return False, 0.0, 0.0, 0.0
     return True, b[0] / 2 + mx, b[1] / 2 + my, np.sqrt(square)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from relmodel.loading.doubts import without_chance
 from relmodel.loading.patches import WIDE, Patches, regrouped
+from relmodel.loading.pieces import fitted_together, united
 from relmodel.loading.triangles import Edges, area_normals, rounding, slim
 
 Floats = npt.NDArray[np.float64]
@@ -18,6 +19,7 @@ SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved su
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 PLANE, CYLINDER, CONE, FREE = 0, 1, 2, 5  # the first, curved ones as kernels number them, and the last
 EXACT_MM = 5e-5  # kernels hold a cylinder that they keep as a spline about as exactly
+_INEXACT = 3.0  # of vertices on borders, in tolerances
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for
 
 
@@ -27,7 +29,6 @@ def curved_surfaces(
     """Patches, some cut finer; owner of each (-1 none) among the curved surfaces; their kinds (index into KINDS) and
     numbers."""
     from relmodel.loading.growth_kernels import absorb, grow_surfaces
-    from relmodel.loading.unite_kernels import unite
 
     count = len(patches.area)
     owner, kinds, rows = np.full(count, -1), np.zeros(len(triangles), np.int64), np.full((len(triangles), 10), np.nan)
@@ -56,8 +57,10 @@ def curved_surfaces(
     told = facts_of(vertices, triangles, patches)
     number = grow_surfaces(told, _by_size(patches), *limits, False, owner, kinds, rows, sides, gaps, exact)
     absorb(told, tolerance, owner, kinds, rows, sides, gaps)
-    unite(told, tolerance, owner, kinds, rows, gaps, number)
     kinds, rows = kinds[:number], rows[:number]
+    near = _INEXACT * tolerance
+    owner = united(vertices, triangles, patches, owner, kinds, rows, gaps[:number], near)
+    owner = fitted_together(told, patches, owner, kinds, rows, near)
     owner = without_chance(vertices, triangles, edges, patches, owner, kinds, rows, np.arange(number) >= exact)
     return patches, owner, kinds, rows
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.loading.algebra_kernels import inner
+from relmodel.loading.algebra_kernels import greater, inner
 
 CYLINDER, CONE, SPHERE, TORUS = 1, 2, 3, 4
 
@@ -72,5 +72,5 @@ def worst(kind: int, s: Any, points: Any) -> float:
     """Greatest distance (mm) of points (n, 3)."""
     most = 0.0
     for i in range(len(points)):
-        most = max(most, abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])))
+        most = greater(most, abs(distance(kind, s, points[i, 0], points[i, 1], points[i, 2])))
     return most

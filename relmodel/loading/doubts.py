@@ -9,7 +9,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.loading.distances import distances_normals
 from relmodel.loading.patches import FREE_RAD, WIDE, Patches
+from relmodel.loading.pieces import alike
 from relmodel.loading.triangles import Edges, area_normals
 
 Floats = npt.NDArray[np.float64]
@@ -19,7 +21,6 @@ Bools = npt.NDArray[np.bool_]
 _LITTLE_RAD = np.radians(30)
 _FEW = (0, 16, 24, 48, 96)  # by kind: patches of so few, or of so little turn, a surface may be chance
 _FREE_RIM = 0.25  # share of its rim along which such a surface may run into a free-form one
-_ALIKE = 0.1  # radii that differ by less, in the lesser, are about one
 _LEVEL = 0.5  # of the bend between facets: surfaces whose normals differ by less meet smoothly there
 
 
@@ -46,7 +47,7 @@ def without_chance(
     runs = (bend < FREE_RAD) & (patches.width[b] < WIDE * patches.width[a])
     level, drift = np.zeros(len(a), bool), np.zeros(len(a), bool)
     met = np.flatnonzero(runs & (owner[a] >= 0) & (owner[b] >= 0) & (owner[a] != owner[b]))
-    normal = [normals(kind[o], row[o], middle[met]) for o in (owner[a[met]], owner[b[met]])]
+    normal = [distances_normals(kind[o], row[o], middle[met])[1] for o in (owner[a[met]], owner[b[met]])]
     between = np.arccos(np.clip(np.abs(np.sum(normal[0] * normal[1], axis=1)), 0, 1))
     level[met] = between < _LEVEL * bend[met]
     drift[met] = alike(kind, row, owner[a[met]], owner[b[met]])
@@ -67,13 +68,6 @@ def without_chance(
     return owner
 
 
-def alike(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
-    """Whether pairs of surfaces are cylinders or cones of about one radius and axis."""
-    ruled = np.isin(kind[one], (1, 2)) & np.isin(kind[two], (1, 2))
-    near = np.abs(row[one, 6] - row[two, 6]) < _ALIKE * np.minimum(row[one, 6], row[two, 6])
-    return np.asarray(ruled & near & (np.abs(np.sum(row[one, 3:6] * row[two, 3:6], axis=1)) > np.cos(FREE_RAD)))
-
-
 def turn(vertices: Floats, triangles: Ints, owner: Ints, count: int) -> Floats:
     """Angle (rad) by which the normals of each owner's triangles (-1 none) turn about their mean, both ways."""
     normal = area_normals(vertices, triangles)[owner >= 0]
@@ -84,18 +78,3 @@ def turn(vertices: Floats, triangles: Ints, owner: Ints, count: int) -> Floats:
     out = np.zeros(count)
     np.maximum.at(out, owner, 2 * np.arccos(np.clip(np.sum(normal * mean[owner], axis=1), -1, 1)))
     return out
-
-
-def normals(kind: Ints, row: Floats, points: Floats) -> Floats:
-    """Unit normals (n, 3), outward, of surfaces (n) abreast of points (n, 3); as `distance_kernels.gradient`."""
-    arm, axis = points - row[:, :3], row[:, 3:6]
-    along = np.sum(arm * axis, axis=1, keepdims=True)
-    out = arm - along * axis
-    rho = np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
-    tube = (rho - row[:, 6:7]) * out / rho + along * axis
-    normal = np.select(
-        [(kind == 1)[:, None], (kind == 2)[:, None], (kind == 3)[:, None]],
-        [out, row[:, 8:9] * out / rho - row[:, 9:10] * axis, arm],
-        tube,
-    )
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))

@@ -7,9 +7,18 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from relmodel.loading.algebra_kernels import INTEGERS, VECTOR, inner, types
+from relmodel.loading.algebra_kernels import (
+    INTEGERS,
+    VECTOR,
+    copy,
+    floats,
+    greater,
+    inner,
+    integers,
+    less,
+    matrix,
+    types,
+)
 from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE, TORUS, worst
 from relmodel.loading.patch_kernels import (
     AREA,
@@ -64,7 +73,7 @@ def _core(
             longest = 0.0
             for e in range(m.next_start[p], m.next_start[p + 1]):
                 if m.crease[e, 1] > 0:
-                    longest = max(longest, m.crease[e, 0])
+                    longest = greater(longest, m.crease[e, 0])
             for e in range(m.next_start[p], m.next_start[p + 1]):
                 q = m.next_patch[e]
                 if seen[q] == stamp or m.crease[e, 1] == 0 or owner[q] >= 0 or size > _MOST_PATCHES:
@@ -168,7 +177,7 @@ def _simplest(
         if start(simple, points, middles, facing, s, trial):
             refine(simple, trial, points, tolerance)
             if worst(simple, trial, points) <= tolerance and abs(trial[8]) > LEAST_STEEP:
-                s[:] = trial
+                copy(s, trial)
                 return simple
     return kind
 
@@ -190,7 +199,7 @@ def _creeps(
     of the part ends where it ends.  `members` get longer."""
     for i in range(n):
         seen[members[i]] = stamp
-    loose = max(_LOOSE * tolerance, _LOOSE_GAP * gap)
+    loose = greater(_LOOSE * tolerance, _LOOSE_GAP * gap)
     side = side_of(kind, s, members[0], m)
     more = _spread(kind, s, side, m, loose, least_cosine, owner, seen, stamp, members, n)
     return _area(members, n, more, m) > _CREEP * total
@@ -200,7 +209,7 @@ def _creeps(
 def absorb(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, sides: Any, gaps: Any) -> None:
     """Let surfaces take the patches about them that nobody owns: borders are less exact than what they bound, and
     hold slivers that lie askew."""
-    queue, n = np.empty(len(owner), np.int64), 0
+    queue, n = integers(len(owner), -1), 0
     for p in range(len(owner)):
         if owner[p] >= 0:
             queue[n] = p
@@ -212,7 +221,7 @@ def absorb(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, side
         o = owner[p]
         for e in range(m.next_start[p], m.next_start[p + 1]):
             q = m.next_patch[e]
-            near = min(max(tolerance, SHARE_OF_GAP * gaps[o]), MOST_INEXACT * tolerance, gaps[o])
+            near = less(greater(tolerance, SHARE_OF_GAP * gaps[o]), less(MOST_INEXACT * tolerance, gaps[o]))
             if owner[q] < 0 and fits(kinds[o], rows[o], sides[o], q, m, near, _ASKEW, _NARROW * gaps[o]):
                 owner[q] = o
                 queue[n] = q
@@ -244,22 +253,22 @@ def grow_surfaces(
     again to all it holds, and grows again.  The first kind is taken, unless a further one gains much more.
     """
     patches = len(m.facts)
-    seen, mark, tried = np.full(patches, -1), np.full(len(m.points), -1), np.zeros(patches, np.int64)
-    members, best_members = np.empty(patches, np.int64), np.empty(patches, np.int64)
-    core, failed = np.empty(_MOST_PATCHES + 1, np.int64), np.empty(_MOST_PATCHES + 1, np.int64)
-    guesses, sizes, s, best = np.zeros((3 + _MOST_AXES, 3)), np.zeros(6, np.int64), np.empty(10), np.empty(10)
+    seen, mark, tried = integers(patches, -1), integers(len(m.points), -1), integers(patches, 0)
+    members, best_members = integers(patches, -1), integers(patches, -1)
+    core, failed = integers(_MOST_PATCHES + 1, -1), integers(_MOST_PATCHES + 1, -1)
+    guesses, sizes, s, best = matrix(3 + _MOST_AXES, 3), integers(6, 0), floats(10, 0.0), floats(10, 0.0)
     stamp = 0
     for o in range((2 if exact else 1) * len(order)):
         seed = order[o % len(order)]
         if o % len(order) == 0:
             least = _LEAST_CORES[o // len(order) if exact else 2]
-            tried[:] = 0
+            tried = integers(patches, 0)
         if owner[seed] >= 0 or tried[seed] > 1:
             continue
         sag = m.facts[seed, WIDTH] * m.facts[seed, BEND] / 8
-        allowed = max(min(tight, _EXACT_OF_GAP * sag), fine)
+        allowed = greater(less(tight, _EXACT_OF_GAP * sag), fine)
         if not exact:
-            tighter, allowed = allowed, min(SHARE_OF_GAP * sag, MOST_INEXACT * tolerance)
+            tighter, allowed = allowed, less(SHARE_OF_GAP * sag, MOST_INEXACT * tolerance)
             if allowed <= tighter:
                 continue
         best_area, best_gap, best_kind, best_size, failures = 0.0, 0.0, 0, 0, 1
@@ -270,7 +279,8 @@ def grow_surfaces(
             sizes[form] = size
             if form == 1:
                 failures = size
-                failed[:size] = core[:size]
+                for i in range(size):
+                    failed[i] = core[i]
             if size < least or (size == 3 and not even) or (least == 3 and size > 3):
                 continue
             if (form % 3 > 0 and size == sizes[form - 1]) or (form >= 3 and size == sizes[form - 3]):
@@ -282,12 +292,12 @@ def grow_surfaces(
             directions(middles, facing, guesses)
             found = _axes_around(core, size, m, wide, owner, kinds, rows, guesses)
             for attempt in range(3 + found if exact else 3):  # blends kept as splines are nearly tori
-                kind = min(attempt + 1, TORUS)
+                kind = attempt + 1 if attempt < TORUS else TORUS
                 if len(points) < _LEAST_POINTS[kind]:
                     continue
                 if best_kind > 0 and attempt >= TORUS and best_area > 3 * core_area:
                     break
-                if not start(kind, points, middles, facing, guesses[max(attempt - 3, 0)], s):
+                if not start(kind, points, middles, facing, guesses[attempt - 3 if attempt > 3 else 0], s):
                     continue
                 refine(kind, s, points, allowed)
                 if not exact:
@@ -298,7 +308,7 @@ def grow_surfaces(
                     continue
                 n = _grown(kind, s, core, size, m, allowed, least_cosine, owner, seen, mark, stamp + 1, members, exact)
                 stamp += 4
-                if n < max(size, least):
+                if n < size or n < least:
                     continue
                 gap = gap_of(kind, s, members, n, m)
                 if worst(kind, s, points) > SHARE_OF_GAP * gap:
@@ -312,8 +322,9 @@ def grow_surfaces(
                     if _creeps(kind, s, gap, total, m, allowed, least_cosine, owner, seen, stamp, members, n):
                         continue
                     best_area, best_gap, best_kind, best_size = total, gap, kind, n
-                    best[:] = s
-                    best_members[:n] = members[:n]
+                    copy(best, s)
+                    for i in range(n):
+                        best_members[i] = members[i]
                 if kind == TORUS:
                     break
             if best_kind > 0:
@@ -330,6 +341,6 @@ def grow_surfaces(
         sides[count] = side_of(best_kind, best, seed, m)
         gaps[count] = best_gap
         kinds[count] = best_kind
-        rows[count] = best
+        copy(rows[count], best)
         count += 1
     return count

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from relmodel.loading.algebra_kernels import INTEGERS, MATRIX, VECTOR, inner, types
+from relmodel.loading.algebra_kernels import INTEGERS, MATRIX, VECTOR, greater, inner, integers, less, matrix, types
 from relmodel.loading.distance_kernels import distance, gradient
 from relmodel.loading.refine_kernels import refine
 
@@ -63,10 +61,10 @@ def fits(
     """
     sliver = m.facts[p, WIDTH] < narrow
     away = distance(kind, s, m.facts[p, INSIDE], m.facts[p, INSIDE + 1], m.facts[p, INSIDE + 2])
-    if not sliver and abs(away) > max(_MOST_GAP * m.facts[p, REACH] * m.facts[p, BEND] / 4, narrow) + tolerance:
+    if not sliver and abs(away) > greater(_MOST_GAP * m.facts[p, REACH] * m.facts[p, BEND] / 4, narrow) + tolerance:
         return False
     nx, ny, nz = m.facts[p, NORMAL], m.facts[p, NORMAL + 1], m.facts[p, NORMAL + 2]
-    pull = 0.1 * min(1.0, 2 * m.facts[p, WIDTH] / m.facts[p, REACH])
+    pull = 0.1 * less(1.0, 2 * m.facts[p, WIDTH] / m.facts[p, REACH])
     told = not sliver and nx * nx + ny * ny + nz * nz > 0
     for j in range(m.vertex_start[p], m.vertex_start[p + 1]):
         v = m.vertex[j]
@@ -87,7 +85,7 @@ def points_of(members: Any, count: int, m: Patches, mark: Any, stamp: int) -> An
     n = 0
     for i in range(count):
         n += m.vertex_start[members[i] + 1] - m.vertex_start[members[i]]
-    found = np.empty(n, np.int64)
+    found = integers(n, -1)
     k = 0
     for i in range(count):
         for j in range(m.vertex_start[members[i]], m.vertex_start[members[i] + 1]):
@@ -95,8 +93,8 @@ def points_of(members: Any, count: int, m: Patches, mark: Any, stamp: int) -> An
                 mark[m.vertex[j]] = stamp
                 found[k] = m.vertex[j]
                 k += 1
-    step = max(1, k // _MOST_FITTED)
-    out = np.empty(((k + step - 1) // step, 3))
+    step = k // _MOST_FITTED + 1
+    out = matrix((k + step - 1) // step, 3)
     for i in range(len(out)):
         for c in range(3):
             out[i, c] = m.points[found[i * step], c]
@@ -106,7 +104,7 @@ def points_of(members: Any, count: int, m: Patches, mark: Any, stamp: int) -> An
 @inner(types.UniTuple(MATRIX, 2)(INTEGERS, types.int64, PATCHES))
 def facets_of(members: Any, count: int, m: Patches) -> tuple[Any, Any]:
     """Middles and normals (count, 3) of patches."""
-    middles, facing = np.empty((count, 3)), np.empty((count, 3))
+    middles, facing = matrix(count, 3), matrix(count, 3)
     for i in range(count):
         for c in range(3):
             middles[i, c], facing[i, c] = m.facts[members[i], MIDDLE + c], m.facts[members[i], NORMAL + c]
@@ -124,7 +122,7 @@ def gap_of(kind: int, s: Any, members: Any, count: int, m: Patches) -> float:
     for i in range(count):
         p = members[i]
         total += abs(distance(kind, s, m.facts[p, INSIDE], m.facts[p, INSIDE + 1], m.facts[p, INSIDE + 2]))
-    return total / max(count, 1)
+    return total / (count if count > 0 else 1)
 
 
 @inner()
@@ -140,7 +138,7 @@ def share(kind: int, s: Any, points: Any, near: float) -> float:
 @inner()
 def trim(kind: int, s: Any, points: Any, goal: float) -> None:
     """Fit a surface, in place, to those of points (n, 3) that are nearer to it than their mean, thrice."""
-    kept = np.empty((len(points), 3))
+    kept = matrix(len(points), 3)
     for _ in range(3):
         mean = 0.0
         for i in range(len(points)):

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.loading.algebra_kernels import across, inner, solve
-from relmodel.loading.distance_kernels import CONE, SPHERE, TORUS, cost, distance, gradient
+from relmodel.loading.algebra_kernels import across, floats, greater, inner, matrix, solve
+from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE, TORUS, cost, distance, gradient
 
 _STEPS = 25
 
@@ -22,15 +22,15 @@ def refine(kind: int, s: Any, points: Any, goal: float) -> None:
     Given up early where that is far beyond the distance `goal` (mm).
     """
     n = len(points)
-    middle = np.zeros(3)
+    middle = floats(3, 0.0)
     for k in range(3):
         for i in range(n):
             middle[k] += points[i, k] / n
     extent = 0.0
     for i in range(n):
         for k in range(3):
-            extent = max(extent, abs(points[i, k] - middle[k]))
-    local = np.empty((n, 3))
+            extent = greater(extent, abs(points[i, k] - middle[k]))
+    local = matrix(n, 3)
     for i in range(n):
         for k in range(3):
             local[i, k] = (points[i, k] - middle[k]) / extent
@@ -47,8 +47,8 @@ def refine(kind: int, s: Any, points: Any, goal: float) -> None:
             s[k] -= shift * s[3 + k]
     now = cost(kind, s, local)
     damping = 1e-4
-    ata, lhs, atb, step = np.empty((7, 7)), np.empty((7, 7)), np.empty(7), np.empty(7)
-    trial = np.empty(10)
+    ata, lhs, atb, step = matrix(7, 7), matrix(7, 7), floats(7, 0.0), floats(7, 0.0)
+    trial = floats(10, 0.0)
     for turn in range(_STEPS):
         if turn == 6 and now * extent * extent > 400 * goal * goal * n:
             break
@@ -62,7 +62,7 @@ def refine(kind: int, s: Any, points: Any, goal: float) -> None:
                 lhs[j, j] = lhs[j, j] * (1 + damping) + 1e-12
                 step[j] = atb[j]
             if not solve(lhs, step, 7):
-                damping = max(damping * 10, 1e-8)
+                damping = greater(damping * 10, 1e-8)
                 continue
             for k in range(10):
                 trial[k] = s[k]
@@ -84,7 +84,7 @@ def refine(kind: int, s: Any, points: Any, goal: float) -> None:
                 for k in range(10):
                     s[k] = trial[k]
                 now, better = new, True
-                damping = max(damping / 10, 1e-12)
+                damping = greater(damping / 10, 1e-12)
                 break
             damping *= 10
         if not better or small or now <= 1e-28 * n:
@@ -101,7 +101,7 @@ def _normal_equations(
     kind: int, s: Any, points: Any, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float, ata: Any, atb: Any
 ) -> None:
     """Lower half of the normal equations for a shift (3), turns of the axis towards u and v, and two parameters."""
-    row = np.zeros(7)
+    row = floats(7, 0.0)
     for j in range(7):
         atb[j] = 0.0
         for k in range(7):
@@ -119,8 +119,8 @@ def _normal_equations(
             g_axis = gx * s[3] + gy * s[4] + gz * s[5]
             row[3] = (qx * ux + qy * uy + qz * uz) * g_axis - h * (gx * ux + gy * uy + gz * uz)
             row[4] = (qx * vx + qy * vy + qz * vz) * g_axis - h * (gx * vx + gy * vy + gz * vz)
-        if kind in (TORUS, CONE):
-            rho = np.sqrt(max(qx * qx + qy * qy + qz * qz - h * h, 0.0))
+        if kind != SPHERE and kind != CYLINDER:
+            rho = np.sqrt(greater(qx * qx + qy * qy + qz * qz - h * h, 0.0))
             if kind == TORUS:
                 tube = d + s[7]
                 row[5] = -(rho - s[6]) / tube if tube != 0 else 0.0

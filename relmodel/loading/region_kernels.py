@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.loading.algebra_kernels import inner
+from relmodel.loading.algebra_kernels import greater, inner, integers
 from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE, gradient, worst
 from relmodel.loading.patch_kernels import BEND, LEAST_STEEP, MIDDLE, NORMAL, Patches, facets_of, points_of, side_of
 from relmodel.loading.refine_kernels import refine
@@ -23,12 +23,12 @@ def fit_region(m: Patches, members: Any, near: float, s: Any) -> int:
     """Kind of the cylinder, cone or sphere, put into `s` (10,), that holds the vertices of all patches `members` within
     a distance and explains their normals; 0 where there is none.  No torus: blends kept as splines are nearly one."""
     n = len(members)
-    mark = np.full(len(m.points), -1)
+    mark = integers(len(m.points), -1)
     points = points_of(members, n, m, mark, 0)
     middles, facing = facets_of(members, n, m)
     bend = 0.0
     for i in range(n):
-        bend = max(bend, m.facts[members[i], BEND])
+        bend = greater(bend, m.facts[members[i], BEND])
     for kind in (CYLINDER, CONE, SPHERE):
         if not start(kind, points, middles, facing, s, s):
             continue

@@ -36,7 +36,7 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     flat[owner[plane] - len(kind)] = True
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 10), np.nan)])
-    owner = fit_whole(vertices, triangles, patches, owner, kind, row, tolerance)
+    fit_whole(vertices, triangles, patches, owner, kind, row, tolerance)
     owner = without_scraps(patches, owner, kind)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)

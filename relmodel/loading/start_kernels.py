@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.loading.algebra_kernels import across, circle, eigenvectors, inner, solve
+from relmodel.loading.algebra_kernels import across, circle, eigenvectors, floats, greater, inner, matrix, solve
 from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE
 
 
@@ -38,8 +38,9 @@ def directions(middles: Any, normals: Any, out: Any) -> None:
     cx, cy, cz = _centre(middles)
     extent = 1e-300
     for i in range(n):
-        extent = max(extent, abs(middles[i, 0] - cx), abs(middles[i, 1] - cy), abs(middles[i, 2] - cz))
-    m, vectors, line = np.zeros((6, 6)), np.empty((6, 6)), np.empty(6)
+        off = greater(abs(middles[i, 0] - cx), abs(middles[i, 1] - cy))
+        extent = greater(extent, greater(off, abs(middles[i, 2] - cz)))
+    m, vectors, line = matrix(6, 6), matrix(6, 6), floats(6, 0.0)
     for i in range(n):
         x, y, z = (middles[i, 0] - cx) / extent, (middles[i, 1] - cy) / extent, (middles[i, 2] - cz) / extent
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
@@ -50,7 +51,7 @@ def directions(middles: Any, normals: Any, out: Any) -> None:
                 m[j, k] += line[j] * line[k]
     eigenvectors(m, vectors, 6)
     for k in range(3):
-        length = np.sqrt(vectors[0, k] ** 2 + vectors[1, k] ** 2 + vectors[2, k] ** 2)
+        length = np.sqrt(vectors[0, k] * vectors[0, k] + vectors[1, k] * vectors[1, k] + vectors[2, k] * vectors[2, k])
         for j in range(3):
             out[k, j] = vectors[j, k] / length if length > 1e-6 else 0.0
 
@@ -69,7 +70,7 @@ def _centre(points: Any) -> tuple[float, float, float]:
 @inner()
 def _sphere(points: Any, s: Any) -> bool:
     cx, cy, cz = _centre(points)
-    a, b, row = np.zeros((4, 4)), np.zeros(4), np.ones(4)
+    a, b, row = matrix(4, 4), floats(4, 0.0), floats(4, 1.0)
     for i in range(len(points)):
         row[0], row[1], row[2] = points[i, 0] - cx, points[i, 1] - cy, points[i, 2] - cz
         square = row[0] * row[0] + row[1] * row[1] + row[2] * row[2]
@@ -83,14 +84,14 @@ def _sphere(points: Any, s: Any) -> bool:
         return False
     square = b[3] + (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) / 4
     s[0], s[1], s[2] = cx + b[0] / 2, cy + b[1] / 2, cz + b[2] / 2
-    s[6] = np.sqrt(max(square, 0.0))
+    s[6] = np.sqrt(greater(square, 0.0))
     return bool(square > 0)
 
 
 @inner()
 def _axis_of_normals(normals: Any, mx: float, my: float, mz: float, s: Any) -> bool:
     """Axis of `s`: the direction in which normals (m, 3) less (mx, my, mz) are least."""
-    m, vectors, n = np.zeros((3, 3)), np.empty((3, 3)), np.empty(3)
+    m, vectors, n = matrix(3, 3), matrix(3, 3), floats(3, 0.0)
     for i in range(len(normals)):
         n[0], n[1], n[2] = normals[i, 0] - mx, normals[i, 1] - my, normals[i, 2] - mz
         for j in range(3):
@@ -108,7 +109,7 @@ def _cylinder(points: Any, normals: Any, s: Any) -> bool:
     cx, cy, cz = _centre(points)
     ux, uy, uz, vx, vy, vz = across(s[3], s[4], s[5])
     n = len(points)
-    x, y = np.empty(n), np.empty(n)
+    x, y = floats(n, 0.0), floats(n, 0.0)
     for i in range(n):
         ax, ay, az = points[i, 0] - cx, points[i, 1] - cy, points[i, 2] - cz
         x[i], y[i] = ax * ux + ay * uy + az * uz, ax * vx + ay * vy + az * vz
@@ -146,7 +147,7 @@ def _cone(points: Any, middles: Any, normals: Any, s: Any) -> bool:
     px, py = (b0 * a11 - b1 * a01) / det, (a00 * b1 - a01 * b0) / det
     s[0], s[1], s[2] = s[0] + px * ux + py * vx, s[1] + px * uy + py * vy, s[2] + px * uz + py * vz
     n = len(points)
-    rho, height = np.empty(n), np.empty(n)
+    rho, height = floats(n, 0.0), floats(n, 0.0)
     _profile(points, s, rho, height)
     mean_h = mean_r = 0.0
     for i in range(n):
@@ -189,7 +190,7 @@ def _torus(points: Any, middles: Any, normals: Any, direction: Any, s: Any) -> b
     s[2] = middles[0, 2] + px * uz + py * vz
     s[3], s[4], s[5] = dx, dy, dz
     n = len(points)
-    rho, height = np.empty(n), np.empty(n)
+    rho, height = floats(n, 0.0), floats(n, 0.0)
     _profile(points, s, rho, height)
     ok, s[6], up, s[7] = circle(rho, height, n)
     s[0], s[1], s[2] = s[0] + up * dx, s[1] + up * dy, s[2] + up * dz

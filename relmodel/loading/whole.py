@@ -1,4 +1,4 @@
-"""Regions of a mesh taken as a whole: pieces of one surface, surfaces held inexactly, scraps of free-form ones."""
+"""Regions of a mesh taken as a whole: surfaces held inexactly, and scraps of free-form ones."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.loading.curved import CONE, CYLINDER, EXACT_MM, FREE, PLANE, facts_of
-from relmodel.loading.doubts import alike
+from relmodel.loading.distances import distances_normals
 from relmodel.loading.patches import FREE_RAD, Patches
-from relmodel.loading.triangles import components, mean_planes, rounding
+from relmodel.loading.triangles import mean_planes, rounding
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -23,51 +23,35 @@ _SCRAP_RIM = 0.5  # share of its rim along which it then runs into that
 
 def fit_whole(
     vertices: Floats, triangles: Ints, patches: Patches, owner: Ints, kind: Ints, row: Floats, tolerance: float
-) -> Ints:
-    """Owner of each patch among regions, of kinds and numbers that are put in place, where a group of patches that
-    belongs to one surface as a whole has one owner.
+) -> None:
+    """Turn free-form regions that are, as a whole, one surface into that, and cones of no taper to speak of into
+    cylinders (`kind` and `row` of each owner, in place).
 
-    Groups are cylinders and cones about alike that meet, and free-form regions: where the edges of a part are less
-    exact than its mesh is fine, no few strips tell of the surface any more, but all strips of a face do.  Cones of no
-    taper to speak of are cylinders.
+    Where the edges of a part are less exact than its mesh is fine, no few strips tell of the surface any more, but all
+    strips of a face do.
     """
     from relmodel.loading.region_kernels import fit_region
 
-    a, b = patches.owners(), patches.other
-    met = np.flatnonzero((owner[a] != owner[b]) & (patches.angle < FREE_RAD))
-    one, two = owner[a[met]], owner[b[met]]
-    pair = alike(kind, row, one, two)
-    pieces = components(len(kind), one[pair], two[pair])
-    group = pieces[owner]
-    order = np.argsort(group, kind="stable")
-    groups = np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
-    _, number = np.unique(group, return_inverse=True)
+    order = np.argsort(owner, kind="stable")
+    _, number = np.unique(owner, return_inverse=True)
     deep = mean_planes(vertices, triangles, number.ravel()[patches.of_triangle])[0]
     inexact, exact = _INEXACT * tolerance, max(EXACT_MM, rounding(vertices))
-    told, out = facts_of(vertices, triangles, patches), owner.copy()
+    told, numbers = facts_of(vertices, triangles, patches), np.full(10, np.nan)
+    groups = np.split(order, np.flatnonzero(np.diff(owner[order])) + 1)
     for members, depth in zip(groups, deep.tolist(), strict=True):
-        first = owner[members[0]]
-        several = bool(np.any(owner[members] != first))
-        if several or (kind[first] == FREE and len(members) >= _LEAST and depth > _LEAST_DEEP * inexact):
+        o = owner[members[0]]
+        if kind[o] == FREE and len(members) >= _LEAST and depth > _LEAST_DEEP * inexact:
             near = inexact
-        elif kind[first] == CONE:
+        elif kind[o] == CONE:
             corners = vertices[triangles[np.isin(patches.of_triangle, members)]].reshape(-1, 3)
-            near = max(exact, _NO_CONE * _farthest(row[first], corners))
+            rows = np.broadcast_to(row[o], (len(corners), 10))
+            away = distances_normals(np.full(len(corners), CONE), rows, corners)[0]
+            near = max(exact, _NO_CONE * float(np.abs(away).max()))
         else:
             continue
-        numbers = np.full(10, np.nan)
         found = fit_region(told, members, near, numbers)
-        if found and (found == CYLINDER or kind[first] != CONE or several):
-            out[members], kind[first], row[first] = first, found, numbers
-    return out
-
-
-def _farthest(row: Floats, points: Floats) -> float:
-    """Greatest distance of points (n, 3) from a cone."""
-    arm = points - row[:3]
-    along = arm @ row[3:6]
-    rho = np.linalg.norm(arm - along[:, None] * row[3:6], axis=1)
-    return float(np.abs((rho - row[6]) * row[8] - along * row[9]).max())
+        if found and (found == CYLINDER or kind[o] == FREE):
+            kind[o], row[o] = found, numbers
 
 
 def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
