@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from relmodel.loading.doubts import without_chance
 from relmodel.loading.patches import WIDE, Patches, regrouped
-from relmodel.loading.pieces import fitted_together, united
+from relmodel.loading.pieces import fitted_together, simplest, united
 from relmodel.loading.triangles import Edges, area_normals, rounding, slim
 
 Floats = npt.NDArray[np.float64]
@@ -59,6 +59,7 @@ def curved_surfaces(
     absorb(told, tolerance, owner, kinds, rows, sides, gaps)
     kinds, rows = kinds[:number], rows[:number]
     near = _INEXACT * tolerance
+    simplest(told, owner, kinds, rows, max(EXACT_MM, fine))
     owner = united(vertices, triangles, patches, owner, kinds, rows, gaps[:number], near)
     owner = fitted_together(told, patches, owner, kinds, rows, near)
     owner = without_chance(vertices, triangles, edges, patches, owner, kinds, rows, np.arange(number) >= exact)

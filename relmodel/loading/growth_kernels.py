@@ -19,7 +19,7 @@ from relmodel.loading.algebra_kernels import (
     matrix,
     types,
 )
-from relmodel.loading.distance_kernels import CONE, CYLINDER, SPHERE, TORUS, worst
+from relmodel.loading.distance_kernels import CONE, SPHERE, TORUS, worst
 from relmodel.loading.patch_kernels import (
     AREA,
     BEND,
@@ -163,23 +163,6 @@ def _grown(
         if not exact:
             trim(kind, s, points, tolerance)
     return n
-
-
-@inner(types.int64(types.int64, VECTOR, INTEGERS, types.int64, PATCHES, types.float64, INTEGERS, types.int64, VECTOR))
-def _simplest(
-    kind: int, s: Any, members: Any, n: int, m: Patches, tolerance: float, mark: Any, stamp: int, trial: Any
-) -> int:
-    """The kind of a surface, or cylinder or cone where one (put into `s`) holds all its members as well: strips of
-    these lie on a torus, too."""
-    points = points_of(members, n, m, mark, stamp)
-    middles, facing = facets_of(members, n, m)
-    for simple in (CYLINDER, CONE):
-        if start(simple, points, middles, facing, s, trial):
-            refine(simple, trial, points, tolerance)
-            if worst(simple, trial, points) <= tolerance and abs(trial[8]) > LEAST_STEEP:
-                copy(s, trial)
-                return simple
-    return kind
 
 
 @inner(types.float64(INTEGERS, types.int64, types.int64, PATCHES))
@@ -333,9 +316,6 @@ def grow_surfaces(
             for i in range(failures):
                 tried[failed[i]] += 1
             continue
-        if best_kind >= SPHERE:
-            best_kind = _simplest(best_kind, best, best_members, best_size, m, allowed, mark, stamp + 1, s)
-            stamp += 1
         for i in range(best_size):
             owner[best_members[i]] = count
         sides[count] = side_of(best_kind, best, seed, m)

@@ -84,6 +84,22 @@ def fitted_together(told: Any, patches: Patches, owner: Ints, kind: Ints, row: F
     return out
 
 
+def simplest(told: Any, owner: Ints, kind: Ints, row: Floats, near: float) -> None:
+    """Turn spheres and tori (`kind` and `row`, in place) that a cylinder or cone explains as exactly into these: strips
+    of these lie on a torus, too."""
+    from relmodel.loading.region_kernels import fit_region
+
+    order = np.argsort(owner, kind="stable")
+    order = order[owner[order] >= 0]
+    numbers = np.full(10, np.nan)
+    for members in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1) if len(order) else []:
+        o = owner[members[0]]
+        if kind[o] not in _RULED:
+            found = fit_region(told, members, near, numbers)
+            if found in _RULED:
+                kind[o], row[o] = found, numbers
+
+
 def alike(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
     """Whether pairs of surfaces are cylinders or cones of about one radius and axis."""
     ruled = np.isin(kind[one], _RULED) & np.isin(kind[two], _RULED)
