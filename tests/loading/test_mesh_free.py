@@ -1,0 +1,72 @@
+"""Free-form surfaces of meshes are no chains of cylinders, and cylinders of inexact borders no free-form surfaces."""
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from relmodel.loading.chains import chain_edges, without_lines
+from relmodel.loading.facets import shape_from_triangles
+from relmodel.loading.neutral import Shape
+
+Floats = npt.NDArray[np.float64]
+
+
+def found(points: Floats) -> Shape:
+    """The shape of a grid of points (n, m, 3), as single precision holds them."""
+    n, m = points.shape[:2]
+    at = np.arange(n * m).reshape(n, m)
+    a, b, c, d = at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]
+    triangles = np.stack([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)], axis=2).reshape(-1, 3)
+    shape = shape_from_triangles(points.reshape(-1, 3).astype(np.float32).astype(float), triangles)
+    assert shape is not None
+    return shape
+
+
+def shares(shape: Shape) -> dict[str, float]:
+    """Share of the area by kind."""
+    area = np.asarray(shape.surfaces["area"])
+    kinds = np.asarray(shape.surfaces["kind"])
+    return {str(k): float(area[kinds == k].sum() / area.sum()) for k in np.unique(kinds)}
+
+
+@pytest.mark.parametrize("strips", [30, 120])
+def test_a_tube_along_a_curve_of_steadily_changing_bend_is_free_form(strips: int) -> None:
+    s = np.linspace(0, 150, strips + 1)
+    heading = 0.004 * s + 0.00004 * s * s  # a clothoid: radii from 250 to 62 mm
+    step = np.diff(s, prepend=0.0)
+    path = np.stack([np.cumsum(step * np.cos(heading)), np.cumsum(step * np.sin(heading)), 0 * s], axis=1)
+    side = np.stack([-np.sin(heading), np.cos(heading), 0 * s], axis=1)
+    turn = np.linspace(0, np.pi / 2, strips // 3 + 1)
+    tube = path[:, None] + 10 * (np.cos(turn)[:, None] * side[:, None] + np.sin(turn)[:, None] * np.array([0.0, 0, 1]))
+    by_kind = shares(found(tube))
+    assert by_kind["facets"] > 0.99
+    assert by_kind.get("cylinder", 0.0) == 0.0
+
+
+@pytest.mark.parametrize("strips", [60, 300])
+def test_a_wall_along_an_ellipse_is_free_form(strips: int) -> None:
+    turn = np.linspace(0, np.pi, strips + 1)
+    rim = np.stack([228 * np.cos(turn), 188 * np.sin(turn), 0 * turn], axis=1)
+    assert shares(found(np.stack([rim, rim + [0, 0, 40]], axis=1))) == {"facets": pytest.approx(1)}
+
+
+def test_a_cylinder_of_a_rim_less_exact_than_its_mesh_is_fine_is_a_cylinder() -> None:
+    turn = np.linspace(0, 1.57, 40)
+    radius = 10 - 1.5e-3 * np.sin(9 * turn) ** 2  # the chords stand off by 2e-3 mm
+    rims = [np.stack([r * np.cos(turn), r * np.sin(turn), h + 0 * turn], axis=1) for r, h in ((radius, 0), (10, 300))]
+    shape = found(np.stack(rims, axis=1))
+    assert list(np.asarray(shape.surfaces["kind"])) == ["cylinder"]
+    assert np.asarray(shape.surfaces["radius"])[0] == pytest.approx(10, abs=5e-3)
+
+
+def test_a_line_that_goes_on_as_a_curve_is_an_arc_of_its_own() -> None:
+    x = np.linspace(0, 10, 11)
+    curve = np.stack([100 + x, 0.005 * x**3, 0 * x], axis=1)
+    points = np.concatenate([[[0.0, 0, 0], [60.0, 0, 0]], curve])
+    ends = np.stack([np.arange(len(points) - 1), np.arange(1, len(points))], axis=1)
+    side = np.zeros(len(ends), np.int64)
+    whole = chain_edges(points, ends, side, side + 1)
+    assert whole.count == 1
+    cut = without_lines(points, whole, np.ones(1, bool), 1e-6)
+    assert np.diff(cut.offsets).tolist() == [2, 10]
+    assert cut.vertices.tolist() == [0, 1, 2, 2, *range(3, 13)]
