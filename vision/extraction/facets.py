@@ -116,8 +116,10 @@ def in_bands(
 
     def share(firsts: range) -> list[Found]:
         found = []
+        moments = np.empty((len(MOMENTS), height, columns), np.float32)
         for first in firsts:
-            moments = np.empty((len(MOMENTS), min(height, rows - first), columns), np.float32)
+            if rows - first < height:
+                moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
             _facet_kernels.moments(picture, first, taps, moments)
             flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
             _facet_kernels.look_up(flat[0], curve, noise_here)
