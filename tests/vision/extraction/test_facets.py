@@ -66,7 +66,7 @@ def test_moments_of_bands_are_those_of_the_picture(band: int, monkeypatch: pytes
     ]
 
     def moments_and_noise(first: int, moments: SingleArray, noise: SingleArray) -> tuple[int, SingleArray, SingleArray]:
-        return first, moments, noise
+        return first, moments.copy(), noise
 
     firsts, moments, noise = zip(*in_bands(image, kernels, curve, moments_and_noise), strict=True)
     assert list(firsts) == [sum(len(part) for part in noise[:i]) for i in range(len(firsts))]
