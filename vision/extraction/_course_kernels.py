@@ -17,25 +17,30 @@ def average_along(
     """Weighted means (m,) of `values` about each member of its arc `offsets[i] : offsets[i + 1]`, under a Gaussian of
     standard deviation `window` over `place`, ascending along each arc; the sum of squares of the shares; and the mean
     of 1 / `weight` under those squares."""
-    mean, concentration, variance = np.empty_like(values), np.empty_like(values), np.empty_like(values)
+    n = len(values)
+    total, squares, moment, spread = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        total[i], squares[i], moment[i], spread[i] = weight[i], weight[i] * weight[i], weight[i] * values[i], weight[i]
     reach, fall = 3.0 * window, 0.5 / (window * window)
     for arc in range(len(offsets) - 1):
-        begin, end = offsets[arc], offsets[arc + 1]
-        low = begin
-        for i in range(begin, end):
-            while place[i] - place[low] > reach:
-                low += 1
-            total, squares, moment, spread = 0.0, 0.0, 0.0, 0.0
-            j = low
-            while j < end and place[j] - place[i] <= reach:
+        for i in range(offsets[arc], offsets[arc + 1]):
+            j = i + 1
+            while j < offsets[arc + 1] and place[j] - place[i] <= reach:
+                # one exponential for both
                 d = place[j] - place[i]
-                share = weight[j] * exp(-fall * d * d)
-                total += share
-                squares += share * share
-                spread += share * share / weight[j]
-                moment += share * values[j]
+                near = exp(-fall * d * d)
+                a, b = weight[j] * near, weight[i] * near
+                total[i] += a
+                total[j] += b
+                squares[i] += a * a
+                squares[j] += b * b
+                spread[i] += a * near
+                spread[j] += b * near
+                moment[i] += a * values[j]
+                moment[j] += b * values[i]
                 j += 1
-            mean[i] = moment / total
-            concentration[i] = squares / (total * total)
-            variance[i] = spread / squares
-    return mean, concentration, variance
+    for i in range(n):
+        moment[i] /= total[i]
+        spread[i] /= squares[i]
+        squares[i] /= total[i] * total[i]
+    return moment, squares, spread

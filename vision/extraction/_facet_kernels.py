@@ -21,7 +21,11 @@ def half_kernels(one_d: FloatArray) -> SingleArray:
 
 def mirrored(grey: npt.NDArray[np.floating], taps: SingleArray) -> SingleArray:
     """The picture with as many rows and columns mirrored on each side as `taps` reach."""
-    return np.pad(grey.astype(np.float32), taps.shape[1] - 1, mode="symmetric")
+    import cv2
+
+    reach = taps.shape[1] - 1
+    border = cv2.copyMakeBorder(grey.astype(np.float32), reach, reach, reach, reach, cv2.BORDER_REFLECT)
+    return np.asarray(border, dtype=np.float32)
 
 
 @kernel("void(f4[:, ::1], i8, f4[:, ::1], f4[:, ::1])", helper=True)

@@ -69,7 +69,7 @@ def grey_image(image: npt.ArrayLike) -> FloatArray:
     if array.dtype == np.uint16:
         return np.ascontiguousarray(array / 257.0)
     grey = np.ascontiguousarray(array, dtype=np.float64)
-    if array.dtype.kind == "f" and not np.isfinite(grey).all():
+    if array.dtype.kind == "f" and not np.isfinite(grey.sum()):
         raise InputError("the image holds values that are not finite: mend it before extraction")
     return grey
 

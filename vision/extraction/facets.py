@@ -104,7 +104,8 @@ def in_bands(
 
     `moments` (10, pixels), in the order 00 01 02 03 10 11 12 20 21 30, belong to the pixels from the first on, the
     noise (pixels,) to their grey on the curve `noise` (256,); the picture is mirrored at its border.  Single precision
-    rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads.
+    rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads; what
+    `work` keeps of `moments` it must copy.
     """
     from vision.extraction import _facet_kernels
 
@@ -116,8 +117,10 @@ def in_bands(
 
     def share(firsts: range) -> list[Found]:
         found = []
+        moments = np.empty((len(MOMENTS), height, columns), np.float32)
         for first in firsts:
-            moments = np.empty((len(MOMENTS), min(height, rows - first), columns), np.float32)
+            if rows - first < height:
+                moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
             _facet_kernels.moments(picture, first, taps, moments)
             flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
             _facet_kernels.look_up(flat[0], curve, noise_here)

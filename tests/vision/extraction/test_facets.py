@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 from relmodel.errors import InputError
-from vision.extraction.facets import FacetKernels, FloatArray, facet_coefficients, gaussian_kernels, plain_kernels
+from vision.extraction import facets
+from vision.extraction.facets import (
+    FacetKernels,
+    FloatArray,
+    SingleArray,
+    facet_coefficients,
+    gaussian_kernels,
+    in_bands,
+    plain_kernels,
+)
 
 ALL_KERNELS = [plain_kernels(n) for n in (5, 7, 9, 11)] + [gaussian_kernels(s) for s in (1.0, 1.4, 2.0, 2.8)]
 
@@ -44,6 +53,30 @@ def test_covariance_is_that_of_white_noise(kernels: FacetKernels) -> None:
     expected = 9.0 * kernels.coefficient_covariance
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.all(np.abs(np.cov(found) - expected) < 0.12 * scale)
+
+
+@pytest.mark.parametrize("band", [40, 1000, 1 << 15])
+def test_moments_of_bands_are_those_of_the_picture(band: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(facets, "_BAND", band)
+    image, kernels = np.random.default_rng(3).uniform(-20, 280, (53, 37)), gaussian_kernels(1.4)
+    curve = np.linspace(1.0, 2.0, 256)
+    order = [
+        facets.MOMENTS.index(pair)
+        for pair in ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (3, 0))
+    ]
+
+    def moments_and_noise(first: int, moments: SingleArray, noise: SingleArray) -> tuple[int, SingleArray, SingleArray]:
+        return first, moments.copy(), noise
+
+    firsts, moments, noise = zip(*in_bands(image, kernels, curve, moments_and_noise), strict=True)
+    assert list(firsts) == [sum(len(part) for part in noise[:i]) for i in range(len(firsts))]
+    found = np.concatenate(moments, axis=1).reshape(10, 53, 37)
+    padded = np.pad(image, kernels.radius, mode="symmetric")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (2 * kernels.radius + 1,) * 2)
+    expected = np.einsum("rcij,kij->krc", windows, kernels.moments[order])
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+    level = np.clip(found[0], 0, 255).astype(int)
+    np.testing.assert_allclose(np.concatenate(noise).reshape(53, 37), curve[level], rtol=1e-6)
 
 
 def test_unusable_windows_are_refused() -> None:

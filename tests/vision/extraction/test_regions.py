@@ -3,13 +3,15 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
+import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
+from vision.extraction import _region_kernels
 from vision.extraction.arcs import LINE, fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.linking import fill_gaps, link
-from vision.extraction.regions import BoolArray, FloatArray, edge_mask, leak_proof_regions, plain_regions
+from vision.extraction.regions import BoolArray, FloatArray, border_pairs, edge_mask, leak_proof_regions, plain_regions
 
 from .synthetic import disc, linked, render
 
@@ -121,3 +123,33 @@ def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
     ahead = slice(78, 96), slice(58, 63)
     assert edge_mask(edges, chains, arcs, image.shape)[ahead].any(axis=1).all()
     assert not edge_mask(edges, chains, arcs.take(~upright), image.shape)[ahead].any()
+
+
+def test_borders_are_those_of_all_neighbours() -> None:
+    labels = np.random.default_rng(4).integers(-1, 3, (12, 17)).astype(np.int32)
+    expected = []
+    for r, c in np.ndindex(labels.shape):
+        for rr, cc in ((r, c + 1), (r + 1, c)):
+            if rr < 12 and cc < 17 and labels[r, c] != labels[rr, cc] and min(labels[r, c], labels[rr, cc]) >= 0:
+                expected.append((*sorted((labels[r, c], labels[rr, cc])), r * 17 + c, rr * 17 + cc))
+    assert sorted(map(tuple, border_pairs(labels).T.tolist())) == sorted(expected)
+
+
+@pytest.mark.parametrize("radius", [0.5, 2.0])
+def test_trapped_balls_are_the_connected_parts_that_hold_no_label(radius: float) -> None:
+    rng = np.random.default_rng(5)
+    depth = rng.choice(np.array([0, 1, 3], np.float32), (40, 33), p=[0.4, 0.3, 0.3])
+    cells = np.full((42, 35), -1, np.int32)
+    cells[1:-1, 1:-1] = np.where(rng.random((40, 33)) < 0.02, 256, 0)
+    marked = cells[1:-1, 1:-1] > 0
+    count = _region_kernels.trap(depth, radius, cells.reshape(-1), 7)
+    found = cells[1:-1, 1:-1] >> 8
+    parts, number = scipy.ndimage.label(depth > radius)
+    new = [part for part in range(1, number + 1) if not marked[parts == part].any()]
+    assert count == 7 + len(new)
+    for part in range(1, number + 1):
+        values = set(found[(parts == part) & ~marked].tolist())
+        assert len(values) <= 1
+        assert values <= ({0} if part not in new else set(range(8, count + 1)))
+    assert len({int(found[parts == part][0]) for part in new}) == len(new)
+    assert np.all(found[~marked & (parts == 0)] == 0)
