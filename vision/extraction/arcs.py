@@ -130,11 +130,11 @@ def cut_arcs(
         x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA, _MIN_BOW
     )
     members, kinds = _pieces_to_members(chains, pieces, kinds, min_elements)
+    fresh = np.ones(len(members), np.bool_)
     for _ in range(4):
-        joined, joined_kinds = _join(edges, weight, members, kinds, correlation, reach)
-        if len(joined) == len(members):
+        members, kinds, fresh = _join(edges, weight, members, kinds, fresh, correlation, reach)
+        if not fresh.any():
             break
-        members, kinds = joined, joined_kinds
     return members, kinds
 
 
@@ -151,12 +151,19 @@ def _weight(edges: EdgeElements, scale: float) -> FloatArray:
 
 def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
     """Loops begun where they turn least over ten elements: begun at a corner, they would leave a stub there."""
+    long = np.flatnonzero(chains.closed & (chains.counts > 20))
+    if len(long) == 0:
+        return chains
+    first, counts = chains.offsets[long], chains.counts[long]
+    loop = np.repeat(np.arange(len(long)), counts)
+    begins = np.cumsum(counts) - counts
+    along = np.arange(len(loop)) - begins[loop]
+    before, after = (chains.elements[first[loop] + (along + by) % counts[loop]] for by in (-5, 5))
+    alike = edges.nx[before] * edges.nx[after] + edges.ny[before] * edges.ny[after]
+    ranked = np.lexsort((along, -alike, loop))
+    start = along[ranked[begins]]  # the first of the best of each loop
     elements = chains.elements.copy()
-    for i in np.flatnonzero(chains.closed & (chains.counts > 20)):
-        loop = elements[chains.offsets[i] : chains.offsets[i + 1]]
-        nx, ny = edges.nx[loop], edges.ny[loop]
-        alike = np.roll(nx, 5) * np.roll(nx, -5) + np.roll(ny, 5) * np.roll(ny, -5)
-        loop[:] = np.roll(loop, -int(alike.argmax()))
+    elements[first[loop] + along] = chains.elements[first[loop] + (along + start[loop]) % counts[loop]]
     return Chains(elements, chains.offsets, chains.closed)
 
 
@@ -184,16 +191,26 @@ def _gather(
 
 
 def _join(
-    edges: EdgeElements, weight: FloatArray, members: Chains, kinds: IntArray, correlation: float, reach: float
-) -> tuple[Chains, IntArray]:
-    """One round: pairs of arcs, end to start, that one line or circle describes for less; each arc in at most one."""
+    edges: EdgeElements,
+    weight: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    fresh: BoolArray,
+    correlation: float,
+    reach: float,
+) -> tuple[Chains, IntArray, BoolArray]:
+    """One round: pairs of arcs, end to start, that one line or circle describes for less; each arc in at most one.
+
+    Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
+    do the next time that did not do now.
+    """
     from scipy.spatial import cKDTree
 
     from vision.extraction import _arc_kernels
 
     usable = np.flatnonzero(~members.closed & (kinds != FREE))
     if len(usable) < 2:
-        return members, kinds
+        return members, kinds, np.zeros(len(members), np.bool_)
     first, last = members.elements[members.offsets[:-1]], members.elements[members.offsets[1:] - 1]
     starts = np.column_stack([edges.x[first], edges.y[first]])
     ends = np.column_stack([edges.x[last], edges.y[last]])
@@ -204,7 +221,9 @@ def _join(
     ahead = gap[:, 0] * -edges.ny[last[tail]] + gap[:, 1] * edges.nx[last[tail]]
     agree = edges.nx[last[tail]] * edges.nx[first[head]] + edges.ny[last[tail]] * edges.ny[first[head]]
     distance = np.hypot(gap[:, 0], gap[:, 1])
-    likely = (tail != head) & (ahead > -3.0) & (ahead > 0.7 * distance - 3.0) & (agree > 0.5)
+    likely = (
+        (tail != head) & (fresh[tail] | fresh[head]) & (ahead > -3.0) & (ahead > 0.7 * distance - 3.0) & (agree > 0.5)
+    )
     tail, head, distance = tail[likely], head[likely], distance[likely]
     pairs = np.column_stack([tail, head]).astype(np.int32)
 
@@ -235,9 +254,10 @@ def _join(
     partner = np.full(len(members), -1, np.intp)
     taken = np.zeros(len(members), np.bool_)
     new_kinds = kinds.copy()
-    for at in np.lexsort((head, tail, -saving)):
+    worth = np.flatnonzero((saving > 0.0) & fits)
+    for at in worth[np.lexsort((head[worth], tail[worth], -saving[worth]))]:
         a, b = tail[at], head[at]
-        if saving[at] <= 0.0 or not fits[at] or taken[a] or taken[b]:
+        if taken[a] or taken[b]:
             continue
         taken[a] = taken[b] = True
         partner[a] = b
@@ -250,7 +270,7 @@ def _join(
     strung = _gather(members.elements, members.offsets[sequence], members.counts[sequence], np.zeros(0, np.bool_))
     counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept]
+    return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept], partner[kept] >= 0
 
 
 def _ellipses_of(

@@ -30,7 +30,7 @@ _ENDS = 4  # px of edge that a border across a strip meets at its two ends
 _T_REACH = 10.0  # px that a free end is prolonged to close a T, or to reach the border of the picture,
 _LINE_REACH = 80.0  # and that of a straight arc of significance no less than
 _DOUBTFUL = -1.0
-_MEETING = 6.0  # px within which another arc's point leaves an end no need to be prolonged
+_MEETING = 6  # px within which another arc's point leaves an end no need to be prolonged
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,9 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
         np.concatenate([-edges.nx[first], edges.nx[last]]),
     )
     outward = np.column_stack([outward_x, outward_y])
-    which = np.repeat(straight, 2)
-    ends = lines.reshape(-1, 2)
-    free = _lonely(arcs, ends, which) & ~(arcs.significance[which] < _DOUBTFUL)
+    long = ~(arcs.significance[straight] < _DOUBTFUL)
+    which, ends = np.repeat(straight[long], 2), lines[long].reshape(-1, 2)
+    free = _lonely(arcs, ends, which, shape)
     away = np.where(np.arange(len(which)) % 2, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
     reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
     closing = np.concatenate(
@@ -105,16 +105,16 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
     return canvas > 0
 
 
-def _lonely(arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer]) -> BoolArray:
+def _lonely(arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer], shape: tuple[int, int]) -> BoolArray:
     """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within 6 px."""
-    from scipy.spatial import cKDTree
-
-    if len(ends) == 0:
-        return np.zeros(0, np.bool_)
-    points = cKDTree(np.column_stack([arcs.x, arcs.y]))
-    near = points.sparse_distance_matrix(cKDTree(ends), _MEETING, output_type="coo_matrix")
-    others = arcs.chains.chain_of_member[near.row] != arc[near.col]
-    return np.asarray(np.bincount(near.col[others], minlength=len(ends)) == 0)
+    holder = np.zeros(shape, np.int32)  # one more than the arc that runs through a pixel
+    at = np.round(np.column_stack([arcs.y, arcs.x])).astype(np.intp).clip(0, np.subtract(shape, 1))
+    holder[at[:, 0], at[:, 1]] = arcs.chains.chain_of_member + 1
+    span = np.arange(-_MEETING, _MEETING + 1)
+    disc = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1)[np.hypot(span[:, None], span) <= _MEETING]
+    near = (np.round(ends[:, ::-1]).astype(np.intp)[:, None, :] + disc).clip(0, np.subtract(shape, 1))
+    found = holder[near[..., 0], near[..., 1]]
+    return np.asarray(~((found > 0) & (found != arc[:, None] + 1)).any(axis=1))
 
 
 def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: npt.NDArray[np.floating]) -> FloatArray:
