@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ from relmodel.errors import InputError, UsageError
 from relmodel.index.find import world_named
 from relmodel.store import Run, Store
 from vision.cameras import Prior, Rig, read_prior, read_rig
+from vision.clock import Clock
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
 from vision.images import Picture, read_picture
 from vision.inspection_rows import Inspected, record_inspection
@@ -87,7 +87,7 @@ def inspect(
     the model drawn over the images, to be written.  Raises InputError for what is handed in and bad, before anything
     is written.
     """
-    clock = _Clock()
+    clock = Clock()
     if overlay is not None:
         check_writable(overlay)
     paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
@@ -196,15 +196,3 @@ def _answer(
 
 def _digest(path: str | Path) -> tuple[str, str]:
     return Path(path).name, hashlib.sha256(Path(path).read_bytes()).hexdigest()
-
-
-class _Clock:
-    """Seconds of each step, by name, in the order in which they were done."""
-
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str) -> None:
-        now = time.perf_counter()
-        self.laps[name], self._last = now - self._last, now

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.index.packing import pack, page_boxes
 from relmodel.loading.features import Feature, feature_class_key, recognise
@@ -19,8 +20,6 @@ from relmodel.store import Ragged, Run
 from relmodel.store.columns import stack, take
 
 Floats = npt.NDArray[np.float64]
-
-BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 
 
 def append_shapes(

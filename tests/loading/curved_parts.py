@@ -15,21 +15,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolyg
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt
 
-from .parts_generator import (
-    CELL,
-    Part,
-    Point,
-    Rng,
-    at_height,
-    box,
-    chamfer,
-    cone,
-    cylinder,
-    fillet,
-    obround,
-    round_box,
-    turned,
-)
+from .solids import CELL, Part, Point, Rng, at_height, box, chamfer, cone, cylinder, fillet, obround, round_box, turned
 
 
 def generate(seed: int) -> Any:

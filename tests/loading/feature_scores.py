@@ -11,7 +11,7 @@ import numpy as np
 from relmodel.loading import step_shape
 from relmodel.loading.features import Feature, recognise
 
-from .parts_generator import Known, Part
+from .solids import Known, Part
 from .toolroom import Made, Work
 
 NEAR = 0.05  # mm, and rad and share of a dimension

@@ -14,7 +14,7 @@ from relmodel.loading.features import Feature, recognise
 from relmodel.loading.step import read_step
 
 from .feature_scores import WITHOUT_TRUTH, Scores
-from .parts_generator import Known
+from .solids import Known
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 VARIANTS = "ABCDEF"

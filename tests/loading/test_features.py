@@ -27,7 +27,8 @@ from relmodel.loading.features import Feature, feature_class_key, recognise, thi
 
 from .feature_scores import score
 from .golden_features import score_bulkhead
-from .parts_generator import Part, generate
+from .parts_generator import generate
+from .solids import Part, prism
 from .step_parts import loaded
 from .toolroom import toolroom
 from .workshop import workshop
@@ -205,6 +206,35 @@ def test_congruent_features_share_a_class() -> None:
     )
     keys = [feature_class_key(f) for f in features_of(part)]
     assert sorted(Counter(keys).values()) == [1, 2]
+
+
+def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
+    """Skew pockets and ducts, turned, mirrored, and with a corner 0.02 mm elsewhere within the same rectangle."""
+    outline = [(0.0, 0.0), (16.0, 0.0), (13.0, 9.0), (2.0, 9.0)]
+    near = [(0.0, 0.0), (16.0, 0.0), (13.02, 9.0), (2.0, 9.0)]
+    parallelogram = [(0.0, 0.0), (12.0, 0.0), (16.0, 9.0), (4.0, 9.0)]
+
+    def classes(low: float) -> list[str]:
+        part = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 150.0, 60.0, 20.0).Shape()
+        made = [(outline, 0.0, 1), (outline, 1.1, 1), (outline, 0.4, -1), (near, 0.0, 1)]
+        made += [(parallelogram, 0.2, 1), (parallelogram, -0.5, -1)]
+        for k, (corners, turn, hand) in enumerate(made):
+            c, s = np.cos(turn), np.sin(turn)
+            at = (22.0 + 50 * (k % 3), 15.0 + 30 * (k // 3))
+            points = [((p[0] - 8) * hand, p[1] - 4.5) for p in corners]
+            bent = [(at[0] + c * x - s * y, at[1] + s * x + c * y, low) for x, y in points]
+            part = cut(part, prism(bent, (0, 0, 40)))
+        found = [f for f in features_of(part) if f.kind in ("pocket", "duct")]
+        found.sort(key=lambda f: (round(f.shape_from_feature[1, 3] / 30), f.shape_from_feature[0, 3]))
+        return [feature_class_key(f) for f in found]
+
+    first, turned_, mirrored, twin, skew, other = classes(8.0)
+    assert first == turned_
+    assert len({first, mirrored, twin, skew, other}) == 5
+    first, turned_, mirrored, twin, skew, other = classes(-5.0)  # turned over, a duct is its mirror image
+    assert first == turned_ == mirrored
+    assert skew == other
+    assert len({first, twin, skew}) == 3
 
 
 def test_a_surface_that_the_kernel_could_not_mesh_is_left_out() -> None:

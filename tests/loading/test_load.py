@@ -10,7 +10,7 @@ import sqlalchemy as sa
 import trimesh
 
 from relmodel.errors import InputError
-from relmodel.loading import write
+from relmodel.loading import write_geometry
 from relmodel.loading.load import load
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
 from relmodel.store import Store
@@ -103,7 +103,7 @@ def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path, monkeyp
         def fail(*_: object) -> None:
             raise InputError("the shape is bad: mend it")
 
-        monkeypatch.setattr(write, "append_shapes", fail)
+        monkeypatch.setattr(write_geometry, "append_shapes", fail)
         with pytest.raises(InputError, match="mend it"):
             load(store, path, name="box", unit="mm")
         assert row_counts(store) == empty

@@ -36,7 +36,7 @@ def test_directives(written: bytes, meant: str) -> None:
 
 
 def test_names_are_decoded_by_the_kernel_and_in_the_text_alike(tmp_path: Path) -> None:
-    from .parts_generator import box
+    from .solids import box
 
     pytest.importorskip("OCP")
     called, number = r"St\X\FCtze \X2\03B103B2\X0\ it''s", r"N\X2\2116\X0\7"

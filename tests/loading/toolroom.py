@@ -21,18 +21,7 @@ from OCP.GeomAPI import GeomAPI_PointsToBSpline
 from OCP.gp import gp_Pnt, gp_Vec
 
 from .curved_parts import revolved
-from .parts_generator import (
-    Point,
-    Rng,
-    at_height,
-    between,
-    box,
-    cone,
-    cylinder,
-    fillet,
-    obround,
-    prism,
-)
+from .solids import Point, Rng, at_height, between, box, cone, cylinder, fillet, obround, prism
 
 Floats = npt.NDArray[np.float64]
 UP: Point = (0.0, 0.0, 1.0)

@@ -24,8 +24,8 @@ from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
 from relmodel.loading.write import SourceFile, store_model
 from relmodel.objects.picture import COLOURS
 from relmodel.store import Run, Store
-from tests.loading.parts_generator import Part as PlainPart
-from tests.loading.parts_generator import box, cylinder
+from tests.loading.solids import Part as PlainPart
+from tests.loading.solids import box, cylinder
 from tests.variants.composed import Item, pose, store_items
 
 

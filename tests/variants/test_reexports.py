@@ -107,7 +107,7 @@ def test_noise_is_told_from_changes_on_both_engines(fresh_store: str, tmp_path: 
     """Of a noisy export with one hole a little wider only what touches the hole is new, and the next one is like it."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
-    from tests.loading.parts_generator import box, cylinder
+    from tests.loading.solids import box, cylinder
 
     def export(name: str, radius: float, seed: int) -> LoadedModel:
         body = BRepAlgoAPI_Cut(box((0, 0, 0), (60, 40, 8)), cylinder((13, 17, -1), 6, 10)).Shape()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.cameras import Prior, Rig, perturb, perturbation
+from vision.clock import Clock
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction
 from vision.localisation.alternatives import ArcShapes, arc_shapes, displacements, shifted_poses
@@ -74,7 +74,7 @@ def localise(
     prior: Prior,
 ) -> Localisation:
     """The pose of the rig, from its pictures (rows, columns) and what was extracted from them, by camera."""
-    clock = _Clock()
+    clock = Clock()
     points = {name: edge_points(extractions[name].edges, images[name], camera) for name, camera in rig.cameras.items()}
     indexes = {name: EdgeIndex(p) for name, p in points.items()}
     near = select(scene, rig, prior)
@@ -178,13 +178,3 @@ class _Solver:
         p = h.refined.prediction
         _, jacobian = image_jacobians(p)
         return bool(np.sqrt(np.mean((jacobian[:: max(len(jacobian) // 100, 1)] @ there) ** 2) * 2) < SAME_PX)
-
-
-class _Clock:
-    def __init__(self) -> None:
-        self.laps: dict[str, float] = {}
-        self._last = time.perf_counter()
-
-    def lap(self, name: str) -> None:
-        now = time.perf_counter()
-        self.laps[name], self._last = now - self._last, now

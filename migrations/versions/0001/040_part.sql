@@ -173,9 +173,9 @@ CREATE TABLE feature_class (
     content_key TEXT NOT NULL UNIQUE,
     kind TEXT NOT NULL
 );
-COMMENT ON TABLE feature_class IS 'Congruent features: a kind with its dimensions, in a frame of its own.';
+COMMENT ON TABLE feature_class IS 'Congruent features: a kind with its dimensions and the form of its outline, in a frame of its own; mirror images are two.';
 COMMENT ON COLUMN feature_class.id IS 'identity of the class';
-COMMENT ON COLUMN feature_class.content_key IS 'hash of kind and dimensions';
+COMMENT ON COLUMN feature_class.content_key IS 'hash of kind, dimensions and form';
 COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, groove, circular_pattern, linear_pattern, grid_pattern, body';
 
 CREATE TABLE feature_dimension (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
 from relmodel.loading.features.graph import Boundary, Side, Surfaces
 
 Floats = npt.NDArray[np.float64]
@@ -55,7 +55,7 @@ def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
         if not (on[0].any() and on[1].any()):
             continue
         radii = np.concatenate([np.abs(points[on[0]] @ q - e), np.abs(points[on[1]] @ p - d)]) / away
-        run = np.cross(p, q) / np.linalg.norm(np.cross(p, q))
+        run = cross(p, q) / np.linalg.norm(cross(p, q))
         foot = np.linalg.solve(np.array([p, q, run]), np.array([d, e, 0.0]))
         ends = [foot + end * run for end in s.along(i, run)]
         found[i] = ((float(radii.min()), float(radii.max())), np.array(ends))
@@ -115,7 +115,7 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
         normal = s.normals(longest).mean(axis=0)
         normal -= (normal @ run) * run
         if np.linalg.norm(normal) < ANGLE_TOLERANCE:  # all around
-            normal = np.cross(run, np.eye(3)[np.argmin(np.abs(run))])
+            normal = cross(run, np.eye(3)[np.argmin(np.abs(run))])
         pose = frame(run, normal / np.linalg.norm(normal), centre)
         roles = [(i, "fillet" if s.concave[i] else "round") for i in members]
         found.append(Feature("fillet", "", measures, pose, union(s.boxes[members]), roles))
@@ -168,7 +168,7 @@ def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
         for two in slanted[n + 1 :]:
             if one.other == two.other or {s.kind[one.other], s.kind[two.other]} != {"plane"}:
                 continue
-            run = np.cross(s.axis[i], s.axis[one.other])
+            run = cross(s.axis[i], s.axis[one.other])
             run /= np.linalg.norm(run)
             square = abs(run @ s.axis[two.other])
             turn = np.arccos(np.clip(s.axis[one.other] @ s.axis[two.other], -1, 1))
@@ -180,13 +180,13 @@ def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     if best is None:
         return None
     _, one, two, run = best
-    across = np.cross(s.axis[i], run)
+    across = cross(s.axis[i], run)
     width = float(np.ptp(s.points(i) @ across))
     length = float(np.ptp(s.points(i) @ run))
     if length < width:
         return None
     # Narrower than the wider face beside it, and than the other one was.
-    breadth = {x: float(np.ptp(s.points(x.other) @ np.cross(s.axis[x.other], run))) for x in (one, two)}
+    breadth = {x: float(np.ptp(s.points(x.other) @ cross(s.axis[x.other], run))) for x in (one, two)}
     narrower, wider = sorted((one, two), key=lambda x: breadth[x])
     if width > _NARROW * breadth[wider] or width > _NARROW * (breadth[narrower] + width * np.cos(narrower.angle)):
         return None
@@ -201,7 +201,7 @@ def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     if kinds.keys() != {"plane", "cylinder"} or s.concave[kinds["cylinder"].other]:
         return None
     plane, cylinder = kinds["plane"].other, kinds["cylinder"].other
-    along = [np.linalg.norm(np.cross(axis, s.axis[k])) for k in (plane, cylinder)]
+    along = [np.linalg.norm(cross(axis, s.axis[k])) for k in (plane, cylinder)]
     low, high = s.along(i, axis)
     width = (high - low) / max(abs(np.cos(s.semi_angle[i])), 1e-9)
     if max(along) > ANGLE_TOLERANCE or width > _NARROW * s.radius[cylinder]:
@@ -218,8 +218,8 @@ def _length(s: Surfaces, i: int) -> float:
         low, high = s.along(i, s.axis[i])
         return high - low
     axis = s.axis[i]
-    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     arm = s.points(i) - s.origin[i]
-    angle = np.sort(np.arctan2(arm @ np.cross(axis, u), arm @ u))
+    angle = np.sort(np.arctan2(arm @ cross(axis, u), arm @ u))
     gap = float(np.diff(angle, append=angle[0] + 2 * np.pi).max())
     return float(s.radius[i] * (2 * np.pi - (gap if gap > _OPEN else 0.0)))

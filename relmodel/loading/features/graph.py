@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.clusters import clusters, unsigned
-from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
+from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, cross
 from relmodel.loading.neutral import Shape, Table
 
 if TYPE_CHECKING:
@@ -104,9 +104,9 @@ class Surfaces:
 
     def _turn(self, members: list[int]) -> float:
         axis = self.axis[members[0]]
-        u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         u /= np.linalg.norm(u)
-        across = np.stack([u, np.cross(axis, u)], axis=1)
+        across = np.stack([u, cross(axis, u)], axis=1)
         corners = np.concatenate([self.points(i).reshape(-1, 3, 3) for i in members]) - self.origin[members[0]]
         angle = np.arctan2(corners @ across[:, 1], corners @ across[:, 0])
         # A triangle spans less than half a turn: unwrap its corners about the first.
@@ -135,7 +135,8 @@ class Side(NamedTuple):
 class Boundary:
     """A shape as features are looked for in it.
 
-    Surfaces are whole ones; pieces: the numbers of the faces that make each up.
+    Surfaces are whole ones; pieces: the numbers of the faces that make each up; vertices
+    (n, 3): of all triangles.
     sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
     others (`blends.rounded`); chamfers: surfaces that cut one off.
     """
@@ -144,8 +145,10 @@ class Boundary:
     graph: nx.MultiGraph[int]
     sides: dict[int, list[Side]]
     pieces: list[list[int]]
+    vertices: Floats
     blends: dict[int, float] = field(default_factory=dict)
     chamfers: set[int] = field(default_factory=set)
+    _hull: Floats | None = None
     _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
     _beside: dict[tuple[int, str], list[int]] = field(default_factory=dict)
 
@@ -153,7 +156,9 @@ class Boundary:
         """Extent of the whole shape along a direction."""
         key = tuple(np.round(direction, 6).tolist())
         if key not in self._extents:
-            self._extents[key] = float(np.ptp(self.surfaces.corner.reshape(-1, 3) @ direction))
+            if self._hull is None:
+                self._hull = _outermost(self.vertices)
+            self._extents[key] = float(np.ptp(self._hull @ direction))
         return self._extents[key]
 
     def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
@@ -193,6 +198,16 @@ class Boundary:
         return (1.0, *(np.round([*axis, *foot, s.radius[i]], 2) + 0.0).tolist())
 
 
+def _outermost(points: Floats) -> Floats:
+    """Those of points (n, 3) that lie farthest out in some direction."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices], float)
+    except QhullError:  # flat
+        return points
+
+
 def boundary(shape: Shape) -> Boundary:
     """The boundary of a shape, without blends and chamfers."""
     face = _joined(shape)
@@ -221,7 +236,8 @@ def boundary(shape: Shape) -> Boundary:
         for k, faces in enumerate(pieces):
             if len(faces) > 1 and k in sides:
                 sides[k] = _relooped(shape, sides[k], plane=shape.surfaces["recognised_kind"][faces[0]] == "plane")
-    return Boundary(describe(shape, face, pieces), adjacency_graph(shape, face), sides, pieces)
+    vertices = np.asarray(shape.mesh.vertices, float)
+    return Boundary(describe(shape, face, pieces), adjacency_graph(shape, face), sides, pieces, vertices)
 
 
 def _joined(shape: Shape) -> Ints:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.clusters import clusters, unsigned
-from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, union
+from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, union
 from relmodel.loading.features.graph import Surfaces
 
 if TYPE_CHECKING:
@@ -86,18 +86,18 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
     """Whether nothing but air lies between two lengths of a bore."""
     axis, radius = s.axis[bore], s.radius[bore]
-    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u *= _WITHIN * radius / np.linalg.norm(u)
-    v = np.cross(axis, u)
+    v = cross(axis, u)
     return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
 
 
 def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
     """Whether the axis of one surface of revolution is that of a bore."""
     axis, arm = s.axis[bore], s.origin[other] - s.origin[bore]
-    if not np.linalg.norm(np.cross(axis, arm)) < LENGTH_TOLERANCE:
+    if not np.linalg.norm(cross(axis, arm)) < LENGTH_TOLERANCE:
         return False
-    return bool(s.kind[other] == "sphere" or np.linalg.norm(np.cross(axis, s.axis[other])) < ANGLE_TOLERANCE)
+    return bool(s.kind[other] == "sphere" or np.linalg.norm(cross(axis, s.axis[other])) < ANGLE_TOLERANCE)
 
 
 def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
@@ -108,7 +108,7 @@ def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
 def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], member: int, plane: int) -> bool:
     """Whether a plane across the axis has no neighbours but surfaces of the stack: a bottom or a counterbore's step."""
     axis = s.axis[leader[member]]
-    if s.kind[plane] != "plane" or not np.linalg.norm(np.cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
+    if s.kind[plane] != "plane" or not np.linalg.norm(cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
         return False
     # The next bore of a step is in `leader` from the start; a tip or fillet beyond is tried by its own rule.
     if all(
@@ -201,7 +201,7 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     pointed = [abs(float(s.semi_angle[i])) for i in tips if s.kind[i] == "cone"]
     if pointed:
         dimensions["tip_angle"] = (2 * max(pointed), "rad")
-    x = np.cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    x = cross(np.eye(3)[np.argmin(np.abs(z))], z)
     return Feature(
         kind="blind_hole" if bottoms else "through_hole",
         name="",

@@ -12,8 +12,10 @@ from relmodel.loading.features.feature import (
     LENGTH_TOLERANCE,
     Feature,
     commonest,
+    cross,
     frame,
     lengths,
+    outline_form,
     rectangle,
     union,
 )
@@ -132,14 +134,32 @@ def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
         if corners and slot is None:
             dimensions |= lengths(corner_radius=commonest(corners))
     pose = frame(x, up, centre + (top - float(centre @ up)) * up)
-    return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring])
+    form = walls_form(b, ring, pose, either_way=True)
+    return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring], form)
+
+
+def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
+    """The form of an outline of walls along the Z of a frame; pieces of one wall are one."""
+    s, origin = b.surfaces, pose[:3, 3]
+    seen: dict[tuple[str, ...], Floats] = {}
+    for i in walls:
+        arm, axis = s.origin[i] - origin, s.axis[i]
+        place, label = origin, str(s.kind[i])
+        if label == "plane":
+            place = origin + (arm @ axis) * axis
+        elif label == "cylinder":
+            place = origin + arm - (arm @ axis) * axis
+            label = f"{label} {'in' if s.concave[i] else 'out'} {s.radius[i]:.2f}"
+        seen[(label, *(f"{x:.2f}" for x in place + 0.0))] = place
+    places = np.array(list(seen.values())).reshape(-1, 3)
+    return outline_form(places, [key[0] for key in seen], pose, either_way=either_way)
 
 
 def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] | None:
     """Direction of the major axis, centre and diameters of an ellipse through points, seen along `up`."""
-    u = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    u = cross(up, np.eye(3)[np.argmin(np.abs(up))])
     u /= np.linalg.norm(u)
-    v = np.cross(up, u)
+    v = cross(up, u)
     flat = np.column_stack([points @ u, points @ v])
     shift, scale = flat.mean(axis=0), float(np.abs(flat - flat.mean(axis=0)).max())
     p, q = ((flat - shift) / scale).T
@@ -190,15 +210,15 @@ def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, 
     if not fits or not ends or len({*inner, *outer}) < len(centred):
         return None
     to = arm[ends[0]] / np.linalg.norm(arm[ends[0]])
-    angles = np.arctan2(arm[ends] @ np.cross(up, to), arm[ends] @ to)
+    angles = np.arctan2(arm[ends] @ cross(up, to), arm[ends] @ to)
     sweep = float(np.ptp(angles))
     middle = float(angles.min() + angles.max()) / 2
     if abs(2 * np.pi - sweep - s.turn(inner)) < abs(sweep - s.turn(inner)):
         sweep, middle = 2 * np.pi - sweep, middle + np.pi
     if sweep < ANGLE_TOLERANCE:
         return None
-    out = np.cos(middle) * to + np.sin(middle) * np.cross(up, to)
-    x = np.cross(up, out)
+    out = np.cos(middle) * to + np.sin(middle) * cross(up, to)
+    x = cross(up, out)
     x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
     return x, foot[inner[0]] + ring * out, ring * sweep + width, width, ring
 
@@ -211,13 +231,13 @@ def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats,
     if not planes or len(planes) + len(rounds) < len(walls) or len(rounds) < 2:
         return None
     across = s.axis[planes[0]]
-    if any(np.linalg.norm(np.cross(across, s.axis[i])) > ANGLE_TOLERANCE for i in planes):
+    if any(np.linalg.norm(cross(across, s.axis[i])) > ANGLE_TOLERANCE for i in planes):
         return None
     offsets = [float(s.origin[i] @ across) for i in planes]
     width = max(offsets) - min(offsets)
     if any(abs(2 * s.radius[i] - width) > 10 * LENGTH_TOLERANCE for i in rounds):
         return None
-    x = np.cross(across, up)
+    x = cross(across, up)
     places = [float(s.origin[i] @ x) for i in rounds]
     if max(places) - min(places) < LENGTH_TOLERANCE:
         return None

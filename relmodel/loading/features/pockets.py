@@ -12,13 +12,14 @@ from relmodel.loading.features.feature import (
     LENGTH_TOLERANCE,
     Feature,
     commonest,
+    cross,
     frame,
     lengths,
     rectangle,
     union,
 )
 from relmodel.loading.features.graph import Boundary, Side
-from relmodel.loading.features.openings import closed_slot
+from relmodel.loading.features.openings import closed_slot, walls_form
 
 Floats = npt.NDArray[np.float64]
 
@@ -202,7 +203,8 @@ def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
     if not bend:
         box = prism_box(b, sorted(roles), shape_from_feature, length, width, depth)
     kind = "pocket" if slot is None else "slot"
-    return Feature(kind, "", dimensions, shape_from_feature, box, sorted(roles.items()))
+    form = walls_form(b, walls, shape_from_feature, either_way=False)
+    return Feature(kind, "", dimensions, shape_from_feature, box, sorted(roles.items()), form)
 
 
 def prism_box(b: Boundary, members: list[int], pose: Floats, length: float, width: float, depth: float) -> Floats:
@@ -222,4 +224,4 @@ def fillet_radius(b: Boundary, roles: dict[int, str]) -> dict[str, tuple[float, 
 
 
 def _upright(b: Boundary, i: int, up: Floats) -> bool:
-    return bool(np.linalg.norm(np.cross(b.surfaces.axis[i], up)) < np.sin(_STEEP))
+    return bool(np.linalg.norm(cross(b.surfaces.axis[i], up)) < np.sin(_STEEP))

@@ -9,6 +9,7 @@ from relmodel.loading.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    cross,
     frame,
     lengths,
     rectangle,
@@ -54,8 +55,8 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     s = b.surfaces
     axis = s.axis[ends[0]]
     points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
-    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    angle = np.sort(np.arctan2(points @ np.cross(axis, u), points @ u))
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    angle = np.sort(np.arctan2(points @ cross(axis, u), points @ u))
     gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
     return bool((gaps > _GAP).sum() <= 1)
 

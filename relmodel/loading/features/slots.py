@@ -12,6 +12,7 @@ from relmodel.loading.features.feature import (
     LENGTH_TOLERANCE,
     Feature,
     commonest,
+    cross,
     frame,
     lengths,
 )
@@ -107,7 +108,7 @@ def _floor(b: Boundary, faces: list[int]) -> Floor:
 
 def _level(up: Floats, normal: Floats) -> Floats:
     """Direction in which a wall runs along a floor."""
-    run = np.cross(up, normal)
+    run = cross(up, normal)
     out: Floats = run / np.linalg.norm(run)
     return out
 
@@ -123,7 +124,7 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
     s, pairs = b.surfaces, []
     for one in walls:
         run = _level(floor.up, s.axis[one])
-        across = np.cross(run, floor.up)
+        across = cross(run, floor.up)
         at = _place(b, one, across, floor.up, floor.level)
         low, high = s.along(one, run)
         best: tuple[float, int] | None = None
@@ -146,7 +147,7 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
 def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     s, up, level = b.surfaces, floor.up, floor.level
     run = _level(up, s.axis[walls[0]])
-    across = np.cross(run, up)
+    across = cross(run, up)
     roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
     necks, ceilings = _necks(b, walls, up)
     roles |= dict.fromkeys(necks, "wall") | dict.fromkeys(ceilings, "undercut")
@@ -181,7 +182,7 @@ def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     else:
         dimensions |= s.draft(walls, up)
     upright = [i for i, role in roles.items() if role == "wall" and s.kind[i] == "cylinder" and s.concave[i]]
-    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(np.cross(s.axis[i], up)) < _STEEP]
+    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(cross(s.axis[i], up)) < _STEEP]
     if corners and 2 * commonest(corners) < width - LENGTH_TOLERANCE:
         dimensions |= lengths(corner_radius=commonest(corners))
     return Feature("open_slot", "", dimensions, pose, box, sorted(roles.items()))
@@ -217,14 +218,14 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
         if not _SPANS < shares < 1 / _SPANS:
             return None
     run = _level(up, s.axis[walls[0]])
-    across = np.cross(up, run)
+    across = cross(up, run)
     length, width = float(np.ptp(points @ run)), float(np.ptp(points @ across))
     if len(walls) > 1 and width > length:
         run, length, width = across, width, length
     depth = top(b, walls, up) - level
     if depth < LENGTH_TOLERANCE:
         return None
-    across = np.cross(up, run)
+    across = cross(up, run)
     centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
     x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
     pose = frame(x, up, centre)
@@ -244,7 +245,7 @@ def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
                 continue
             opening = float(np.pi - np.arccos(np.clip(s.axis[one] @ s.axis[two], -1, 1)))
             mouths = [{b.plane_key([m]): m for m in _beyond(b, i, {one, two})} for i in (one, two)]
-            run = np.cross(s.axis[one], s.axis[two])
+            run = cross(s.axis[one], s.axis[two])
             run /= np.linalg.norm(run)
             common = [s.axis[mouths[0][key]] for key in sorted(mouths[0].keys() & mouths[1].keys())]
             common = [up for up in common if abs(run @ up) < ANGLE_TOLERANCE]
@@ -294,7 +295,7 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
             ends = {x.other for k in walls for x in b.sides[k] if x.convexity == "smooth"} - {i}
             if used & set(walls) or any(s.kind[k] == "cylinder" and s.concave[k] for k in ends):
                 continue
-            along = np.cross(s.axis[i], s.axis[walls[0]])
+            along = cross(s.axis[i], s.axis[walls[0]])
             up = along * np.sign(along @ up)
         elif not smooth:
             mouths: dict[tuple[float, ...], list[int]] = {}
@@ -329,7 +330,7 @@ def _keyseats(b: Boundary, taken: set[int]) -> list[Feature]:
             continue
         up /= np.linalg.norm(up)
         more = lengths(floor_radius=float(s.radius[i]))
-        found.append(_groove(b, [i, *walls], [i], np.cross(s.axis[i], up), up, more, "slot"))
+        found.append(_groove(b, [i, *walls], [i], cross(s.axis[i], up), up, more, "slot"))
     return found
 
 
@@ -344,7 +345,7 @@ def _groove(
 ) -> Feature:
     """A slot of a constant section that has no flat floor; its width is that of its mouth."""
     s = b.surfaces
-    across = np.cross(up, run)
+    across = cross(up, run)
     points = np.concatenate([s.points(i) for i in [*members, *floor]])
     low, high = (points @ up).min(), top(b, members, up)
     ends, breadth = points @ run, points @ across

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.clusters import clusters, unsigned
-from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.loading.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
 from relmodel.loading.features.graph import Boundary
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: F
         u = arc_direction[longest.arc]
         u = u - (u @ normal) * normal
     if not np.linalg.norm(u) > 1e-9:  # no straight edge, or in a damaged face one that does not lie in it
-        u = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+        u = cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     out: Floats = u / np.linalg.norm(u)
     return out
 
@@ -85,7 +85,7 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
     from shapely import intersection
 
     s = b.surfaces
-    v = np.cross(normal, u)
+    v = cross(normal, u)
 
     outlines: dict[int, Polygon | MultiPolygon] = {}
 
@@ -93,6 +93,14 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
         if plane not in outlines:
             outlines[plane] = outline_of(np.column_stack([s.points(plane) @ u, s.points(plane) @ v]))
         return outlines[plane]
+
+    common: dict[tuple[int, int], Polygon | MultiPolygon] = {}
+
+    def shared_by(one: int, two: int) -> Polygon | MultiPolygon:
+        key = min(one, two), max(one, two)
+        if key not in common:
+            common[key] = intersection(outline(one), outline(two))  # type: ignore[assignment]
+        return common[key]
 
     def extents(members: Ints) -> tuple[Floats, Floats]:
         flat = [np.column_stack([s.points(i) @ u, s.points(i) @ v]) for i in members.tolist()]
@@ -120,7 +128,7 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
                 if gap[j] > nearest + LENGTH_TOLERANCE:
                     break
                 one, two = int(members[i]), int(others[near[j]])
-                shared = intersection(outline(one), outline(two))
+                shared = shared_by(one, two)
                 if shared.area < _TOUCHING * min(outline(one).area, outline(two).area):
                     continue
                 nearest = gap[j]
@@ -239,7 +247,7 @@ def _contact(b: Boundary, side: int, feet: dict[int, float], up: Floats) -> bool
     """Whether a side stands on its feet for a fair part of its length."""
     s = b.surfaces
     on = sum(length for j, length in feet.items() if up @ s.axis[j] > 1 - ANGLE_TOLERANCE)
-    return bool(on > _CONTACT * np.ptp(s.points(side) @ np.cross(s.axis[side], up)))
+    return bool(on > _CONTACT * np.ptp(s.points(side) @ cross(s.axis[side], up)))
 
 
 def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Floats) -> bool:
@@ -260,7 +268,7 @@ def _joined(b: Boundary, pieces: list[_Standing]) -> list[list[_Standing]]:
 
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(len(pieces)))
-    run = np.cross(pieces[0].pair.normal, pieces[0].up)
+    run = cross(pieces[0].pair.normal, pieces[0].up)
     spans = []
     for piece in pieces:
         points = np.concatenate([b.surfaces.points(i) for i in piece.firm]) @ run
@@ -277,7 +285,7 @@ def _joined(b: Boundary, pieces: list[_Standing]) -> list[list[_Standing]]:
 def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
     s = b.surfaces
     pair, up = pieces[0].pair, pieces[0].up
-    run = np.cross(pair.normal, up)
+    run = cross(pair.normal, up)
     members = sorted({i for p in pieces for i in (p.pair.first, p.pair.second)})
     firm = sorted({i for p in pieces for i in p.firm})
     # The blends at foot and crest add to the height.
@@ -331,7 +339,7 @@ def _drafted_rib(b: Boundary, crest: int, one: int, two: int, level: float) -> F
     if np.abs(s.axis[two] - lean * up + np.cos(np.arcsin(lean)) * across).max() > _LEAN[0] / 10:
         return None
     places = [float((s.origin[i] @ s.axis[i] - level * lean) / (s.axis[i] @ across)) for i in (one, two)]
-    run = np.cross(across, up)
+    run = cross(across, up)
     ends = np.concatenate([s.points(one), s.points(two)]) @ run
     thickness, length = places[0] - places[1], float(np.ptp(ends))
     height = float(s.origin[crest] @ up) - level

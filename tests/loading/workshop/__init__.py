@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.loading.parts_generator import Part, turned
+from tests.loading.solids import Part, turned
 
 from .bodies import angle, casting, clevis, disc, ring, shaft, sheet, wedge
 from .clashes import clash

@@ -17,19 +17,7 @@ from OCP.GC import GC_MakeArcOfCircle
 from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Vec
 from OCP.TopoDS import TopoDS
 
-from tests.loading.parts_generator import (
-    Part,
-    Point,
-    between,
-    box,
-    chamfer,
-    cone,
-    cylinder,
-    edges,
-    fillet,
-    obround,
-    prism,
-)
+from tests.loading.solids import Part, Point, between, box, chamfer, cone, cylinder, edges, fillet, obround, prism
 
 from .operations import work
 from .seats import FAR, Rng, seat, uniform

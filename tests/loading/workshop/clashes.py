@@ -7,14 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 
-from tests.loading.parts_generator import (
-    Part,
-    box,
-    cylinder,
-    fillet,
-    prism,
-    round_box,
-)
+from tests.loading.solids import Part, box, cylinder, fillet, prism, round_box
 
 from .seats import FAR, Floats, Rng, Seat, seat, uniform
 

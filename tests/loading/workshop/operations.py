@@ -13,18 +13,7 @@ from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
 from OCP.gp import gp_Pnt
 
-from tests.loading.parts_generator import (
-    THIN_WEB,
-    Part,
-    Point,
-    box,
-    cone,
-    cylinder,
-    fillet,
-    obround,
-    prism,
-    round_box,
-)
+from tests.loading.solids import THIN_WEB, Part, Point, box, cone, cylinder, fillet, obround, prism, round_box
 
 from .seats import FAR, Floats, Rng, Seat, uniform
 

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.loading.parts_generator import (
-    Part,
-    box,
-    cylinder,
-    fillet,
-    prism,
-)
+from tests.loading.solids import Part, box, cylinder, fillet, prism
 
 from .seats import FAR, Rng, uniform
 

@@ -12,9 +12,7 @@ from OCP.BRepBuilderAPI import (
 )
 from OCP.gp import gp_Trsf
 
-from tests.loading.parts_generator import (
-    Point,
-)
+from tests.loading.solids import Point
 
 Floats = npt.NDArray[np.float64]
 Rng = np.random.Generator

@@ -1,0 +1,182 @@
+"""Solids that the CAD kernel makes, a part under construction, and what is known of its features."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakePolygon,
+    BRepBuilderAPI_MakeWire,
+    BRepBuilderAPI_Transform,
+)
+from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer, BRepFilletAPI_MakeFillet
+from OCP.BRepPrimAPI import (
+    BRepPrimAPI_MakeBox,
+    BRepPrimAPI_MakeCone,
+    BRepPrimAPI_MakeCylinder,
+    BRepPrimAPI_MakePrism,
+)
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Elips, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+from OCP.TopAbs import TopAbs_EDGE
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS
+
+Floats = npt.NDArray[np.float64]
+Point = tuple[float, float, float]
+Rng = np.random.Generator
+
+CELL = 60.0
+BORDER = 40.0
+BORE = 200.0  # longer than any part is thick
+THIN_WEB = 0.2  # a web is what is left under a floor, where it is no thicker than this share of the floor's width
+
+
+@dataclass(frozen=True)
+class Known:
+    """A feature that an operation makes: `at` are the points that may be its origin (a through hole has two mouths)."""
+
+    kind: str
+    at: tuple[Point, ...]
+    dimensions: dict[str, float]
+
+
+@dataclass
+class Part:
+    body: Any
+    features: list[Known] = field(default_factory=list)
+
+    def cut(self, *tools: Any) -> None:
+        for tool in tools:
+            self.body = BRepAlgoAPI_Cut(self.body, tool).Shape()
+
+    def fuse(self, *more: Any) -> None:
+        for one in more:
+            self.body = BRepAlgoAPI_Fuse(self.body, one).Shape()
+        unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
+        unify.Build()
+        self.body = unify.Shape()
+
+    def know(self, kind: str, at: Point | tuple[Point, ...], **dimensions: float) -> None:
+        points = at if isinstance(at[0], tuple) else (at,)
+        self.features.append(Known(kind, points, dimensions))
+
+
+def box(low: Point, high: Point) -> Any:
+    return BRepPrimAPI_MakeBox(gp_Pnt(*low), gp_Pnt(*high)).Shape()
+
+
+def cylinder(foot: Point, radius: float, height: float, axis: Point = (0, 0, 1)) -> Any:
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*foot), gp_Dir(*axis)), radius, height).Shape()
+
+
+def cone(foot: Point, low: float, high: float, height: float) -> Any:
+    return BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(*foot), gp_Dir(0, 0, 1)), low, high, height).Shape()
+
+
+def prism(points: list[Point], sweep: Point) -> Any:
+    polygon = BRepBuilderAPI_MakePolygon()
+    for point in points:
+        polygon.Add(gp_Pnt(*point))
+    polygon.Close()
+    return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(polygon.Wire()).Face(), gp_Vec(*sweep)).Shape()
+
+
+def edges(shape: Any, wanted: Callable[[Floats, Floats], bool]) -> list[Any]:
+    """Edges by their ends (of a closed edge: a point of it and the one opposite)."""
+    found, out = ShapeMap(), []
+    TopExp.MapShapes_s(shape, TopAbs_EDGE, found)
+    for i in range(1, found.Extent() + 1):
+        edge = TopoDS.Edge(found.FindKey(i))
+        if BRep_Tool.Degenerated_s(edge):
+            continue
+        curve = BRepAdaptor_Curve(edge)
+        t = [curve.FirstParameter(), curve.LastParameter()]
+        ends = [np.array([p.X(), p.Y(), p.Z()]) for p in map(curve.Value, t)]
+        if np.linalg.norm(ends[1] - ends[0]) < 1e-9:
+            p = curve.Value((t[0] + t[1]) / 2)
+            ends[1] = np.array([p.X(), p.Y(), p.Z()])
+        if wanted(*ends):
+            out.append(edge)
+    return out
+
+
+def fillet(shape: Any, radius: float, wanted: Callable[[Floats, Floats], bool]) -> Any:
+    maker = BRepFilletAPI_MakeFillet(shape)
+    for edge in edges(shape, wanted):
+        maker.Add(radius, edge)
+    return maker.Shape()
+
+
+def chamfer(shape: Any, setback: float, wanted: Callable[[Floats, Floats], bool]) -> Any:
+    maker = BRepFilletAPI_MakeChamfer(shape)
+    for edge in edges(shape, wanted):
+        maker.Add(setback, edge)
+    return maker.Shape()
+
+
+def upright(a: Floats, b: Floats) -> bool:
+    return bool(abs(a[2] - b[2]) > 1e-6)
+
+
+def at_height(z: float) -> Callable[[Floats, Floats], bool]:
+    return lambda a, b: bool(abs(a[2] - z) < 1e-6 and abs(b[2] - z) < 1e-6)
+
+
+def between(p: Point, q: Point) -> Callable[[Floats, Floats], bool]:
+    """The edge from one point to the other."""
+    ends = np.array([p, q])
+    return lambda a, b: bool(min(np.abs(ends - [a, b]).max(), np.abs(ends - [b, a]).max()) < 1e-6)
+
+
+def round_box(low: Point, high: Point, corner: float = 0.0, floor: float = 0.0) -> Any:
+    solid = box(low, high)
+    if corner:
+        solid = fillet(solid, corner, upright)
+    return fillet(solid, floor, at_height(low[2])) if floor else solid
+
+
+def obround(low: Point, length: float, width: float, height: float) -> Any:
+    """A prism along x, z from low[2]; low is the middle of its foot."""
+    x, y, z = low
+    reach = (length - width) / 2
+    part = Part(box((x - reach, y - width / 2, z), (x + reach, y + width / 2, z + height)))
+    part.fuse(*(cylinder((x + side * reach, y, z), width / 2, height) for side in (-1, 1)))
+    return part.body
+
+
+def ellipse(foot: Point, major: float, minor: float, height: float) -> Any:
+    curve = gp_Elips(gp_Ax2(gp_Pnt(*foot), gp_Dir(0, 0, 1)), major, minor)
+    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
+    return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire).Face(), gp_Vec(0, 0, height)).Shape()
+
+
+def turned(part: Part, rng: Rng) -> Part:
+    spin, shift = gp_Trsf(), gp_Trsf()
+    axis = rng.normal(size=3)
+    spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*axis)), float(rng.uniform(0, 3)))
+    shift.SetTranslation(gp_Vec(*rng.uniform(-200, 200, 3)))
+    move = shift * spin
+
+    def moved(p: Point) -> Point:
+        q = gp_Pnt(*p).Transformed(move)
+        return (q.X(), q.Y(), q.Z())
+
+    body = BRepBuilderAPI_Transform(part.body, move, True).Shape()
+    return Part(body, [replace(f, at=tuple(moved(p) for p in f.at)) for f in part.features])
+
+
+def drill(part: Part, x: float, y: float, r: float, t: float, z: float = 0.0) -> None:
+    x, y = float(x), float(y)
+    part.cut(cylinder((x, y, z - 1), r, t + 2))
+    part.know("through_hole", ((x, y, z + t), (x, y, z)), diameter=2 * r, depth=t)
