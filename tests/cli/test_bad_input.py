@@ -190,7 +190,7 @@ BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
     (empty, "no picture"),
     (truncated, "cannot be read"),
     (of_another_size, "is 320x240 but its camera 640x480"),
-    (of_floats, "neither 8 nor 16 bits"),
+    (of_floats, "neither grey nor colour of 8 or 16 bits"),
     (beyond_all_bounds, "cannot be read"),
 ]
 
