@@ -158,12 +158,22 @@ def leak_proof_regions(
     """
     import cv2
 
-    from vision.extraction import _region_kernels
-
     if inside is not None:
         mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
-    cells = np.full((mask.shape[0] + 2, mask.shape[1] + 2), -1, np.int32)
+    labels = _flooded(depth)
+    labels, totals = _merge(grey, labels, mask, depth, min_area, max_step)
+    if inside is not None:
+        labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
+        totals = _totals(grey, labels, depth)
+    return _describe(labels, totals)
+
+
+def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
+    """Labels 0.. of the trapped balls, grown over the picture."""
+    from vision.extraction import _region_kernels
+
+    cells = np.full((depth.shape[0] + 2, depth.shape[1] + 2), -1, np.int32)
     cells[1:-1, 1:-1] = _LEVELS * np.minimum(depth, np.float32(63.75))
     count, flat = 0, cells.reshape(-1)
     for radius in _BALLS:
@@ -171,12 +181,7 @@ def leak_proof_regions(
     if count == 0:
         cells[1:-1, 1:-1] += 256
     _region_kernels.flood(flat, cells.shape[1])
-    labels = (cells[1:-1, 1:-1] >> 8) - 1
-    labels, totals = _merge(grey, labels, mask, depth, min_area, max_step)
-    if inside is not None:
-        labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
-        totals = _totals(grey, labels, depth)
-    return _describe(labels, totals)
+    return np.asarray((cells[1:-1, 1:-1] >> 8) - 1)
 
 
 def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) -> FloatArray:
