@@ -12,8 +12,8 @@ part: what the statement costs whatever it finds.
 
 Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
 is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex
-and shapely is by how much the process grew, given from 1e5 boxes on.  `--alone`: sizes for rtree without peers.
-`--report` writes the tables and a plot into a folder.
+and shapely is by how much the process grew, given from 1e5 boxes on, and not in the ratio.  `--alone`: sizes for rtree
+without peers.  `--report` writes the tables and a plot into a folder.
 """
 
 from __future__ import annotations
@@ -215,7 +215,7 @@ def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) ->
         build.append(time.perf_counter() - began)
         size = engines[-1].nbytes
         size = resident() - before if size is None and len(boxes) >= 100_000 else size
-        room.append(size / 1e6 if size and size > 0 else None)  # a process also gives memory back
+        room.append(size / 1e6 if size and size > 0 else None)
     tables = [engine for engine in engines if isinstance(engine, StoreTables)]
     place = engines.index(tables[0])
     for asked_by in tables:
@@ -251,8 +251,11 @@ def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) ->
     joined = iter(in_turns_ms([partial(e.many, asked) for e in joining], 3))
     table.append(["1,000 volumes, ms", *(next(joined) if e in joining else None for e in engines)])
     for row in table:
-        builds = row in table[:2]  # a scan builds nothing: it is no peer there
-        others = [e for e in engines if e not in ours and not (builds and isinstance(e, Scan))]
+        others = [e for e in engines if e not in ours]
+        if row in table[:2]:  # a scan builds nothing: it is no peer there
+            others = [e for e in others if not isinstance(e, Scan)]
+        if row is table[1]:  # a process grows by less where it was given memory before
+            others = [e for e in others if e.nbytes is not None]
         row.append(row[1] / min(v for e, v in zip(engines, row[1:], strict=True) if e in others and v is not None))
     for engine in engines:
         if hasattr(engine, "close"):

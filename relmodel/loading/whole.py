@@ -18,6 +18,7 @@ _LEAST = 5  # patches of such a region
 _LEAST_DEEP = 10.0  # in that distance, how far such a region reaches from its mean plane
 _NO_CONE = 3.0  # how much worse than a cone, in its greatest distance, a cylinder may be, to be what it is
 _FACET, _SCRAP = 2, 24  # triangles of a plane, or of another region, that may be a scrap of a free-form one
+_ENCLOSED = 0.99  # share of its rim within a free-form region, whatever the angles
 _SCRAP_RIM = 0.5  # share of its rim along which it then runs into that
 
 
@@ -56,16 +57,20 @@ def fit_whole(
 
 def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
     """Owner of each patch where small regions that run smoothly into a free-form one, nearly all around, are of that:
-    a facet that is much wider than those about it, or a few that lie on some surface by chance."""
+    a facet that is much wider than those about it, or a few that lie on some surface by chance.  So is a facet that is
+    folded back onto a free-form surface, or stands out of it, as tessellations have them where edges are inexact."""
     a, b = patches.owners(), patches.other
     rim = owner[a] != owner[b]
     size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
     small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
-    into = rim & (patches.angle < FREE_RAD) & (kind[owner[b]] == FREE) & small[owner[a]]
-    total = np.bincount(owner[a[rim]], patches.length[rim], minlength=len(kind))
-    share = np.bincount(owner[a[into]], patches.length[into], minlength=len(kind))
-    scrap = share > _SCRAP_RIM * total
-    into &= scrap[owner[a]]
+    free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
+    folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
+    total, smooth, around = (
+        np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
+        for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
+    )
+    scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
+    into = np.flatnonzero(free & scrap[owner[a]])
     become = np.arange(len(kind))
     become[owner[a[into]]] = owner[b[into]]
     return become[owner]
