@@ -217,6 +217,9 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
         pixels = (xyz @ np.array(camera["matrix"]).T)[:, :2] / xyz[:, 2:]
         arc = arcs[extraction[row["camera"]], row["image_arc_no"]]
         ends = np.array([[arc["start_x"], arc["start_y"]], [arc["end_x"], arc["end_y"]]])
+        # An image arc may run on beyond its model arc, along the next one in line: the ends of that are prolonged.
+        first, last = (end / np.linalg.norm(end) for end in (pixels[0] - pixels[1], pixels[-1] - pixels[-2]))
+        pixels = np.vstack([pixels[0] + 100 * first, pixels, pixels[-1] + 100 * last])
         a, b = pixels[:-1, None], pixels[1:, None]
         along = np.clip(((ends - a) * (b - a)).sum(-1) / np.maximum(((b - a) ** 2).sum(-1), 1e-12), 0, 1)
         off.append(np.linalg.norm(a + along[..., None] * (b - a) - ends, axis=-1).min(0).mean())
