@@ -124,6 +124,16 @@ def test_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("demonstrated")
+def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = (CHECKOUT / "docs/volume-queries.md").read_text()
+    said: dict[str, Any] = {}
+    exec(next(block for language, block in _BLOCK.findall(page) if language == "python"), said)
+    shown = capsys.readouterr().out.splitlines()
+    assert shown
+    assert len(shown) == len(said["found"]["name"])
+
+
+@pytest.mark.usefixtures("demonstrated")
 def test_scale_out_runs(capsys: pytest.CaptureFixture[str]) -> None:
     """Its commands and its Python for DuckDB; that for Spark runs in tests/index/test_parquet.py."""
     page = (CHECKOUT / "docs/scale-out.md").read_text()
