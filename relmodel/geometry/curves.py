@@ -144,7 +144,7 @@ class Curves:
                 points[at] = self.origin[one] + t[at, None] * derivatives[at]
             elif name == "degenerate":
                 points[at] = self.origin[one]
-            elif name == "spline" and self._splines is not None:
+            elif name in ("spline", "polyline") and self._splines is not None:
                 points[at], derivatives[at] = self._splines.evaluate(self._spline[one], t[at])
             elif name == "offset":
                 for number, where in groups(one):

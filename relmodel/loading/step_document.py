@@ -28,7 +28,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
-from relmodel.loading import step_geometry, step_shape, step_supplemental, step_tessellated, step_text
+from relmodel.loading import step_drawn, step_geometry, step_shape, step_supplemental, step_tessellated, step_text
 from relmodel.loading.neutral import Assembly, Attribute, Instance, LoadedModel, Part, Shape
 from relmodel.loading.part21_instances import Instances, references
 from relmodel.loading.part21_units import unit as unit_of
@@ -88,6 +88,7 @@ def read(source: str) -> LoadedModel:
     instances = Instances(Path(source).read_bytes())
     unit, unit_mm = _unit(reader, instances)
     step_text.attach(walk.shapes, walk.parts, instances, reader, walk.places)
+    step_drawn.attach(walk.shapes, walk.parts, walk.assemblies[root], instances, unit_mm)
     return LoadedModel(
         format="STEP",
         schema_name=None,

@@ -72,6 +72,15 @@ def extract_edges(shape: Any) -> Shape | None:
         "convexity": ["free"] * count,
         "angle": np.full(count, np.nan),
     }
+    out = wire(arcs, rows.splines())
+    out.basis_arcs = basis.columns() | brep.arc_measures(basis.curves())
+    out.basis_arc_splines = basis.splines()
+    out.arc_offsets, out.basis_arc_offsets = rows.offsets(), basis.offsets()
+    return out
+
+
+def wire(arcs: Table, splines: Table) -> Shape:
+    """A shape of arcs and nothing else."""
     return Shape(
         kind="wire",
         volume=None,
@@ -79,16 +88,14 @@ def extract_edges(shape: Any) -> Shape | None:
         surface_splines={},
         surface_swept={},
         arcs=arcs,
-        arc_splines=rows.splines(),
+        arc_splines=splines,
         loops={},
         coedges={},
         pcurves={},
-        basis_arcs=basis.columns() | brep.arc_measures(basis.curves()),
-        basis_arc_splines=basis.splines(),
+        basis_arcs={},
+        basis_arc_splines={},
         basis_surfaces={},
         basis_surface_splines={},
-        arc_offsets=rows.offsets(),
-        basis_arc_offsets=basis.offsets(),
         mesh=_no_mesh(),
         samples=_no_samples(),
     )

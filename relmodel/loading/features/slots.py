@@ -329,6 +329,11 @@ def _keyseats(b: Boundary, taken: set[int]) -> list[Feature]:
         if not facing or np.linalg.norm(up) < _STEEP or any(x.convexity != "convex" for x in around):
             continue
         up /= np.linalg.norm(up)
+        # Out of the middle between both ends, whatever the triangles between them.
+        arm, run = s.origin[i] - s.points(i), cross(s.axis[i], up)
+        angle = np.arctan2(arm @ run, arm @ up)
+        middle = float(angle.min() + angle.max()) / 2
+        up = np.cos(middle) * up + np.sin(middle) * run
         more = lengths(floor_radius=float(s.radius[i]))
         found.append(_groove(b, [i, *walls], [i], cross(s.axis[i], up), up, more, "slot"))
     return found
