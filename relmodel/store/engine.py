@@ -12,12 +12,10 @@ from relmodel.errors import StoreError
 
 
 def store_url(target: str | Path) -> URL:
-    """URL of a store given as a file name, `:memory:`, or a `postgresql+psycopg://` or `duckdb://` URL."""
+    """URL of a store given as a file name, or a `postgresql+psycopg://` or `duckdb://` URL."""
     name = str(target)
-    if "://" not in name:
-        return URL.create("duckdb", database=name)
     try:
-        url = make_url(name)
+        url = make_url(name) if "://" in name else URL.create("duckdb", database=name)
     except ArgumentError as error:
         raise StoreError(
             f"{name!r} is no store: give a file name or a URL such as postgresql+psycopg://host/db"
@@ -26,6 +24,8 @@ def store_url(target: str | Path) -> URL:
         return url.set(drivername="postgresql+psycopg")
     if url.get_backend_name() != "duckdb":
         raise StoreError(f"{name!r} is no store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL")
+    if url.database in (None, "", ":memory:"):
+        raise StoreError(f"{name!r} would be a store in memory alone, lost when its process ends: name a file")
     return url
 
 
@@ -48,7 +48,7 @@ def connect(url: URL, *, read_only: bool) -> Engine:
     if url.get_backend_name() == "postgresql":
         options = {"options": "-c default_transaction_read_only=on"} if read_only else {}
     else:
-        options = {"config": {"default_block_size": BLOCK_BYTES}, "read_only": read_only and url.database != ":memory:"}
+        options = {"config": {"default_block_size": BLOCK_BYTES}, "read_only": read_only}
     try:
         engine = create_engine(url, connect_args=options)
         engine.connect().close()

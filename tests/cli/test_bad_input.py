@@ -316,6 +316,7 @@ def test_stores_without_a_world(
 
 
 def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "in memory alone" in refused(capsys, "inspect", "--store", ":memory:", *pair.options())
     file = tmp_path / "cell.duckdb"
     assert "there is no store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
     assert not file.exists()
