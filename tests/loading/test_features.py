@@ -225,7 +225,7 @@ def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
             bent = [(at[0] + c * x - s * y, at[1] + s * x + c * y, low) for x, y in points]
             part = cut(part, prism(bent, (0, 0, 40)))
         found = [f for f in features_of(part) if f.kind in ("pocket", "duct")]
-        found.sort(key=lambda f: (round(f.shape_from_feature[1, 3] / 30), f.shape_from_feature[0, 3]))
+        found.sort(key=lambda f: (f.shape_from_feature[1, 3] // 30, f.shape_from_feature[0, 3]))
         return [feature_class_key(f) for f in found]
 
     first, turned_, mirrored, twin, skew, other = classes(8.0)
