@@ -16,8 +16,8 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generators
 
-from relmodel.loading import step_shape
 from relmodel.loading.features import recognise
+from relmodel.loading.step import shape as step_shape
 from tests.loading.feature_scores import Scores, score
 from tests.loading.golden_features import VARIANTS, score_bulkhead
 from tests.loading.parts_generator import generate

@@ -28,10 +28,12 @@ from tabulate import tabulate
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generator
 
 from relmodel.geometry.curves import vectors
-from relmodel.loading import step_document, step_mesh, step_shape
-from relmodel.loading.facets import shape_from_triangles
+from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.triangles import components
 from relmodel.loading.neutral import Shape
-from relmodel.loading.triangles import components
+from relmodel.loading.step import document as step_document
+from relmodel.loading.step import shape as step_shape
+from relmodel.loading.step import triangulation as step_mesh
 from tests.loading.curved_parts import generate
 
 Floats = npt.NDArray[np.float64]

@@ -136,7 +136,7 @@ def walk(file: Path) -> dict[str, float]:
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     shapes = _shapes(file)
     began = time.process_time()
@@ -207,7 +207,9 @@ def _shapes(file: Path) -> list[Any]:
 
 def extract(file: Path) -> dict[str, float]:
     """The extraction as the child process does it, less the kernel's reading."""
-    from relmodel.loading import step_document, step_mesh, step_shape
+    from relmodel.loading.step import document as step_document
+    from relmodel.loading.step import shape as step_shape
+    from relmodel.loading.step import triangulation as step_mesh
 
     spent = {"seconds": 0.0, "meshing": 0.0}
 

@@ -14,10 +14,11 @@ from itertools import islice
 from pathlib import Path
 
 from relmodel.errors import InputError
-from relmodel.loading import mesh, urdf
+from relmodel.loading import urdf
+from relmodel.loading.mesh import read as mesh
 from relmodel.loading.neutral import LoadedModel
-from relmodel.loading.step import TIME_LIMIT_S, read_step
-from relmodel.loading.write import LoadReport, SourceFile, store_model
+from relmodel.loading.step.read import TIME_LIMIT_S, read_step
+from relmodel.loading.write.model import LoadReport, SourceFile, store_model
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.curves import BOX
-from relmodel.loading.brep import curves_of, surfaces_of
+from relmodel.loading.brep.measures import curves_of, surfaces_of
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Shape
-from relmodel.loading.trims import Trims
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry

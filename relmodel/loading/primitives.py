@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import brep
+from relmodel.loading.brep import measures as brep
 from relmodel.loading.neutral import Mesh, Shape, Table
 from relmodel.store.columns import Ragged
 

@@ -20,10 +20,10 @@ from sqlalchemy import Connection
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.spline_curves import SplineCurves
 from relmodel.geometry.transforms import matrices
-from relmodel.loading.brep import pcurve_of
+from relmodel.loading.brep.measures import pcurve_of
 from relmodel.loading.identity import ModelKeys, model_keys, row_count_or_none
-from relmodel.loading.keyed import known_keys
 from relmodel.loading.neutral import Assembly, Attribute, LoadedModel, Shape, Table
+from relmodel.loading.write.keyed import known_keys
 from relmodel.store.columns import Ragged, stack, take
 from relmodel.store.database import Database
 

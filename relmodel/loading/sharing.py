@@ -13,7 +13,7 @@ import numpy.typing as npt
 from relmodel.geometry.congruence import Elements, motions
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
-from relmodel.loading.brep import curves_of, surfaces_of
+from relmodel.loading.brep.measures import curves_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
 
 Floats = npt.NDArray[np.float64]

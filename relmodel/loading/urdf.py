@@ -1,7 +1,7 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
 Boxes, cylinders and spheres are exact (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
-(`mesh.py`), from the file's own folder and below alone.  URDF states metres and radians.
+(`mesh/read.py`), from the file's own folder and below alone.  URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
 
@@ -18,7 +18,8 @@ import numpy.typing as npt
 from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.loading import mesh, primitives
+from relmodel.loading import primitives
+from relmodel.loading.mesh import read as mesh
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Shape
 
 Array = npt.NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from relmodel.loading import step_shape
 from relmodel.loading.features import Feature, recognise
+from relmodel.loading.step import shape as step_shape
 
 from .solids import Known, Part
 from .toolroom import Made, Work

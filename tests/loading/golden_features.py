@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.loading.features import Feature, recognise
-from relmodel.loading.step import read_step
+from relmodel.loading.step.read import read_step
 
 from .feature_scores import WITHOUT_TRUTH, Scores
 from .solids import Known

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
-from relmodel.loading import step
 from relmodel.loading.neutral import LoadedModel
+from relmodel.loading.step import read as step
 
 
 @cache
 def loaded(path: Path) -> LoadedModel:
     """A file that is known to be good, read in this process: a child of its own takes a second to begin."""
-    from relmodel.loading import step_document
+    from relmodel.loading.step import document as step_document
 
     with patch.object(step, "_run", lambda plain, *_: step_document.read(str(plain))):
         return step.read_step(path)

@@ -13,7 +13,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     rng = np.random.default_rng(4)
     faces = 0

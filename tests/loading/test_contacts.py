@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.loading import contacts, step_shape
+from relmodel.loading import contacts
 from relmodel.loading.load import load
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Table
+from relmodel.loading.step import shape as step_shape
 from relmodel.store import Store
 
 from .test_features import box, cone, cut, cylinder
@@ -127,7 +128,7 @@ def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
 @pytest.mark.data
 def test_the_screwed_joints_of_a_file(data_dir: Path) -> None:
     """Brackets on a plate, each with three bolts and nuts, and a rod with nuts; cylinders are two halves there."""
-    from relmodel.loading.step import read_step
+    from relmodel.loading.step.read import read_step
 
     model = read_step(data_dir / "step" / "as1-tu-203.stp")
     total: dict[tuple[str, str, str], float] = {}

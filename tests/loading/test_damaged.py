@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.loading import part21
 from relmodel.loading.load import load
-from relmodel.loading.step import read_step
+from relmodel.loading.step import part21
+from relmodel.loading.step.read import read_step
 from relmodel.store import Store
 from tests.loading.damage import KINDS, damaged, load_damaged
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.geometry.pcurves import Pcurves
-from relmodel.loading.brep import curves_of, surfaces_of
+from relmodel.loading.brep.measures import curves_of, surfaces_of
 from relmodel.loading.neutral import Shape
 
 Array = npt.NDArray[np.float64]
@@ -32,7 +32,8 @@ def step_files() -> list[str]:
 def test_rows_of_a_file_give_the_points_of_the_kernel(
     data_dir: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from relmodel.loading import step_document, step_shape
+    from relmodel.loading.step import document as step_document
+    from relmodel.loading.step import shape as step_shape
 
     kept: list[tuple[Any, Shape]] = []
     extract = step_shape.extract
@@ -50,7 +51,7 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
 
 def assert_equal(kernel: Any, shape: Shape) -> None:
     """Every face and edge to 1e-9 mm, its first derivatives to 1e-9 of the greatest, pcurves to 1e-9."""
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     faces, edges = step_shape.face_map(kernel), step_shape.edge_map(kernel)
     assert (faces.Extent(), edges.Extent()) == (len(shape.surfaces["kind"]), len(shape.arcs["kind"]))
@@ -235,7 +236,7 @@ def compound(shapes: list[Any]) -> Any:
 
 
 def test_kinds_that_no_file_has() -> None:
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     sheet = compound(faces_of_rare_kinds())
     shape = step_shape.extract(sheet, {}, {}, {})
@@ -254,7 +255,7 @@ def test_conics_on_cones_and_degenerate_edges() -> None:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     kinds: set[str] = set()
     lean = np.arctan2(10.0, 20.0)  # of a generator to the axis

@@ -22,8 +22,8 @@ from OCP.TopAbs import TopAbs_EDGE
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
-from relmodel.loading import step_shape
 from relmodel.loading.features import Feature, feature_class_key, recognise, thin
+from relmodel.loading.step import shape as step_shape
 
 from .feature_scores import score
 from .golden_features import score_bulkhead
@@ -312,7 +312,7 @@ def test_a_variant_of_the_bulkhead_has_the_features_of_its_golden_list(variant: 
 def test_a_bulkhead_has_the_holes_and_pockets_of_its_generator(data_dir: Path, name: str) -> None:
     from shapely import Point, Polygon
 
-    from relmodel.loading.step import read_step
+    from relmodel.loading.step.read import read_step
 
     model = read_step(data_dir / "bulkhead" / name / "bulkhead_parts.step")
     truth = json.loads((data_dir / "bulkhead" / name / "model.json").read_text())

@@ -11,8 +11,8 @@ import pytest
 import trimesh
 
 from relmodel.errors import InputError
-from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.identity import model_keys, quantised, shape_keys
+from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Shape
 
 
@@ -118,7 +118,7 @@ def test_an_assembly_within_itself_is_refused() -> None:
 
 @pytest.mark.data
 def test_a_variant_of_the_bulkhead_shares_what_its_generator_left_alone(data_dir: Path) -> None:
-    from relmodel.loading.step import read_step
+    from relmodel.loading.step.read import read_step
 
     keys = []
     for name in "AB":

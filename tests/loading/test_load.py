@@ -10,9 +10,9 @@ import sqlalchemy as sa
 import trimesh
 
 from relmodel.errors import InputError
-from relmodel.loading import write_geometry
 from relmodel.loading.load import load
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
+from relmodel.loading.write import geometry as write_geometry
 from relmodel.store import Store
 from relmodel.store.check import check
 
@@ -197,7 +197,7 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
 ) -> None:
     pytest.importorskip("OCP")
     from relmodel.loading import load as module
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     from .test_exact import compound, faces_of_rare_kinds
 

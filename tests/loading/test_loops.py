@@ -11,8 +11,8 @@ import pytest
 
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import step_shape
-from relmodel.loading.loops import outer_loops
+from relmodel.loading.brep.loops import outer_loops
+from relmodel.loading.step import shape as step_shape
 
 from . import parts_generator
 

@@ -13,9 +13,9 @@ import pytest
 
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading import step_shape
-from relmodel.loading.brep import pcurve_of, surfaces_of
+from relmodel.loading.brep.measures import pcurve_of, surfaces_of
 from relmodel.loading.neutral import Shape
+from relmodel.loading.step import shape as step_shape
 
 from .step_parts import loaded
 from .test_features import box, cut, cylinder

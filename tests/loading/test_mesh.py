@@ -11,12 +11,12 @@ import pytest
 import trimesh
 
 from relmodel.errors import InputError
-from relmodel.loading import step_shape
-from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.features import recognise
-from relmodel.loading.mesh import read_mesh
+from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.read import read_mesh
 from relmodel.loading.neutral import Shape
-from relmodel.loading.step import read_step
+from relmodel.loading.step import shape as step_shape
+from relmodel.loading.step.read import read_step
 
 from .curved_parts import generate
 

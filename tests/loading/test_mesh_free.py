@@ -4,8 +4,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.loading.chains import chain_edges, without_lines
-from relmodel.loading.facets import shape_from_triangles
+from relmodel.loading.mesh.chains import chain_edges, without_lines
+from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.neutral import Shape
 
 Floats = npt.NDArray[np.float64]

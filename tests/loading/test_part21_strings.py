@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from relmodel.loading import part21
-from relmodel.loading.part21_instances import Instances
-from relmodel.loading.part21_strings import decoded
+from relmodel.loading.step import part21
+from relmodel.loading.step.part21_instances import Instances
+from relmodel.loading.step.part21_strings import decoded
 
 from .step_parts import loaded, write_product
 

@@ -10,7 +10,7 @@ import pytest
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import primitives
-from relmodel.loading.masses import face_integrals
+from relmodel.loading.brep.masses import face_integrals
 from relmodel.loading.neutral import Shape
 
 CASES = {
@@ -50,7 +50,7 @@ def test_mesh_lies_on_the_shape_and_faces_outwards(name: str) -> None:
 def _kernel(name: str) -> Shape:
     prim = pytest.importorskip("OCP.BRepPrimAPI")
     gp = pytest.importorskip("OCP.gp")
-    from relmodel.loading.step_shape import extract
+    from relmodel.loading.step.shape import extract
 
     made: Any
     if name == "box":

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.loading import sharing, step_shape
+from relmodel.loading import sharing
 from relmodel.loading.neutral import LoadedModel, Shape
-from relmodel.loading.step import read_step
+from relmodel.loading.step import shape as step_shape
+from relmodel.loading.step.read import read_step
 
 from .test_exact import compound
 from .test_features import box, cut, cylinder

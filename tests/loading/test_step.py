@@ -13,10 +13,10 @@ import pytest
 
 from relmodel.errors import InputError
 from relmodel.geometry.pcurves import Pcurves
-from relmodel.loading import part21
-from relmodel.loading.brep import curves_of, surfaces_of
+from relmodel.loading.brep.measures import curves_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
-from relmodel.loading.step import read_step
+from relmodel.loading.step import part21
+from relmodel.loading.step.read import read_step
 from tests.loading.step_parts import loaded
 
 Array = npt.NDArray[np.float64]

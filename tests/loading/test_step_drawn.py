@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relmodel.loading.brep import curves_of
+from relmodel.loading.brep.measures import curves_of
 from tests.loading.step_parts import loaded
 from tests.loading.test_step_tessellated import CUBE
 

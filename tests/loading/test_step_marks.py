@@ -17,9 +17,9 @@ from relmodel.errors import InputError
 from relmodel.index.find import world_named
 from relmodel.loading.load import load
 from relmodel.loading.neutral import Pmi, Shape
-from relmodel.loading.part21_instances import Instances, Typed
-from relmodel.loading.part21_units import measure
-from relmodel.loading.step import read_step
+from relmodel.loading.step.part21_instances import Instances, Typed
+from relmodel.loading.step.part21_units import measure
+from relmodel.loading.step.read import read_step
 from relmodel.objects.picture import write_picture
 from relmodel.objects.tree import read_tree
 from relmodel.store import Store
@@ -149,8 +149,8 @@ def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path)
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
     from dataclasses import replace
 
-    from relmodel.loading import write
     from relmodel.loading.identity import model_keys
+    from relmodel.loading.write import model as write
     from relmodel.store import Run
     from relmodel.store.columns import take
 
@@ -414,7 +414,8 @@ def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> Non
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
-    from relmodel.loading import sharing, step_document
+    from relmodel.loading import sharing
+    from relmodel.loading.step import document as step_document
 
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)

@@ -13,7 +13,7 @@ pytest.importorskip("OCP")
 
 
 def extracted(shape: Any) -> Shape:
-    from relmodel.loading import step_shape
+    from relmodel.loading.step import shape as step_shape
 
     return step_shape.extract(shape, {}, {}, {})
 
@@ -27,7 +27,7 @@ def mesh_volume(shape: Shape) -> float:
 def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> None:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeWedge
 
-    from relmodel.loading.step_document import _scaled
+    from relmodel.loading.step.document import _scaled
 
     wedge = BRepPrimAPI_MakeWedge(4.0, 3.0, 2.0, 1.0).Shape()  # 4 wide below, 1 above, 3 high, 2 deep
     shape = extracted(_scaled(wedge, factor))
@@ -47,8 +47,8 @@ def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> No
 def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
     from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 
-    from relmodel.loading.step_document import _rigid
-    from relmodel.loading.step_geometry import matrix
+    from relmodel.loading.step.document import _rigid
+    from relmodel.loading.step.geometry import matrix
 
     trsf, turn, shift = gp_Trsf(), gp_Trsf(), gp_Trsf()
     trsf.SetMirror(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0)))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.loading.step import read_step
+from relmodel.loading.step.read import read_step
 from tests.loading.step_parts import loaded
 
 Array = npt.NDArray[np.float64]

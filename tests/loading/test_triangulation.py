@@ -10,9 +10,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from relmodel.loading import step_shape
-from relmodel.loading.brep import surfaces_of
+from relmodel.loading.brep.measures import surfaces_of
 from relmodel.loading.neutral import Mesh, Shape
+from relmodel.loading.step import shape as step_shape
 
 from .step_parts import loaded
 from .workshop import workshop

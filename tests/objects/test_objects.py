@@ -18,10 +18,10 @@ import trimesh
 from PIL import Image
 
 from relmodel.cli.main import main
-from relmodel.loading.facets import shape_from_triangles
 from relmodel.loading.load import load
+from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
-from relmodel.loading.write import SourceFile, store_model
+from relmodel.loading.write.model import SourceFile, store_model
 from relmodel.objects.picture import COLOURS
 from relmodel.store import Run, Store
 from tests.loading.solids import Part as PlainPart

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from relmodel.loading.load import load
-from relmodel.loading.write import LoadReport
+from relmodel.loading.write.model import LoadReport
 from relmodel.store import Store
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

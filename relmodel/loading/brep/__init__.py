@@ -1,0 +1,1 @@
+"""Boundary representations from rows alone: measures of arcs, trims, areas, volumes and boxes of faces."""

@@ -1,0 +1,127 @@
+"""Coedges as curves in the (u, v) domains of their faces: the pcurves where a face has them, else the arcs' feet."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry.curves import Curves, pieces
+from relmodel.geometry.pcurves import Pcurves
+from relmodel.geometry.spline_curves import Runs, rank
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.loading.brep.measures import pcurve_of
+from relmodel.loading.neutral import Table
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+
+_NEWTON_STEPS = 5
+_SAMPLES = 8  # steps of a piece of a pcurve between which it crosses a line once
+
+
+class Trims:
+    """Coedges of faces, told by their rows.
+
+    sign: (n,) 1 where the loop runs along the arc's parameter, as (u, v) is seen (the face to its left), else -1.
+    """
+
+    def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
+        self.surface = np.asarray(coedges["surface_no"], np.int64)
+        self.arc = np.asarray(coedges["arc_no"], np.int64)
+        backward = np.asarray(coedges["reversed"], bool)
+        self.sign = np.where(backward != surfaces.reversed[self.surface], -1.0, 1.0)
+        drawn = pcurve_of(coedges, pcurves)
+        self.pcurve = np.where(surfaces.kind[self.surface] == "plane", -1, drawn)
+
+    def evaluate(self, coedge: Index, t: Array) -> tuple[Array, Array]:
+        """Points (n, 2: u v) and derivatives by t (n, 2); without a pcurve angles are in [-pi, pi]."""
+        uv, by = np.zeros((len(t), 2)), np.zeros((len(t), 2))
+        row = self.pcurve[coedge]
+        drawn, bare = np.flatnonzero(row >= 0), np.flatnonzero(row < 0)
+        if len(drawn):
+            uv[drawn], by[drawn] = self.pcurves.evaluate(row[drawn], t[drawn])
+        if len(bare):
+            surface = self.surface[coedge[bare]]
+            points, by_t = self.curves.evaluate(self.arc[coedge[bare]], t[bare])
+            u, v = self.surfaces.parameters(surface, points)
+            at = self.surfaces.evaluate(surface, u, v)  # the lines of u and of v are perpendicular
+            uv[bare] = np.column_stack([u, v])
+            for way, along in enumerate((at.by_u, at.by_v)):
+                square = np.einsum("nd,nd->n", along, along)
+                by[bare, way] = np.einsum("nd,nd->n", by_t, along) / np.where(square > 0, square, 1.0)
+        return uv, by
+
+    def across(self, coedges: Index) -> Array:
+        """From start to end (n, 2) of some coedges, as their loops run; those of a loop that closes add up to 0."""
+        arc = self.arc[coedges]
+        t = np.concatenate([self.curves.t0[arc], self.curves.t1[arc]])
+        start, end = np.split(self.evaluate(np.tile(coedges, 2), t)[0], 2)
+        return np.asarray(self.sign[coedges, None] * (end - start))
+
+    def level(self) -> npt.NDArray[np.bool_]:
+        """Whether each coedge (n,) is known to run along a line of one v, where nothing adds to an integral over v."""
+        straight = np.append((self.pcurves.kind == "line") & (self.pcurves.axis[:, 1] == 0), False)
+        return np.asarray(straight[self.pcurve], bool)
+
+    def polynomial(self) -> npt.NDArray[np.bool_]:
+        """Whether along each coedge (n,) the integrals over u are polynomials of the parameter, of third degree.
+
+        So they are along lines of planes, and of one u on cylinders and cones.
+        """
+        kind = self.surfaces.kind[self.surface]
+        upright = np.append((self.pcurves.kind == "line") & (self.pcurves.axis[:, 0] == 0), False)[self.pcurve]
+        ruled = (kind == "cylinder") | (kind == "cone")
+        return np.asarray(((kind == "plane") & (self.curves.kind[self.arc] == "line")) | (ruled & upright))
+
+    def pieces(self, coedges: Index) -> tuple[Index, Array, Array]:
+        """Smooth pieces of some coedges, in order: the coedge, start and end of the parameter.
+
+        Where the surface itself is made of smooth pieces, a piece of a coedge lies within one of them.
+        """
+        arc, row = self.arc[coedges], self.pcurve[coedges]
+        t0, t1 = self.curves.t0[arc], self.curves.t1[arc]
+        which, cuts = self.curves.inner_cuts(arc, t0, t1)
+        drawn = np.flatnonzero(row >= 0)
+        of, own = self.pcurves.inner_cuts(row[drawn], t0[drawn], t1[drawn])
+        found = pieces(t0, t1, np.append(which, drawn[of]), np.append(cuts, own))
+        free = (row >= 0) & ~np.isin(self.surfaces.kind[self.surface[coedges]].astype(str), ANALYTIC_KINDS)
+        if free.any():
+            at = np.flatnonzero(free[found[0]])
+            of, cuts = self._crossings(coedges[found[0][at]], found[1][at], found[2][at])
+            found = pieces(t0, t1, np.append(found[0], found[0][at][of]), np.append(found[1], cuts))
+        which, start, end = found
+        return coedges[which], start, end
+
+    def _crossings(self, coedge: Index, start: Array, end: Array) -> tuple[Index, Array]:
+        """Where pieces of pcurves (n,) cross the lines u = const and v = const between smooth parts of their surfaces.
+
+        Which of the pieces, and the parameter.
+        """
+        row = self.pcurve[coedge]
+        steps = np.linspace(0.0, 1.0, _SAMPLES + 1)
+        t = start[:, None] + (end - start)[:, None] * steps
+        uv = self.pcurves.evaluate(np.repeat(row, len(steps)), t.ravel())[0].reshape(*t.shape, 2)
+        free = np.flatnonzero(np.bincount(self.surface[coedge]))
+        of = np.searchsorted(free, self.surface[coedge])
+        within = [self.surfaces.cuts(one, *self.surfaces.domain[one]) for one in free.tolist()]
+        found, parameters = [np.empty(0, np.int64)], [np.empty(0)]
+        for way in range(2):
+            lines = Runs.of([cuts[way][1:-1] for cuts in within])
+            value = uv[..., way]
+            cell = rank(lines, np.repeat(of, len(steps)), value.ravel()).reshape(t.shape)
+            low, high = np.minimum(cell[:, :-1], cell[:, 1:]), np.maximum(cell[:, :-1], cell[:, 1:])
+            piece, step = np.nonzero(low < high)
+            crossed = (high - low)[piece, step]
+            line = np.repeat(low[piece, step] - np.cumsum(crossed) + crossed, crossed) + np.arange(crossed.sum())
+            piece, step = np.repeat(piece, crossed), np.repeat(step, crossed)
+            target = lines.values[lines.offsets[of[piece]] + line]
+            left, right = t[piece, step], t[piece, step + 1]
+            before, after = value[piece, step], value[piece, step + 1]
+            near = left + (right - left) * (target - before) / (after - before)
+            for _ in range(_NEWTON_STEPS):
+                at, by = (x[:, way] for x in self.pcurves.evaluate(row[piece], near))
+                near = np.clip(near - (at - target) / np.where(by == 0, np.inf, by), left, right)
+            found.append(piece)
+            parameters.append(near)
+        return np.concatenate(found), np.concatenate(parameters)

@@ -1,0 +1,1 @@
+"""Meshes: triangles cut into regions, surfaces fitted to these, and arcs between them."""

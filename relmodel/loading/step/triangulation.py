@@ -1,0 +1,182 @@
+"""Triangles of a shape by the CAD kernel's mesher; runs in the child process of `kernel.py` alone."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from OCP.BinTools import BinTools, BinTools_FormatVersion
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+from OCP.BRepGProp import BRepGProp
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.BRepTools import BRepTools
+from OCP.GProp import GProp_GProps
+from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
+from OCP.TopAbs import TopAbs_Orientation as Sense
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS_Compound, TopoDS_Face
+
+from relmodel.geometry.curves import Curves
+from relmodel.geometry.normals import normals_at
+from relmodel.geometry.surfaces import Surfaces
+from relmodel.loading.neutral import Mesh, Table
+from relmodel.loading.step import analytic_triangulation as analytic_mesh
+from relmodel.loading.step import geometry as step_geometry
+from relmodel.loading.step.analytic_triangulation import Facets
+
+Array = npt.NDArray[np.float64]
+Triangulation = tuple[Array, Array, npt.NDArray[np.int32]]
+
+CHORD_MM = 0.05
+CHORD_RAD = 0.15
+# Of a part larger than 5 m the chord grows with it, so that its mesh stays bounded.
+CHORD_SHARE = 1e-5
+
+_VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
+
+
+def mesh(
+    shape: Any, faces: list[Any], surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table, area: Array
+) -> Mesh:
+    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices.
+
+    Only faces that need a mesher go through the kernel's.
+    """
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box, False)
+    chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
+    BRepTools.Clean_s(shape)
+    made = analytic_mesh.facets(surfaces, curves, coedges, pcurves, area, chord, CHORD_RAD)
+    rest = np.ones(len(faces), bool)
+    for facets in made:
+        rest[facets.face] = False
+    made.append(_kernel_facets(faces, np.flatnonzero(rest).tolist(), area, chord))
+    face, corners = np.concatenate([one.face for one in made]), _joined_corners(made)
+    if not len(face):
+        raise ValueError("the kernel made no triangle of any face")
+    points, owner = np.concatenate([one.points for one in made]), np.concatenate([one.point_face for one in made])
+    normals = normals_at(surfaces, owner, points)
+    bare = np.flatnonzero(np.isnan(normals[:, 0]))
+    uv = np.concatenate([one.uv for one in made])[bare]
+    normals[bare] = surfaces.normals(owner[bare], uv[:, 0], uv[:, 1])
+    order = np.argsort(face, kind="stable")
+    return Mesh(
+        chord_mm=chord,
+        chord_rad=CHORD_RAD,
+        vertices=points,
+        normals=normals.astype(np.float32),
+        triangles=corners[order].astype(np.int32),
+        triangle_surfaces=face[order].astype(np.int32),
+    )
+
+
+def _joined_corners(made: list[Facets]) -> npt.NDArray[np.int64]:
+    first = np.cumsum([0, *(len(one.points) for one in made[:-1])])
+    return np.concatenate([one.corners + start for one, start in zip(made, first.tolist(), strict=True)])
+
+
+def _kernel_facets(faces: list[Any], which: list[int], area: Array, chord: float) -> Facets:
+    """Triangles of some of the faces by the kernel's mesher; none of a face that it gives up on."""
+    _triangulate([faces[i] for i in which], chord)
+    made, places, have = [], [], []
+    for i in which:
+        place = TopLoc_Location()
+        one = BRep_Tool.Triangulation_s(faces[i], place) or _whole_domain_mesh(faces[i], float(area[i]), chord)
+        if one is not None and one.HasUVNodes():
+            made.append(one)
+            places.append(place)
+            have.append(i)
+    if not have:
+        return Facets.none()
+    points, uv, corners = [], [], []
+    for i, place, (at, parameters, triangles) in zip(have, places, _taken(made), strict=True):
+        if not place.IsIdentity():
+            matrix = step_geometry.matrix(place.Transformation())
+            at = at @ matrix[:3, :3].T + matrix[:3, 3]
+        points.append(at)
+        uv.append(parameters)
+        corners.append(triangles[:, ::-1] if faces[i].Orientation() == Sense.TopAbs_REVERSED else triangles)
+    counts, sizes = ([len(one) for one in many] for many in (points, corners))
+    first = np.cumsum(counts) - counts
+    return Facets(
+        np.concatenate(points),
+        np.concatenate(uv),
+        np.repeat(have, counts),
+        np.concatenate(corners).astype(np.int64) + np.repeat(first, sizes)[:, None].astype(np.int64),
+        np.repeat(have, sizes),
+    )
+
+
+def _triangulate(faces: list[Any], chord: float) -> None:
+    """Triangulate faces within the kernel.
+
+    Its default algorithm takes up to ten times as long as the other one; but that one gives up on some long curved
+    faces, which the default one then makes.
+    """
+    settings = IMeshTools_Parameters()
+    settings.Deflection, settings.Angle = chord, CHORD_RAD
+    for algorithm in ("Delabella", "Watson"):
+        if faces:
+            settings.MeshAlgo = getattr(IMeshTools_MeshAlgoType, f"IMeshTools_MeshAlgoType_{algorithm}")
+            BRepMesh_IncrementalMesh(_compound(faces), settings)
+            faces = [face for face in faces if BRep_Tool.Triangulation_s(face, TopLoc_Location()) is None]
+
+
+def _compound(shapes: list[Any]) -> Any:
+    out = TopoDS_Compound()
+    builder = BRep_Builder()
+    builder.MakeCompound(out)
+    for shape in shapes:
+        builder.Add(out, shape)
+    return out
+
+
+def _whole_domain_mesh(face: Any, area: float, chord: float) -> Any:
+    """Mesh of a face that the kernel's mesher gave up on, where the face fills its domain; else None."""
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), u0, u1, v0, v1, 1e-6)
+    if not maker.IsDone():
+        return None
+    whole, props = maker.Face(), GProp_GProps()
+    BRepGProp.SurfaceProperties_s(whole, props)
+    if abs(abs(props.Mass()) - area) > 1e-6 * area:
+        return None
+    BRepMesh_IncrementalMesh(whole, chord, False, CHORD_RAD, False)
+    return BRep_Tool.Triangulation_s(whole, TopLoc_Location())
+
+
+def _taken(triangulations: list[Any]) -> list[Triangulation]:
+    """Vertices (n, 3), their parameters (n, 2) and triangles (m, 3, from 0) of triangulations with parameters.
+
+    Through the kernel's binary form (`BinTools_ShapeSet::WriteTriangulation`, version 4) of faces that have nothing
+    else: to ask it for a hundred thousand vertices one by one takes longer than to make them.
+    """
+    faces = []
+    for one in triangulations:
+        face = TopoDS_Face()
+        BRep_Builder().MakeFace(face, one.Copy())  # what two faces share would be written once
+        faces.append(face)
+    stream = BytesIO()
+    BinTools.Write_s(_compound(faces), stream, True, False, _VERSION)
+    data = stream.getvalue()
+    head = f"\nTriangulations {len(faces)}\n".encode()
+    at = data.index(head) + len(head)
+    out = []
+    for one in triangulations:
+        count, triangle_count = np.frombuffer(data, "<i4", 2, at).tolist()
+        if (count, triangle_count) != (one.NbNodes(), one.NbTriangles()):
+            raise ValueError("the kernel's binary form of a triangulation is not the one that is known")
+        at += 2 * 4 + 2 + 8  # the two counts, whether there are parameters and normals, the deflection
+        points = np.frombuffer(data, "<f8", 3 * count, at).reshape(-1, 3)
+        at += points.nbytes
+        uv = np.frombuffer(data, "<f8", 2 * count, at).reshape(-1, 2)
+        at += uv.nbytes
+        corners = np.frombuffer(data, "<i4", 3 * triangle_count, at).reshape(-1, 3) - 1
+        at += corners.nbytes
+        out.append((points, uv, corners.astype(np.int32)))
+    return out

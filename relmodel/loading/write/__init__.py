@@ -1,0 +1,1 @@
+"""Writing a loaded model into a store."""

@@ -1,0 +1,183 @@
+"""Writing a loaded model into a store: what the store holds already is pointed to, only what is new is appended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.loading.identity import assembly_order
+from relmodel.loading.neutral import LoadedModel
+from relmodel.loading.round_off import settled
+from relmodel.loading.write.geometry import append_geometry
+from relmodel.loading.write.keyed import ids_by_key
+from relmodel.loading.write.objects import append_objects, append_parts
+from relmodel.store import Run
+
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A file by its name (without folder) and the SHA-256 of its bytes."""
+
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class LoadReport:
+    """What a load found and added, as the row of `load_report` says it.
+
+    status: added, unchanged (the latest revision under this name and variant is just that), or partial (added from a
+    damaged file).
+    """
+
+    run: int
+    status: str
+    message: str | None
+    name: str
+    variant: str
+    revision: int
+    object_id: int
+    object_variant_id: int
+    source_id: int
+    faces_in_file: int | None
+    faces_loaded: int
+    parts: int
+    occurrences: int
+    supplemental_parts: int
+    shapes_added: int
+    surfaces_added: int
+    arcs_added: int
+
+    def __str__(self) -> str:
+        named = f"{self.name} variant {self.variant}" if self.variant else self.name
+        found = f"parts {self.parts}, placed {self.occurrences}, surfaces {self.faces_loaded}"
+        found += f", supplemental {self.supplemental_parts}" if self.supplemental_parts else ""
+        new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
+        said = f"; {self.message}" if self.message else ""
+        return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
+
+
+def store_model(
+    run: Run, connection: Connection, model: LoadedModel, name: str, variant: str, source: SourceFile
+) -> LoadReport:
+    """Store a model under a name and a variant, within the transaction of `connection`.
+
+    Geometry, parts and assemblies that the store holds already, by content, are not written again; a content other
+    than that of the latest revision becomes the next revision.  Raises InputError where an assembly contains itself.
+    """
+    model, keys = settled(run.store, connection, model)
+    shape_ids, new_shapes = ids_by_key(run, connection, "shape", [k.shape for k in keys.shapes])
+    surfaces_added, arcs_added = append_geometry(run, connection, model, keys, shape_ids, new_shapes)
+    part_ids = append_parts(run, connection, model, keys, shape_ids)
+    object_ids = append_objects(run, connection, model, keys, part_ids)
+
+    source_id = _source(run, connection, model, source)
+    object_id = object_ids[keys.assemblies[model.root]]
+    latest = run.store.rows(connection, "load/latest_variant", name=name, variant=variant)
+    if latest and latest[0].object_id == object_id:
+        status, revision, object_variant_id = "unchanged", int(latest[0].revision), int(latest[0].id)
+    else:
+        status, revision = "added", int(latest[0].revision) + 1 if latest else 1
+        object_variant_id = int(run.store.new_ids(connection, "object_variant", 1)[0])
+        run.append(
+            connection,
+            "object_variant",
+            {
+                "id": [object_variant_id],
+                "name": name,
+                "variant": variant,
+                "revision": revision,
+                "object_id": object_id,
+                "source_id": source_id,
+            },
+        )
+    flaws = [f"the file is damaged, for {model.damage}"] if model.damage else []
+    if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
+        flaws.append(f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read")
+    message = "; ".join(flaws) or None
+    if message and status == "added":
+        status = "partial"
+    own = {key for part, key in zip(model.parts, keys.parts, strict=True) if not part.supplemental}
+    report = LoadReport(
+        run=run.id,
+        status=status,
+        message=message,
+        name=name,
+        variant=variant,
+        revision=revision,
+        object_id=object_id,
+        object_variant_id=object_variant_id,
+        source_id=source_id,
+        faces_in_file=model.faces_in_file,
+        faces_loaded=model.faces_loaded,
+        parts=len(own),
+        occurrences=_occurrence_count(model),
+        supplemental_parts=len(set(keys.parts) - own),
+        shapes_added=len(new_shapes),
+        surfaces_added=surfaces_added,
+        arcs_added=arcs_added,
+    )
+    run.append(
+        connection,
+        "load_report",
+        {
+            "run_id": [run.id],
+            "source_id": report.source_id,
+            "object_variant_id": report.object_variant_id,
+            "status": report.status,
+            "message": report.message,
+            "faces_in_file": report.faces_in_file,
+            "faces_loaded": report.faces_loaded,
+            "parts": report.parts,
+            "occurrences": report.occurrences,
+            "supplemental_parts": report.supplemental_parts,
+            "shapes_added": report.shapes_added,
+            "surfaces_added": report.surfaces_added,
+            "arcs_added": report.arcs_added,
+        },
+    )
+    return report
+
+
+def _source(run: Run, connection: Connection, model: LoadedModel, source: SourceFile) -> int:
+    known = run.store.rows(
+        connection,
+        "load/source",
+        sha256=source.sha256,
+        unit_mm=model.unit_mm,
+        loader_version=model.loader_version,
+    )
+    if known:
+        return int(known[0].id)
+    source_id = int(run.store.new_ids(connection, "source", 1)[0])
+    run.append(
+        connection,
+        "source",
+        {
+            "id": [source_id],
+            "file_name": source.name,
+            "sha256": source.sha256,
+            "format": model.format,
+            "schema_name": model.schema_name,
+            "unit": model.unit,
+            "unit_mm": model.unit_mm,
+            "loader_version": model.loader_version,
+        },
+    )
+    return source_id
+
+
+def _occurrence_count(model: LoadedModel) -> int:
+    """Placed parts under the root, instances of instances counted out; supplemental ones are not placed."""
+    counts: dict[int, int] = {}
+    for i in assembly_order(model.assemblies):
+        counts[i] = sum(
+            int(not model.parts[e.child].supplemental) if e.kind == "part" else counts[e.child]
+            for e in model.assemblies[i].instances
+        )
+    return counts[model.root]

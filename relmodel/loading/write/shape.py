@@ -1,0 +1,205 @@
+"""Writing new shapes: what they list, and what is derived from them (adjacency, relations, features, boxes)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.geometry.curves import BOX
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.index.packing import pack, page_boxes
+from relmodel.loading.features import Feature, feature_class_key, recognise
+from relmodel.loading.identity import ShapeKeys, row_count_or_none
+from relmodel.loading.neutral import Shape, Table
+from relmodel.loading.relations import arc_relations, surface_relations
+from relmodel.loading.write.keyed import ids_by_key
+from relmodel.store import Ragged, Run
+from relmodel.store.columns import stack, take
+
+Floats = npt.NDArray[np.float64]
+
+
+def append_shapes(
+    run: Run,
+    connection: Connection,
+    shapes: list[tuple[Shape, ShapeKeys]],
+    shape_ids: dict[str, int],
+    surface_ids: dict[str, int],
+    arc_ids: dict[str, int],
+) -> None:
+    """Append shapes that are new to the store, their surfaces and arcs being there."""
+    features = [recognise(shape) for shape, _ in shapes]
+    class_ids = _append_feature_classes(run, connection, [f for found in features for f in found])
+    blocks: dict[str, list[dict[str, Any]]] = {}
+    for (shape, keys), found in zip(shapes, features, strict=True):
+        arcs = shape.arcs
+        tables: dict[str, Table] = {
+            "shape": _shape_row(shape, keys),
+            "shape_surface": _shape_surfaces(shape, [surface_ids[k] for k in keys.surfaces]),
+            "shape_arc": _shape_arcs(shape, [arc_ids[k] for k in keys.arcs]),
+            "shape_mesh": _mesh_row(shape),
+            "shape_arc_sample": vars(shape.samples).copy() if len(shape.samples.arc_no) else {},
+            "surface_adjacency": _adjacency(arcs),
+            "surface_relation": surface_relations(shape),
+            "arc_relation": arc_relations(shape),
+            **_feature_rows(found, class_ids),
+            **_box_rows(shape, found),
+        }
+        for table, columns in tables.items():
+            if row_count_or_none(columns):
+                owner = "id" if table == "shape" else "shape_id"
+                ids = np.full(row_count_or_none(columns), shape_ids[keys.shape], dtype=np.int64)
+                blocks.setdefault(table, []).append({owner: ids, **columns})
+    for table in tuple(blocks):  # let go of as it is written
+        given = blocks.pop(table)
+        # A mesh is a single great row, and the engine copies what a statement brings more than once.
+        for columns in given if table == "shape_mesh" else [stack(given)]:
+            run.append(connection, table, columns)
+
+
+def boxes_of(table: Table) -> Floats:
+    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
+    return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))
+
+
+def _shape_row(shape: Shape, keys: ShapeKeys) -> Table:
+    boxes = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
+    bounds = np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+    area = float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0
+    return {
+        "content_key": [keys.shape],
+        "kind": [shape.kind],
+        "surface_count": [len(keys.surfaces)],
+        "arc_count": [len(keys.arcs)],
+        "area": [area],
+        "volume": [shape.volume],
+        **{name: [float(value)] for name, value in zip(BOX, bounds, strict=True)},
+    }
+
+
+def _shape_surfaces(shape: Shape, ids: list[int]) -> Table:
+    labels: Table = {c: list(shape.surfaces[c]) for c in ("name", "colour", "layer") if c in shape.surfaces}
+    return {"surface_no": np.arange(len(ids)), "surface_id": np.array(ids, dtype=np.int64), **labels}
+
+
+def _shape_arcs(shape: Shape, ids: list[int]) -> Table:
+    if not ids:
+        return {}
+    sides = {
+        c: [None if no < 0 else no for no in np.asarray(shape.arcs[c], np.int64).tolist()]
+        for c in ("surface_a", "surface_b")
+    }
+    return {
+        "arc_no": np.arange(len(ids)),
+        "arc_id": np.array(ids, dtype=np.int64),
+        **sides,
+        "convexity": list(shape.arcs["convexity"]),
+        "angle": np.asarray(shape.arcs["angle"], float),
+    }
+
+
+def _mesh_row(shape: Shape) -> Table:
+    mesh = shape.mesh
+    if len(mesh.triangles) == 0:
+        return {}
+    return {
+        "chord_mm": [mesh.chord_mm],
+        "chord_rad": [mesh.chord_rad],
+        "vertices": Ragged.pack([mesh.vertices]),
+        "normals": Ragged.pack([mesh.normals], np.float32),
+        "triangles": Ragged.pack([mesh.triangles], np.int32),
+        "triangle_surfaces": Ragged.pack([mesh.triangle_surfaces], np.int32),
+    }
+
+
+def _adjacency(arcs: Table) -> Table:
+    if not arcs:
+        return {}
+    a, b = (np.asarray(arcs[c], np.int64) for c in ("surface_a", "surface_b"))
+    angle = np.asarray(arcs["angle"], float)
+    rows = np.flatnonzero((a >= 0) & (b >= 0) & (a != b) & ~np.isnan(angle))
+    return {
+        "arc_no": rows,
+        "surface_a": np.minimum(a, b)[rows],
+        "surface_b": np.maximum(a, b)[rows],
+        "convexity": take({"convexity": arcs["convexity"]}, rows)["convexity"],
+        "angle": angle[rows],
+    }
+
+
+def _append_feature_classes(run: Run, connection: Connection, features: list[Feature]) -> dict[str, int]:
+    keys = [feature_class_key(f) for f in features]
+    ids, fresh = ids_by_key(run, connection, "feature_class", keys)
+    new = [(ids[keys[i]], keys[i], features[i]) for i in fresh.tolist()]
+    if not new:
+        return ids
+    run.append(
+        connection,
+        "feature_class",
+        {"id": [i for i, _, _ in new], "content_key": [k for _, k, _ in new], "kind": [f.kind for _, _, f in new]},
+    )
+    dimensions = [(i, name, *measure) for i, _, f in new for name, measure in f.dimensions.items()]
+    run.append(
+        connection,
+        "feature_dimension",
+        {
+            "feature_class_id": [i for i, _, _, _ in dimensions],
+            "name": [name for _, name, _, _ in dimensions],
+            "value": [value for _, _, value, _ in dimensions],
+            "unit": [unit for *_, unit in dimensions],
+        },
+    )
+    return ids
+
+
+def _feature_rows(features: list[Feature], class_ids: dict[str, int]) -> dict[str, Table]:
+    if not features:
+        return {}
+    boxes = np.array([f.box for f in features])
+    members = [(i, surface, role) for i, f in enumerate(features) for surface, role in f.surfaces]
+    return {
+        "feature": {
+            "feature_no": np.arange(len(features)),
+            "feature_class_id": np.array([class_ids[feature_class_key(f)] for f in features], dtype=np.int64),
+            "name": [f.name for f in features],
+            **matrix_columns(np.array([f.shape_from_feature for f in features])),
+            **{name: boxes[:, i] for i, name in enumerate(BOX)},
+        },
+        "feature_surface": {
+            "feature_no": np.array([i for i, _, _ in members], dtype=np.int64),
+            "surface_no": np.array([s for _, s, _ in members], dtype=np.int64),
+            "role": [role for _, _, role in members],
+        },
+    }
+
+
+def _box_rows(shape: Shape, features: list[Feature]) -> dict[str, Table]:
+    rows: list[dict[str, Any]] = []
+    pages: list[dict[str, Any]] = []
+    for level, boxes in (
+        ("feature", np.array([f.box for f in features]).reshape(-1, 6)),
+        ("surface", boxes_of(shape.surfaces)),
+        ("arc", boxes_of(shape.arcs)),
+    ):
+        page = pack(boxes)
+        counts, bounds = page_boxes(boxes, page)
+        rows.append(
+            {
+                "level": [level] * len(boxes),
+                "element_no": np.arange(len(boxes)),
+                "page": page,
+                **{name: boxes[:, i] for i, name in enumerate(BOX)},
+            }
+        )
+        pages.append(
+            {
+                "level": [level] * len(bounds),
+                "page": np.arange(len(bounds)),
+                "box_count": counts,
+                **{name: bounds[:, i] for i, name in enumerate(BOX)},
+            }
+        )
+    return {"shape_box": stack(rows), "shape_box_page": stack(pages)}
