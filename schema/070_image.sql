@@ -45,27 +45,28 @@ COMMENT ON COLUMN extraction.parameters IS 'parameters, defaults included';
 COMMENT ON COLUMN extraction.version IS 'version of the extraction';
 COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noise found, grey levels of 0..255';
 
-CREATE TABLE edge_elements (
-    extraction_id BIGINT PRIMARY KEY REFERENCES extraction (id),
-    x REAL[] NOT NULL,
-    y REAL[] NOT NULL,
-    normal_x REAL[] NOT NULL,
-    normal_y REAL[] NOT NULL,
-    contrast REAL[] NOT NULL,
-    width REAL[] NOT NULL,
-    sigma REAL[] NOT NULL,
-    arc_no INTEGER[] NOT NULL
+-- Without keys: some 25,000 rows a picture, whose keys would cost as much as all else of it.
+CREATE TABLE edge_element (
+    extraction_id BIGINT NOT NULL,
+    x REAL NOT NULL,
+    y REAL NOT NULL,
+    normal_x REAL NOT NULL,
+    normal_y REAL NOT NULL,
+    contrast REAL NOT NULL,
+    width REAL NOT NULL,
+    sigma REAL NOT NULL,
+    arc_no INTEGER NOT NULL
 );
-COMMENT ON TABLE edge_elements IS 'The edge elements of an extraction, packed: facet zero-crossings with sub-pixel position.';
-COMMENT ON COLUMN edge_elements.extraction_id IS 'the extraction';
-COMMENT ON COLUMN edge_elements.x IS 'x of each element, px';
-COMMENT ON COLUMN edge_elements.y IS 'y of each element, px';
-COMMENT ON COLUMN edge_elements.normal_x IS 'x of the unit normal, towards the bright side';
-COMMENT ON COLUMN edge_elements.normal_y IS 'y of the unit normal, towards the bright side';
-COMMENT ON COLUMN edge_elements.contrast IS 'height of the step, grey levels of 0..255';
-COMMENT ON COLUMN edge_elements.width IS 'width of the step, px';
-COMMENT ON COLUMN edge_elements.sigma IS 'standard deviation of the position along the normal, px';
-COMMENT ON COLUMN edge_elements.arc_no IS 'the image arc it belongs to; -1 where none';
+COMMENT ON TABLE edge_element IS 'Edge elements that were linked: facet zero-crossings with sub-pixel position.';
+COMMENT ON COLUMN edge_element.extraction_id IS 'the extraction';
+COMMENT ON COLUMN edge_element.x IS 'x, px';
+COMMENT ON COLUMN edge_element.y IS 'y, px';
+COMMENT ON COLUMN edge_element.normal_x IS 'x of the unit normal, towards the bright side';
+COMMENT ON COLUMN edge_element.normal_y IS 'y of the unit normal, towards the bright side';
+COMMENT ON COLUMN edge_element.contrast IS 'height of the step, grey levels of 0..255';
+COMMENT ON COLUMN edge_element.width IS 'width of the step, px';
+COMMENT ON COLUMN edge_element.sigma IS 'standard deviation of the position along the normal, px';
+COMMENT ON COLUMN edge_element.arc_no IS 'the image arc it belongs to; -1 where none';
 
 CREATE TABLE image_arc (
     extraction_id BIGINT NOT NULL REFERENCES extraction (id),
@@ -249,7 +250,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('image', 'image', 'primary'),
     ('image_blob', 'image', 'primary'),
     ('extraction', 'image', 'primary'),
-    ('edge_elements', 'image', 'primary'),
+    ('edge_element', 'image', 'primary'),
     ('image_arc', 'image', 'primary'),
     ('image_arc_mark', 'image', 'primary'),
     ('image_arc_polyline', 'image', 'primary'),

@@ -34,8 +34,9 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
                 for i in np.flatnonzero(np.isin(got.surfaces["kind"], ("sphere", "torus"))).tolist():
                     box = [got.surfaces[c][i] for c in ("x0", "y0", "z0", "x1", "y1", "z1")]
                     mine = vertices[owner == i]
-                    assert (mine.min(0) > np.array(box[:3]) - 1e-6).all()
-                    assert (mine.max(0) < np.array(box[3:]) + 1e-6).all()
+                    # Within the chords of a hollow boundary a vertex may lie beyond the boundary itself.
+                    assert (mine.min(0) > np.array(box[:3]) - got.mesh.chord_mm).all()
+                    assert (mine.max(0) < np.array(box[3:]) + got.mesh.chord_mm).all()
                     bound = Bnd_Box()
                     BRepBndLib.AddOptimal_s(step_shape.face_map(shape).FindKey(i + 1), bound, False, False)
                     assert box == pytest.approx([*bound.CornerMin().Coord(), *bound.CornerMax().Coord()], abs=1e-4)

@@ -157,7 +157,13 @@ def add_octree(model: Model, x1: float, listed: int) -> None:
     model["octree_entry"] = {"world_id": [1], "cell": listed, "occurrence_id": 3}
 
 
+def add_element(model: Model) -> None:
+    numbers = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", "sigma"), 1.0)
+    model["edge_element"] = {"extraction_id": [7], "arc_no": [-1], **numbers}
+
+
 FAULTS = {
+    "edge_element": add_element,
     "octree_cell": lambda model: add_octree(model, 11, 1),
     "octree_entry": lambda model: add_octree(model, 9.5, 7),
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),

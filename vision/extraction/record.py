@@ -84,15 +84,15 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     labelled, label = np.nonzero(extraction.topography)
     borders = extraction.region_arcs
     return {
-        "edge_elements": {
-            "x": _one(edges.x[linked]),
-            "y": _one(edges.y[linked]),
-            "normal_x": _one(edges.nx[linked]),
-            "normal_y": _one(edges.ny[linked]),
-            "contrast": _one(edges.contrast[linked]),
-            "width": _one(edges.width[linked]),
-            "sigma": _one(edges.sigma[linked]),
-            "arc_no": _one(arc_of_element[linked], np.int32),
+        "edge_element": {
+            "x": edges.x[linked].astype(np.float32),
+            "y": edges.y[linked].astype(np.float32),
+            "normal_x": edges.nx[linked].astype(np.float32),
+            "normal_y": edges.ny[linked].astype(np.float32),
+            "contrast": edges.contrast[linked].astype(np.float32),
+            "width": edges.width[linked].astype(np.float32),
+            "sigma": edges.sigma[linked].astype(np.float32),
+            "arc_no": arc_of_element[linked],
         },
         "image_arc": _arcs(extraction),
         "image_arc_mark": _marks(extraction),
@@ -216,8 +216,3 @@ def _units(extraction: Extraction) -> dict[str, Columns]:
 
 def _packed(values: npt.NDArray[np.float64], offsets: npt.NDArray[np.int32]) -> Ragged:
     return Ragged(values.astype(np.float32), offsets.astype(np.int64))
-
-
-def _one(values: npt.NDArray[np.generic], dtype: npt.DTypeLike = np.float32) -> Ragged:
-    """A list column of a single row."""
-    return Ragged(values.astype(dtype), np.array([0, len(values)], dtype=np.int64))

@@ -40,7 +40,7 @@ def test_rows_are_the_columns(tmp_path: Path) -> None:
             polyline = connection.execute(sa.select(store.table("image_arc_polyline"))).one()
             np.testing.assert_allclose(polyline.x, found.arcs.x, atol=1e-4)
             np.testing.assert_allclose(polyline.sigma, found.arcs.point_sigma, rtol=1e-6)
-            elements = connection.execute(sa.select(store.table("edge_elements"))).one()
-            assert set(elements.arc_no) == {0}
+            of_arc = connection.execute(sa.select(store.table("edge_element").c.arc_no)).scalars()
+            assert set(of_arc) == {0}
             pixels = connection.execute(sa.select(store.table("region_topography").c.pixels)).scalars()
             assert sum(pixels) == 120 * 120
