@@ -245,7 +245,8 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--stage"]:
         import gc
 
-        gc.disable()  # as in the child
+        if sys.argv[2] != "write":
+            gc.disable()  # as in the child
         result = {"compose": compose, "walk": walk, "extract": extract, "write": write}[sys.argv[2]](Path(sys.argv[3]))
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(json.dumps(result | {"memory": memory}))

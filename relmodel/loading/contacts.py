@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import boxes_carried, inverse
 from relmodel.index.rtree import PackedRTree
 from relmodel.loading.neutral import LoadedModel, Table
@@ -26,6 +27,8 @@ TOUCH_MM = 0.01  # between faces that lie on each other, and between the axes or
 FIT_MM, FIT_SHARE = 0.1, 0.2  # difference of the radii of a shaft and its hole: mm, and share of the shaft's radius
 _PARALLEL = 1e-4  # rad
 _LEAST_AREA = 1e-4  # mm2
+_FEW = 500
+_Place = tuple[int, str, int, Floats]
 _CONTACT = dict(zip(KINDS, ("planar", "cylindrical", "conical", "spherical", "toroidal"), strict=True))
 
 
@@ -34,7 +37,7 @@ def contacts(model: LoadedModel, assembly: int) -> Table:
 
     What touches within one instance is a contact of the object that stands there.
     """
-    places = _places(model, assembly)
+    places = _near_others(model, _places(model, assembly))
     outlines = {i: Outlines(model.shapes[i]) for i in sorted({shape for _, _, shape, _ in places})}
     held = [(place, outlines[shape]) for place, (_, _, shape, _) in enumerate(places) if len(outlines[shape].number)]
     if len({places[place][0] for place, _ in held}) < 2:
@@ -125,7 +128,7 @@ def _tolerance(kind: npt.NDArray[np.str_], radius: Floats) -> Floats:
     return np.where(np.isin(kind, ("plane", "cone")), TOUCH_MM, FIT_MM + FIT_SHARE * radius)
 
 
-def _places(model: LoadedModel, assembly: int) -> list[tuple[int, str, int, Floats]]:
+def _places(model: LoadedModel, assembly: int) -> list[_Place]:
     """Ordinal of the instance, path, shape and pose of each part placed in an assembly, in the order of the file."""
     out = []
     instances = model.assemblies[assembly].instances
@@ -136,6 +139,28 @@ def _places(model: LoadedModel, assembly: int) -> list[tuple[int, str, int, Floa
             for _, path, shape, pose in _places(model, one.child):
                 out.append((no, f"{segment}/{path}", shape, one.parent_from_child @ pose))
     return out
+
+
+def _near_others(model: LoadedModel, places: list[_Place]) -> list[_Place]:
+    """Those of the places whose boxes come as near to that of another instance as parts in contact do."""
+    have = [place for place in places if model.shapes[place[2]].surfaces]
+    if len({child for child, *_ in have}) < 2:
+        return []
+    bounds: dict[int, Floats] = {}
+    for shape in sorted({shape for _, _, shape, _ in have}):
+        surfaces = model.shapes[shape].surfaces
+        boxes = np.stack([np.asarray(surfaces[c], float) for c in BOX], axis=1)
+        sizes = np.nan_to_num([np.asarray(surfaces[c], float) for c in ("radius", "radius2")])
+        reach = FIT_MM + FIT_SHARE * float(np.abs(sizes).max(initial=0.0))
+        bounds[shape] = np.concatenate([boxes[:, :3].min(axis=0) - reach, boxes[:, 3:].max(axis=0) + reach])
+    boxes = boxes_carried(np.stack([pose for *_, pose in have]), np.stack([bounds[shape] for _, _, shape, _ in have]))
+    child = np.array([child for child, *_ in have])
+    if len(boxes) <= _FEW:  # to load the tree's compiled kernels takes longer, and a tenth of the memory of a load
+        low, high = boxes[:, None, :3], boxes[:, None, 3:]
+        a, b = np.nonzero(np.all((low <= boxes[:, 3:]) & (high >= boxes[:, :3]), axis=2))
+    else:
+        a, b = PackedRTree(boxes).in_boxes(boxes)
+    return [have[i] for i in np.unique(a[child[a] != child[b]]).tolist()]
 
 
 def segments(names: list[str]) -> list[str]:
