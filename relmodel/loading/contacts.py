@@ -17,6 +17,7 @@ import numpy.typing as npt
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import boxes_carried, inverse
 from relmodel.index.rtree import PackedRTree
+from relmodel.loading.identity import row_count_or_none
 from relmodel.loading.neutral import LoadedModel, Table
 from relmodel.loading.outlines import KINDS, Outlines
 
@@ -143,7 +144,7 @@ def _places(model: LoadedModel, assembly: int) -> list[_Place]:
 
 def _near_others(model: LoadedModel, places: list[_Place]) -> list[_Place]:
     """Those of the places whose boxes come as near to that of another instance as parts in contact do."""
-    have = [place for place in places if model.shapes[place[2]].surfaces]
+    have = [place for place in places if row_count_or_none(model.shapes[place[2]].surfaces)]
     if len({child for child, *_ in have}) < 2:
         return []
     bounds: dict[int, Floats] = {}

@@ -244,13 +244,15 @@ def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
             if two <= one or used & {one, two} or s.kind[two] != "plane":
                 continue
             opening = float(np.pi - np.arccos(np.clip(s.axis[one] @ s.axis[two], -1, 1)))
+            if not ANGLE_TOLERANCE < opening <= _FLAT:
+                continue
             mouths = [{b.plane_key([m]): m for m in _beyond(b, i, {one, two})} for i in (one, two)]
             run = cross(s.axis[one], s.axis[two])
             run /= np.linalg.norm(run)
             common = [s.axis[mouths[0][key]] for key in sorted(mouths[0].keys() & mouths[1].keys())]
             common = [up for up in common if abs(run @ up) < ANGLE_TOLERANCE]
             common = [up for up in common if min(s.axis[one] @ up, s.axis[two] @ up) > -ANGLE_TOLERANCE]
-            if not common or opening > _FLAT:
+            if not common:
                 continue
             up = common[0]
             blends = sorted(_blends_between(b, one, two))
