@@ -11,16 +11,12 @@ import numpy as np
 from relmodel.loading.features import Feature, recognise
 from relmodel.loading.step import shape as step_shape
 
-from .solids import Known, Part
+from .solids import Floats, Known, Part
 from .toolroom import Made, Work
 
 NEAR = 0.05  # mm, and rad and share of a dimension
 STRAIGHT = 1e-6
 WITHOUT_TRUTH = ("body",)  # all that is left: right if all else is
-
-
-# What the operations of a `Work` leave behind: said where it is meant.
-NOT_ALWAYS_STATED = ("fillet", "chamfer", "web", "linear_pattern", "circular_pattern", "grid_pattern")
 
 
 @dataclass
@@ -63,7 +59,7 @@ def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Score
         left = [f for f in recognise(step_shape.extract(part.body, {}, {}, {})) if f.kind not in WITHOUT_TRUTH]
         if isinstance(part, Work):
             stated = {known.kind for known in part.features}
-            left = [f for f in left if f.kind in stated or f.kind not in NOT_ALWAYS_STATED]
+            left = [f for f in left if f.kind in stated or f.kind not in part.silent]
         out.found.update(kind_of(f.kind, f.dimensions) for f in left)
         for known in part.features:
             kind = kind_of(known.kind, known.dimensions)
@@ -93,7 +89,7 @@ def agree(known: Known | Made, found: Feature) -> bool:
             return False
     elif known.dimensions.keys() != found.dimensions.keys():
         return False
-    away = [np.linalg.norm(np.array(p) - found.shape_from_feature[:3, 3]) for p in known.at]
+    away = [np.linalg.norm(_beyond(known, np.array(p) - found.shape_from_feature[:3, 3])) for p in known.at]
     if away and min(away) > NEAR:
         return False
     return all(abs(found.dimensions[k][0] - v) < NEAR * max(1.0, min(abs(v), 2)) for k, v in known.dimensions.items())
@@ -103,7 +99,14 @@ def _stands_as_stated(known: Made, found: Feature) -> bool:
     """Whether the axes of the frame and the box are those stated; the frame is always a rotation."""
     pose = found.shape_from_feature[:3, :3]
     out = known.out is None or np.abs(pose[:, 2] - known.out).max() < STRAIGHT
+    upright = known.axis is None or abs(pose[:, 2] @ np.array(known.axis)) > 1 - STRAIGHT
     along = known.along is None or abs(pose[:, 0] @ np.array(known.along)) > 1 - STRAIGHT
     box = known.box is None or np.abs(np.ravel(known.box) - found.box).max() < NEAR
     turned = np.abs(pose.T @ pose - np.eye(3)).max() < STRAIGHT and np.linalg.det(pose) > 0
-    return bool(out and along and box and turned)
+    return bool(out and upright and along and box and turned)
+
+
+def _beyond(known: Known | Made, away: Floats) -> Floats:
+    """What of an offset counts: where an axis is stated, the part across it."""
+    axis = known.axis if isinstance(known, Made) else None
+    return away if axis is None else away - (away @ np.array(axis)) * np.array(axis)

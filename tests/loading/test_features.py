@@ -26,11 +26,12 @@ from relmodel.loading.features import Feature, feature_class_key, recognise, thi
 from relmodel.loading.step import shape as step_shape
 
 from .feature_scores import score
+from .foundry import foundry
 from .golden_features import score_bulkhead
 from .parts_generator import generate
 from .solids import Part, prism
 from .step_parts import loaded
-from .toolroom import toolroom
+from .toolroom import Work, toolroom
 from .workshop import workshop
 
 Z = gp_Dir(0, 0, 1)
@@ -293,9 +294,10 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> N
         assert scores.precision(kind) >= 0.95, (kind, scores.false)
 
 
-def test_features_of_a_third_hand_with_their_frames_and_boxes() -> None:
-    """Flanges, housings, bent sheets, frames, manifolds, cams, keyed shafts, moulds: two of each."""
-    scores = score(toolroom, range(16))
+@pytest.mark.parametrize(("make", "seeds"), [(toolroom, range(16)), (foundry, range(6, 18))])
+def test_features_of_other_hands_with_their_frames(make: Callable[[int], Work], seeds: range) -> None:
+    """Families of parts that the recogniser was held out from when they were written."""
+    scores = score(make, seeds)
     assert scores.total_recall >= 0.95, scores.missed
     assert scores.total_precision >= 0.95, scores.false
 

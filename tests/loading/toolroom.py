@@ -29,7 +29,10 @@ UP: Point = (0.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class Made:
-    """A feature as its operation states it: either point is its origin; low and high are the corners of its box."""
+    """A feature as its operation states it: either point is its origin; low and high are the corners of its box.
+
+    axis: Z of the frame lies along it either way, and the origin on a line along it through a point.
+    """
 
     kind: str
     at: tuple[Point, ...]
@@ -37,12 +40,18 @@ class Made:
     out: Point | None = None
     along: Point | None = None
     box: tuple[Point, Point] | None = None
+    axis: Point | None = None
 
 
 @dataclass
 class Work:
+    """silent: kinds that the truth is silent about where it states none of them."""
+
     body: Any
     features: list[Made] = field(default_factory=list)
+    silent: frozenset[str] = frozenset(
+        ("fillet", "chamfer", "web", "linear_pattern", "circular_pattern", "grid_pattern")
+    )
 
     def cut(self, *tools: Any) -> None:
         for tool in tools:
@@ -64,9 +73,10 @@ class Work:
         out: Point | None = None,
         along: Point | None = None,
         box: tuple[Point, Point] | None = None,
+        axis: Point | None = None,
         **dimensions: float,
     ) -> None:
-        self.features.append(Made(kind, at, dimensions, out, along, box))
+        self.features.append(Made(kind, at, dimensions, out, along, box, axis))
 
     def drill(self, x: float, y: float, r: float, top: float, bottom: float) -> None:
         """A plain hole along z through all of the material between two heights."""

@@ -40,7 +40,7 @@ def recognise(shape: Shape) -> list[Feature]:
         found = [hole for hole in found if not _surfaces([hole]) <= _surfaces(rings)]
         features = [*found, *rings, *_of_faces(b, shape, found, rings, beyond)]
         taken = _surfaces(features)
-        features += [bevels[i] for i in sorted(bevels.keys() - taken)]
+        features += blends.chamfers(b, {i: f for i, f in bevels.items() if i not in taken})
         features += blends.fillets(b, _surfaces(features))
     features += patterns.patterns(found)
     features += _body(b, _surfaces(features))
@@ -67,7 +67,7 @@ def _of_faces(
     sides = _surfaces(standing)
     discs = turned.shaft_flanges(b, set(beyond))
     through = openings.openings(b, bored | _surfaces(hollows))
-    open_ = slots.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides)
+    open_ = slots.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides, thin.gussets(b, standing))
     # The floor of an open slot may have looked like the side of a rib.
     floors |= _with_role(open_, "floor")
     standing = [f for f in standing if not floors & _surfaces([f])]

@@ -161,6 +161,27 @@ def bevelled(b: Boundary) -> dict[int, Feature]:
     return found
 
 
+def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
+    """Chamfers, those in one plane along one edge as one: what a slot has cut is one still."""
+    s = b.surfaces
+    lines: dict[tuple[float, ...], list[Feature]] = {}
+    for i, feature in sorted(bevels.items()):
+        run, middle = feature.shape_from_feature[:3, 0], s.boxes[i].reshape(2, 3).mean(axis=0)
+        place = np.round(middle - (middle @ run) * run, 2) + 0.0
+        key = (*b.plane_key([i]), *place.tolist()) if s.kind[i] == "plane" else (float(i),)
+        lines.setdefault(key, []).append(feature)
+    return [f[0] if len(f) == 1 else _one_chamfer(s, f) for f in lines.values()]
+
+
+def _one_chamfer(s: Surfaces, pieces: list[Feature]) -> Feature:
+    pose = pieces[0].shape_from_feature.copy()
+    members = [i for piece in pieces for i, _ in piece.surfaces]
+    low, high = _extent(s, members, pose[:3, 0])
+    pose[:3, 3] += ((low + high) / 2 - float(pose[:3, 3] @ pose[:3, 0])) * pose[:3, 0]
+    dimensions = pieces[0].dimensions | lengths(length=high - low)
+    return Feature("chamfer", "", dimensions, pose, union(s.boxes[members]), [(i, "chamfer") for i in members])
+
+
 def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     s = b.surfaces
     best: tuple[float, Side, Side, Floats] | None = None

@@ -68,7 +68,11 @@ class Surfaces:
         return self._extents[key]
 
     def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
-        """The dimension `draft_angle` of walls that all lean back by one angle from what is upright."""
+        """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.
+
+        What rounds the corner of two such planes leans more in its middle: where there are planes, they tell.
+        """
+        walls = [i for i in walls if self.kind[i] == "plane"] or walls
         leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
         angle = float(np.arcsin(np.clip(leans.mean(), -1, 1))) if len(leans) else 0.0
         return {"draft_angle": (angle, "rad")} if angle > _UPRIGHT and np.ptp(leans) < _UPRIGHT / 5 else {}

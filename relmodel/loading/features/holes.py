@@ -191,7 +191,8 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
         ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
-        ends += [s.along(i, z) for i in enclosed]
+        ends += [s.along(i, z) for i in [*enclosed, *_rounded_rims(s, graph, counterbores)]]
+        ends += [s.along(i, z) for reach, i in cones if reach > widest + LENGTH_TOLERANCE]
         dimensions["counterbore_diameter"] = (2 * widest, "mm")
         dimensions["counterbore_depth"] = (_topmost(ends), "mm")
     if cones:

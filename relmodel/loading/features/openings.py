@@ -29,41 +29,48 @@ _STEEP = np.sin(np.radians(10))
 
 
 def openings(b: Boundary, taken: set[int]) -> list[Feature]:
-    """Rings of walls around an inner loop of a plane, all of its edges convex, that meet no floor."""
-    s = b.surfaces
-    rings: list[tuple[int, list[int]]] = []
+    """Rings of walls around an inner loop of a surface, all of its edges convex, that meet no floor."""
+    rings: list[tuple[Floats, list[int]]] = []
     used = set(taken)
-    for plane in sorted(b.sides):
-        if s.kind[plane] != "plane":
-            continue
+    for face in sorted(b.sides, key=lambda i: (b.surfaces.kind[i] != "plane", i)):
         loops: dict[int, list[tuple[str, list[int]]]] = {}
-        for x in b.sides[plane]:
+        for x in b.sides[face]:
             if not x.outer:
-                loops.setdefault(x.loop, []).append(_rim(b, plane, x))
+                loops.setdefault(x.loop, []).append(_rim(b, face, x))
         for _, crossed in sorted(loops.items()):
             walls = sorted({i for _, others in crossed for i in others})
             if any(kind != "convex" for kind, _ in crossed) or used & set(walls):
                 continue
-            up = s.axis[plane]
-            ring = _ring(b, walls, up, used)
-            if ring is not None:
+            up = _out_of(b, face, walls)
+            ring = None if up is None else _ring(b, walls, up, used)
+            if up is not None and ring is not None:
                 used |= set(ring)
-                rings.append((plane, ring))
-    return [
-        _opening(b, sorted(i for _, ring in joined for i in ring), s.axis[joined[0][0]])
-        for joined in _in_line(b, rings)
-    ]
+                rings.append((up, ring))
+    return [_opening(b, sorted(i for _, ring in joined for i in ring), joined[0][0]) for joined in _in_line(b, rings)]
 
 
-def _in_line(b: Boundary, rings: list[tuple[int, list[int]]]) -> list[list[tuple[int, list[int]]]]:
+def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
+    """Out of an opening in a face: its normal, of a curved one what all walls run along."""
+    s = b.surfaces
+    if s.kind[face] == "plane":
+        return np.asarray(s.axis[face], float)
+    normal = np.concatenate([s.normals(i) for i in walls] or [np.empty((0, 3))])
+    if len(normal) == 0:
+        return None
+    up = np.asarray(np.linalg.eigh(normal.T @ normal)[1][:, 0], float)
+    rim = np.concatenate([s.points(i) for i in walls]).mean(axis=0) - s.points(face).mean(axis=0)
+    return up if up @ rim > 0 else -up
+
+
+def _in_line(b: Boundary, rings: list[tuple[Floats, list[int]]]) -> list[list[tuple[Floats, list[int]]]]:
     """Rings that are one opening, cut through in one go: all walls in line, with another opening between."""
-    lines: dict[tuple[tuple[float, ...], ...], list[tuple[int, list[int]]]] = {}
-    for plane, ring in rings:
+    lines: dict[tuple[tuple[float, ...], ...], list[tuple[Floats, list[int]]]] = {}
+    for out_of, ring in rings:
         keys = tuple(sorted({b.support_key(i) for i in ring}))
-        lines.setdefault(keys, []).append((plane, ring))
+        lines.setdefault(keys, []).append((out_of, ring))
     out = []
     for members in lines.values():
-        up = b.surfaces.axis[members[0][0]]
+        up = members[0][0]
         members.sort(key=lambda m: b.surfaces.along(m[1][0], up)[0])
         joined = [members[0]]
         for one, two in pairwise(members):

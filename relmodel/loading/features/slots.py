@@ -29,11 +29,11 @@ _SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wal
 _FLAT = np.radians(170)  # walls of a V that open further are a bent face
 
 
-def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Feature]:
+def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[int]) -> list[Feature]:
     """Slots open at an end, and steps: floors of which some sides rise into plane walls.
 
     A wall may look like the floor and the floor like its wall: the greater is the floor, so that the depth is the
-    lesser reach.  thin: walls of ribs and flanges, which are no steps.
+    lesser reach.  thin: walls of ribs and flanges, which are no steps; gussets: those that leave no slot between them.
     """
     s, candidates = b.surfaces, []
     for floor in plane_floors(b, taken):
@@ -62,6 +62,8 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int]) -> list[Featu
     for floor, sides, around in candidates:
         pairs = [] if used & set(floor.faces) else _facing(b, floor, sides)
         for one, two in pairs:
+            if {one, two} <= gussets:  # they stand apart in one corner
+                continue
             floors, members = slots.setdefault(b.plane_key([floor.faces[0], one, two]), ([], []))
             floors += floor.faces
             members += [one, two]

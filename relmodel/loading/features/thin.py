@@ -28,6 +28,7 @@ _TALL = 0.3  # height of a flange to that of the part
 _SAME = 1e-2  # mm, thickness and middle of the pieces of one rib
 _LONG = 2.0  # length of a rib to its thickness: what is shorter is a post
 _LEAN = np.sin(np.radians([0.5, 15]))  # of a side with draft
+_GUSSET = 0.75  # area of its side to that of the rectangle around it
 _CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many times its thickness with its corners
 
 
@@ -305,6 +306,16 @@ def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
     pose = frame(x, up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
     dimensions = lengths(thickness=pair.thickness, length=length, height=height)
     return Feature(kind, "", dimensions, pose, union(s.boxes[members]), [(i, "side") for i in members])
+
+
+def gussets(b: Boundary, standing: list[Feature]) -> set[int]:
+    """Sides of ribs whose crest falls to the foot: they cover little of the rectangle around them."""
+    sides = [(f.shape_from_feature, i) for f in standing if f.kind == "rib" for i, _ in f.surfaces]
+    return {
+        i
+        for pose, i in sides
+        if b.surfaces.area[i] < _GUSSET * np.prod(np.ptp(b.surfaces.points(i) @ pose[:3, [0, 2]], axis=0))
+    }
 
 
 def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
