@@ -28,6 +28,7 @@ from relmodel.loading.step import shape as step_shape
 from .feature_scores import score
 from .foundry import foundry
 from .golden_features import score_bulkhead
+from .jobshop import jobshop
 from .parts_generator import generate
 from .solids import Part, prism
 from .step_parts import loaded
@@ -294,7 +295,7 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> N
         assert scores.precision(kind) >= 0.95, (kind, scores.false)
 
 
-@pytest.mark.parametrize(("make", "seeds"), [(toolroom, range(16)), (foundry, range(6, 18))])
+@pytest.mark.parametrize(("make", "seeds"), [(toolroom, range(16)), (foundry, range(6, 18)), (jobshop, range(9))])
 def test_features_of_other_hands_with_their_frames(make: Callable[[int], Work], seeds: range) -> None:
     """Families of parts that the recogniser was held out from when they were written."""
     scores = score(make, seeds)

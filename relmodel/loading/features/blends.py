@@ -28,7 +28,10 @@ def rounded(b: Boundary) -> dict[int, float]:
         if s.kind[i] not in ("cylinder", "torus", "sphere") or s.start[i] == s.start[i + 1]:
             continue
         beside = {x.other for x in sides if x.convexity == "smooth" and x.other not in (i, -1)}
-        if len(beside) < 2 or (s.kind[i] == "cylinder" and s.turn([i]) > _LESS_THAN_HALF_A_TURN):
+        # What ends in balls on both sides is the groove of a ball-nosed cutter.
+        if len(beside) < 2 or (s.kind[i] == "cylinder" and set(s.kind[list(beside)]) == {"sphere"}):
+            continue
+        if s.kind[i] == "cylinder" and s.turn([i]) > _LESS_THAN_HALF_A_TURN:
             continue
         found[i] = float(s.radius2[i] if s.kind[i] == "torus" else s.radius[i])
     return found

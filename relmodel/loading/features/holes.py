@@ -19,6 +19,7 @@ Floats = npt.NDArray[np.float64]
 _REACH = 10.0  # length of a gap, in diameters, that a drill crosses
 _AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
 _WITHIN = 0.9  # of the radius
+_SKEW = ANGLE_TOLERANCE**2  # of a cosine
 _HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
 
 
@@ -80,7 +81,20 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
             cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
-    return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN)
+    return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN and not _are_corners(s, graph, bore))
+
+
+def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> bool:
+    """Whether the pieces of a bore are far walls of openings around its axis: material comes in between them."""
+    axis = s.axis[bore[0]]
+
+    def leads_in(i: int, j: int) -> bool:
+        along = abs(float(s.axis[j] @ axis))
+        beside = along < ANGLE_TOLERANCE if s.kind[j] == "plane" else s.kind[j] == "cylinder" and along > 1 - _SKEW
+        ways = {edge["convexity"] for edge in graph.get_edge_data(i, j).values()}
+        return bool(beside and not ways <= {"convex"} and not _on_axis(s, i, j))
+
+    return all(s.turn([i]) < _HOLDS_A_PIN and any(leads_in(i, j) for j in set(graph.neighbors(i)) - {i}) for i in bore)
 
 
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:

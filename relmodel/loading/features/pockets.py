@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.loading.features.feature import (
+    ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
     commonest,
@@ -67,7 +68,7 @@ def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
             cut.setdefault(b.plane_key(floor.faces[:1]), []).append((floor, own, walls))
     for pieces in cut.values():
         for joined in _across_another(pieces):
-            pocket = _pocket(b, joined)
+            pocket = None if _is_channel(b, joined) else _pocket(b, joined)
             if pocket is not None:
                 found.append(pocket)
     return sorted(found, key=lambda feature: feature.surfaces)
@@ -84,6 +85,14 @@ def _across_another(pieces: list[tuple[Floor, set[int], set[tuple[float, ...]]]]
             if own & others and walls & more:
                 graph.add_edge(i, j)
     return [[pieces[i][0] for i in sorted(component)] for component in nx.connected_components(graph)]
+
+
+def _is_channel(b: Boundary, floors: list[Floor]) -> bool:
+    """Whether a floor has walls along one direction only: it leads from one pocket to another."""
+    s = b.surfaces
+    walls = {i for floor in floors for i, role in walls_of(b, floor).items() if role == "wall"}
+    one = s.axis[min(walls)]
+    return all(s.kind[i] == "plane" and abs(s.axis[i] @ one) > 1 - ANGLE_TOLERANCE for i in walls)
 
 
 def plane_floors(b: Boundary, taken: set[int]) -> list[Floor]:
@@ -184,7 +193,9 @@ def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
         for x in b.sides.get(i, [])
     ):
         return None
-    depth = top(b, walls, up) - level
+    # What stands in a pocket against its wall may be higher than the pocket is deep.
+    hollow = [i for i in walls if s.kind[i] == "plane" or s.concave[i]]
+    depth = top(b, hollow or walls, up) - level
     if depth <= LENGTH_TOLERANCE:
         return None
     outline = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])

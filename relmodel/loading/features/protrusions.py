@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import numpy.typing as npt
 
@@ -54,11 +56,14 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     """Whether a round end is one arc, and no disc with notches: pieces one above the other are one."""
     s = b.surfaces
     axis = s.axis[ends[0]]
+    reach = sorted(s.along(i, axis) for i in ends)
+    beside = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
     points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
     u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     angle = np.sort(np.arctan2(points @ cross(axis, u), points @ u))
     gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
-    return bool((gaps > _GAP).sum() <= 1)
+    wide = int((gaps > _GAP).sum())
+    return wide == 1 or (wide == 0 and not beside)
 
 
 def _ears(b: Boundary, ends: list[int], z: Floats) -> list[tuple[list[int], float, float]]:

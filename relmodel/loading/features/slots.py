@@ -301,19 +301,21 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
                 continue
             along = cross(s.axis[i], s.axis[walls[0]])
             up = along * np.sign(along @ up)
-        elif not smooth:
+        elif all(s.kind[k] == "sphere" and s.concave[k] for k in smooth):  # a ball-nosed cutter leaves round ends
             mouths: dict[tuple[float, ...], list[int]] = {}
             for k in [x.other for x in around if x.convexity == "convex" and s.kind[x.other] == "plane"]:
                 if abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE and s.axis[k] @ up > 0:
                     mouths.setdefault(b.plane_key([k]), []).append(k)
             mouth = next((m for _, m in sorted(mouths.items()) if len(m) > 1), None)
-            if mouth is None:
+            if mouth is None and len(smooth) < 2:
                 continue
-            up = s.axis[mouth[0]]
+            up = up if mouth is None else s.axis[mouth[0]]
         else:
             continue
-        found.append(_groove(b, [i, *walls], [i], s.axis[i], up, lengths(fillet_radius=float(s.radius[i]))))
-        used |= {i, *walls}
+        floor, kind = [i, *(smooth - set(walls))], "slot" if len(smooth) == 2 and not walls else "open_slot"
+        more = lengths(fillet_radius=float(s.radius[i]))
+        found.append(_groove(b, [*floor, *walls], floor, s.axis[i], up, more, kind))
+        used |= {*floor, *walls}
     return found
 
 
