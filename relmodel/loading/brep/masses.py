@@ -62,7 +62,7 @@ def _sums(trims: Trims, coedge: Index, start: Array, end: Array, nodes: int, abo
             values[at] = _round(surfaces, kind, surface[at], u[at], v[at], about)
         else:
             for one, where in groups(surface[at]):
-                here = at[where]
+                here = np.arange(len(surface))[at][where]
                 values[here] = Antiderivative(surfaces, one, about)(u[here], v[here])
     values *= weight[:, None]
     return np.stack([np.bincount(surface, column, len(surfaces)) for column in values.T], axis=1)
