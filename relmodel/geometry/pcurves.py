@@ -60,6 +60,20 @@ class Pcurves:
             put(derivatives, at, by)
         return points.T, derivatives.T
 
+    def reach(self, row: Index, t0: Array, t1: Array) -> Array:
+        """How far at most (2, n), by u and v, smooth pieces t0 to t1 (n,) of curves `row` (n,) go from their middles.
+
+        Infinite where that is not known.
+        """
+        half = (t1 - t0) / 2
+        out = np.full((2, len(row)), np.inf)
+        for name, at in self._by_kind.of(row):
+            if name == "line":
+                put(out, at, np.abs(taken(self.axis, row[at])) * half[at])
+            elif name == "spline" and self._splines is not None:
+                put(out, at, self._splines.reach(self._spline[row[at]], ((t0 + t1) / 2)[at]))
+        return out
+
     def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
         """Where smooth pieces of the curves `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
 

@@ -17,6 +17,7 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 _BLOCK = 16384  # parameters at a time, so that what is worked on stays in the cache
+_CUBIC = 3
 _HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
 
 
@@ -125,6 +126,7 @@ class SplineCurves:
             ones = np.ones(len(self._poles))
             ones[np.repeat(self._rational, self._poles_of)] = weights.values
             self._poles = np.column_stack([self._poles * ones[:, None], ones])
+        self._poles = np.ascontiguousarray(self._poles.T)
         self._dimension = dimension
         self._bases = {
             i: bspline.Basis.of(int(self._degree[i]), True, self._knots[i], multiplicities[i])
@@ -188,9 +190,12 @@ class SplineCurves:
     def _recurrence(self, p: int, number: Index, flat: Index, t: Array) -> tuple[Array, Array]:
         """Homogeneous components (d, n) by Cox and de Boor; flat: the flat knots that start the spans."""
         values, derivatives = bspline.functions(self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]], t)
-        first = flat - self._flat.offsets[number] - p + np.arange(p + 1)[:, None]
-        local = self._poles[self._first_pole[number] + first % self._poles_of[number]]
-        point, by = (np.einsum("in,ind->dn", f, local) for f in (values, derivatives))
+        first, start, count = flat - self._flat.offsets[number] - p, self._first_pole[number], self._poles_of[number]
+        point, by = np.zeros((len(self._poles), len(t))), np.zeros((len(self._poles), len(t)))
+        for i in range(p + 1):
+            pole = np.take(self._poles, start + (first + i) % count, axis=1)
+            point += values[i] * pole
+            by += derivatives[i] * pole
         return point, by
 
     @cached_property
@@ -201,22 +206,35 @@ class SplineCurves:
     def _polynomials(self) -> dict[int, Array]:
         """Coefficients (p + 1, d, spans) of the polynomials of the spans in s, -1 to 1, by degree p; constants first.
 
-        From values at Chebyshev's nodes, less the one in the middle, so that no digits are lost to the coordinates.
+        From values at Chebyshev's nodes, less the first of them, so that no digits are lost to the coordinates.
         """
         spans, out = self._spans, {}
         for p in self._degrees:
             if p > _HORNER:
                 continue
             own = np.flatnonzero(self._degree[spans.owner] == p)
-            nodes = np.append(0.0, np.cos((np.arange(p + 1) + 0.5) * np.pi / (p + 1)))
+            nodes = np.cos((np.arange(p + 1) + 0.5) * np.pi / (p + 1))
             t = spans.middle[own] + nodes[:, None] / spans.scale[own]
             owner, flat = np.tile(spans.owner[own], len(nodes)), np.tile(spans.flat[own], len(nodes))
             values = self._recurrence(p, owner, flat, t.ravel())[0].reshape(-1, len(nodes), len(own))
-            middle = values[:, 0]
-            solved = np.linalg.inv(np.vander(nodes[1:], increasing=True))
-            coefficients = np.einsum("kj,djn->kdn", solved, values[:, 1:] - middle[:, None])
-            coefficients[0] += middle
+            solved = np.linalg.inv(np.vander(nodes, increasing=True))
+            coefficients = np.einsum("kj,djn->kdn", solved, values - values[:, :1])
+            coefficients[0] += values[:, 0]
             out[p] = coefficients
+        return out
+
+    def reach(self, number: Index, t: Array) -> Array:
+        """How far at most (d, n) points of the spans that hold t (n,) are from the middle of these, by coordinate.
+
+        Infinite for rational curves and such above the third degree.
+        """
+        out = np.full((self._dimension, len(t)), np.inf)
+        span = self._spans.find(number, t)[0]
+        known = (self._degree[number] <= _CUBIC) & ~self._rational[number]
+        for p in np.flatnonzero(np.bincount(self._degree[number[known]])).tolist():
+            at = np.flatnonzero(known & (self._degree[number] == p))
+            spread = np.abs(self._polynomials[p][1:, : self._dimension]).sum(axis=0)
+            out[:, at] = spread[:, self._spans.of_degree[span[at]]]
         return out
 
     def cuts(self, number: Index, t0: Array, t1: Array) -> tuple[Index, Array]:

@@ -45,6 +45,30 @@ class SplineSurfaces:
                     put(values, at, found)
         return out
 
+    def evaluate_cells(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """As `evaluate`, at all of u (c, n) with all of v (c, m) of cells within one span: components (3, c, n, m)."""
+        size = len(number), u.shape[1], v.shape[1]
+        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
+        group = self._group[number]
+        for g in np.flatnonzero(np.bincount(group)).tolist():
+            at = np.flatnonzero(group == g)
+            for values, found in zip(out, self._cells_of_group(g, number[at], u[at], v[at]), strict=True):
+                put(values, at, found)
+        return out
+
+    def _cells_of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        p, q, rational = self._groups[:, g].tolist()
+        ways = []
+        for way, degree, t in zip(self._ways, (p, q), (u, v), strict=True):
+            pole, *functions = way.functions(degree, np.repeat(number, t.shape[1]), t.ravel())
+            ways.append((pole.reshape(-1, *t.shape)[:, :, 0].T, *(x.reshape(-1, *t.shape) for x in functions)))
+        (row, nu, du), (column, nv, dv) = ways
+        first = self._first[number][:, None] + row * self._ways[1].poles[number][:, None]
+        local = self._net[: 4 if rational else 3][:, first[:, :, None] + column[:, None, :]]  # (d, c, p + 1, q + 1)
+        along, along_by = (local @ x.transpose(1, 0, 2) for x in (nv, dv))
+        nu, du = nu.transpose(1, 2, 0), du.transpose(1, 2, 0)
+        return _projected(nu @ along, du @ along, nu @ along_by)
+
     def _of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
         p, q, rational = self._groups[:, g].tolist()
         (row, nu, du), (column, nv, dv) = (
@@ -63,11 +87,7 @@ class SplineSurfaces:
             point += nu[i] * across
             by_u += du[i] * across
             by_v += nu[i] * across_by
-        if not rational:
-            return point, by_u, by_v
-        weight = point[3]
-        at = point[:3] / weight
-        return at, (by_u[:3] - at * by_u[3]) / weight, (by_v[:3] - at * by_v[3]) / weight
+        return _projected(point, by_u, by_v)
 
 
 class _Way:
@@ -88,6 +108,15 @@ class _Way:
         values, derivatives = bspline.functions(self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]], t)
         first = flat - self._flat.offsets[number] - p
         return (first + np.arange(p + 1)[:, None]) % self.poles[number], values, derivatives
+
+
+def _projected(point: Array, by_u: Array, by_v: Array) -> tuple[Array, Array, Array]:
+    """From components, homogeneous if there are four, to those of points and derivatives."""
+    if len(point) == 3:
+        return point, by_u, by_v
+    weight = point[3]
+    at = point[:3] / weight
+    return at, (by_u[:3] - at * by_u[3]) / weight, (by_v[:3] - at * by_v[3]) / weight
 
 
 def _homogeneous(poles: Array, weights: Array | None) -> Array:

@@ -94,11 +94,23 @@ class Surfaces:
                 put(values, at, found)
         return SurfacePoints(*(values.T for values in out))
 
-    def evaluate_grid(self, row: int, u: Array, v: Array) -> SurfacePoints:
-        """Points of one surface at all of u (n,) with all of v (m,), those of one u after each other (n m,)."""
-        if row in self.splines:
-            return SurfacePoints(*(x.reshape(-1, 3) for x in bspline.surface_grid(*self.splines[row], u, v)))
-        return self.evaluate(np.full(len(u) * len(v), row), np.repeat(u, len(v)), np.tile(v, len(u)))
+    def evaluate_cells(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Components (3, c, n, m) of points and partial derivatives at all of u (c, n) with all of v (c, m) of cells.
+
+        row: (c,) surface of each cell, which lies within a smooth part of it.
+        """
+        size = len(row), u.shape[1], v.shape[1]
+        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
+        for kind, at in self.by_kind.of(row):
+            one = row[at]
+            if kind == "spline" and self._splines is not None:
+                found = self._splines.evaluate_cells(self._spline[one], u[at], v[at])
+            else:
+                grid = np.broadcast_arrays(one[:, None, None], u[at][:, :, None], v[at][:, None, :])
+                found = self._of_kind(kind, *(x.ravel() for x in grid))
+            for values, new in zip(out, found, strict=True):
+                put(values, at, new.reshape(3, -1, *size[1:]))
+        return out
 
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
