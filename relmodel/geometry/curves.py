@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import cross, dot, put, taken
 from relmodel.geometry.spline_curves import SplineCurves
 
 Array = npt.NDArray[np.float64]
@@ -24,8 +25,8 @@ _GAUSS = 20
 
 
 def vectors(columns: Mapping[str, Any], name: str) -> Array:
-    """Columns name_x, name_y, name_z as (n, 3)."""
-    return np.stack([np.asarray(columns[f"{name}_{axis}"], float) for axis in XYZ], axis=1)
+    """Columns name_x, name_y, name_z as (n, 3), the transpose of components."""
+    return np.stack([np.asarray(columns[f"{name}_{axis}"], float) for axis in XYZ]).T
 
 
 def vector_columns(name: str, values: Array) -> dict[str, Array]:
@@ -55,12 +56,14 @@ class ByKind:
         number = {name: i for i, name in enumerate(self._names)}
         self._code = np.array([number[name] for name in kind.tolist()], np.int8)
 
-    def of(self, row: Index) -> list[tuple[str, Index]]:
-        """Each kind that occurs among rows (m,), in order of their names, and where."""
+    def of(self, row: Index) -> list[tuple[str, Index | slice]]:
+        """Each kind that occurs among rows (m,), in order of their names, and where (a slice: everywhere)."""
+        if len(self._names) == 1 and len(row):
+            return [(self._names[0], slice(None))]
         code = self._code[row]
         found = np.flatnonzero(np.bincount(code, minlength=len(self._names)))
         if len(found) == 1:
-            return [(self._names[found[0]], np.arange(len(row)))]
+            return [(self._names[found[0]], slice(None))]
         return [(self._names[i], np.flatnonzero(code == i)) for i in found.tolist()]
 
 
@@ -106,7 +109,7 @@ class Curves:
         self.origin = vectors(columns, "origin")
         self.x = vectors(columns, "axis_x")
         self.z = vectors(columns, "axis_z")
-        self.y = np.cross(self.z, self.x)
+        self.y = cross(self.z.T, self.x.T).T
         self.radius = np.asarray(columns["radius"], float)
         self.radius2 = np.asarray(columns["radius2"], float)
         self.t0 = np.asarray(columns["t0"], float)
@@ -130,26 +133,28 @@ class Curves:
     def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
         """Points (n, 3), mm, and derivatives by t (n, 3) of the arcs `row` (n,) at the parameters t (n,)."""
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
-        points = np.full((len(row), 3), np.nan)
-        derivatives = np.zeros((len(row), 3))
+        points, derivatives = np.full((3, len(row)), np.nan), np.zeros((3, len(row)))
         for name, at in self._by_kind.of(row):
-            one = row[at]
+            one, parameter = row[at], t[at]
+            if name == "degenerate":
+                put(points, at, taken(self.origin, one))
+                continue
             if name in CONICS:
-                a, b, a_by, b_by = CONICS[name](t[at], self.radius[one], self.radius2[one])
-                x, y = self.x[one], self.y[one]
-                points[at] = self.origin[one] + a[:, None] * x + b[:, None] * y
-                derivatives[at] = a_by[:, None] * x + b_by[:, None] * y
+                a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
+                x, y = taken(self.x, one), taken(self.y, one)
+                point, by = taken(self.origin, one) + a * x + b * y, a_by * x + b_by * y
             elif name == "line":
-                derivatives[at] = self.x[one]
-                points[at] = self.origin[one] + t[at, None] * derivatives[at]
-            elif name == "degenerate":
-                points[at] = self.origin[one]
+                by = taken(self.x, one)
+                point = taken(self.origin, one) + parameter * by
             elif name in ("spline", "polyline") and self._splines is not None:
-                points[at], derivatives[at] = self._splines.evaluate(self._spline[one], t[at])
-            elif name == "offset":
-                for number, where in groups(one):
-                    points[at[where]], derivatives[at[where]] = self._offset(number, t[at[where]])
-        return points, derivatives
+                point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
+            else:
+                point, by = np.full((3, len(one)), np.nan), np.zeros((3, len(one)))
+                for number, where in groups(one) if name == "offset" else ():
+                    point[:, where], by[:, where] = (x.T for x in self._offset(number, parameter[where]))
+            put(points, at, point)
+            put(derivatives, at, by)
+        return points.T, derivatives.T
 
     def _offset(self, row: int, t: Array) -> tuple[Array, Array]:
         """Points exact; derivatives by central differences (relative error about 1e-8)."""
@@ -163,9 +168,14 @@ class Curves:
         h = 1e-5 * (self.t1[row] - self.t0[row])
         return points(t), (points(t + h) - points(t - h)) / (2 * h)
 
-    def spans(self) -> tuple[Index, Array, Array]:
-        """Smooth pieces of all arcs in order of rows and parameter: row, start and end of each."""
-        return pieces(self.t0, self.t1, *self.inner_cuts(np.arange(len(self)), self.t0, self.t1))
+    def spans(self, row: Index) -> tuple[Index, Array, Array]:
+        """Smooth pieces of arcs `row` (n,) in their order and that of the parameter: row, start and end of each."""
+        t0, t1 = self.t0[row], self.t1[row]
+        which, start, end = pieces(t0, t1, *self.inner_cuts(row, t0, t1))
+        return row[which], start, end
+
+    def _of_kinds(self, *kinds: str) -> npt.NDArray[np.bool_]:
+        return np.asarray(np.logical_or.reduce([self.kind == kind for kind in kinds]), bool)
 
     def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
         """Where smooth pieces of arcs `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
@@ -174,7 +184,7 @@ class Curves:
         """
         which, cuts = [np.empty(0, np.int64)], [np.empty(0)]
         kind = self.kind[row]
-        conic = np.flatnonzero(np.isin(kind.astype(str), tuple(CONICS)))
+        conic = np.flatnonzero(np.logical_or.reduce([kind == name for name in CONICS]))
         if len(conic):
             count = np.ceil((t1[conic] - t0[conic]) / (np.pi / 4)).astype(np.int64)
             count = np.clip(count, np.where(kind[conic] == "circle", 1, 4), 64)
@@ -202,17 +212,17 @@ class Curves:
 
     def lengths(self) -> Array:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
-        nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
-        row, start, end = self.spans()
-        half, middle = (end - start) / 2, (end + start) / 2
-        t = middle[:, None] + half[:, None] * nodes
-        _, by = self.evaluate(np.repeat(row, _GAUSS), t.ravel())
-        speed = np.linalg.norm(by, axis=1).reshape(-1, _GAUSS)
-        lengths = np.zeros(len(self))
-        np.add.at(lengths, row, (speed @ weights) * half)
         extent = self.t1 - self.t0
-        lengths = np.where(self.kind == "line", extent, lengths)
-        return np.where(self.kind == "circle", self.radius * extent, lengths)
+        lengths = np.select([self.kind == "line", self.kind == "circle"], [extent, self.radius * extent], 0.0)
+        row, start, end = self.spans(np.flatnonzero(~self._of_kinds("line", "circle", "degenerate")))
+        if len(row):
+            nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
+            half, middle = (end - start) / 2, (end + start) / 2
+            t = middle[:, None] + half[:, None] * nodes
+            by = self.evaluate(np.repeat(row, _GAUSS), t.ravel())[1].T
+            speed = np.sqrt(dot(by, by)).reshape(-1, _GAUSS)
+            lengths += np.bincount(row, (speed @ weights) * half, len(self))
+        return np.asarray(lengths)
 
     def boxes(self) -> Array:
         """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1), mm.
@@ -245,9 +255,7 @@ class Curves:
 
     def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
         """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
-        row, start, end = self.spans()
-        free = ~np.isin(self.kind[row].astype(str), ("line", "circle", "ellipse", "degenerate"))
-        row, start, end = row[free], start[free], end[free]
+        row, start, end = self.spans(np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate")))
         if not len(row):
             return
         steps = np.linspace(0, 1, samples)

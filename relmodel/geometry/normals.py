@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import dot, put, taken
 from relmodel.geometry.surfaces import Surfaces
 
 Array = npt.NDArray[np.float64]
@@ -19,14 +20,16 @@ def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:
     NaN where a point does not tell: on the axis of a cone, on a torus that crosses itself, on other kinds.
     """
     hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
-    out = np.full((len(row), 3), np.nan)
+    out = np.full((3, len(row)), np.nan)
+    flat = (hand[:, None] * surfaces.z).T
     for kind, at in surfaces.by_kind.of(row):
         one = row[at]
         if kind == "plane":
-            out[at] = (hand[:, None] * surfaces.z)[one]
+            put(out, at, np.take(flat, one, axis=1))
         elif kind in _ROUND:
-            out[at] = hand[one, None] * _ROUND[kind](surfaces, one, points[at] - surfaces.origin[one])
-    return out
+            d = points.T[:, at] - taken(surfaces.origin, one)
+            put(out, at, hand[one] * _ROUND[kind](surfaces, one, d))
+    return out.T
 
 
 def _cylinder(surfaces: Surfaces, row: Index, d: Array) -> Array:
@@ -38,30 +41,30 @@ def _cone(surfaces: Surfaces, row: Index, d: Array) -> Array:
     angle = surfaces.semi_angle[row]
     # Beyond the apex the same generators go on at the other side.
     side = np.sign(surfaces.radius[row] + height * np.tan(angle))
-    normal = np.cos(angle)[:, None] * away - (side * np.sin(angle))[:, None] * surfaces.z[row]
-    normal[reach < _AXIS] = np.nan
+    normal = np.cos(angle) * away - (side * np.sin(angle)) * taken(surfaces.z, row)
+    normal[:, reach < _AXIS] = np.nan
     return np.asarray(normal)
 
 
 def _sphere(surfaces: Surfaces, row: Index, d: Array) -> Array:
-    return np.asarray(d / np.linalg.norm(d, axis=1, keepdims=True))
+    return np.asarray(d / np.sqrt(dot(d, d)))
 
 
 def _torus(surfaces: Surfaces, row: Index, d: Array) -> Array:
     away = _away(surfaces, row, d)[0]
-    arm = d - surfaces.radius[row, None] * away
-    normal = arm / np.linalg.norm(arm, axis=1, keepdims=True)
-    normal[surfaces.radius2[row] >= surfaces.radius[row] - _AXIS] = np.nan
+    arm = d - surfaces.radius[row] * away
+    normal = arm / np.sqrt(dot(arm, arm))
+    normal[:, surfaces.radius2[row] >= surfaces.radius[row] - _AXIS] = np.nan
     return np.asarray(normal)
 
 
 def _away(surfaces: Surfaces, row: Index, d: Array) -> tuple[Array, Array, Array]:
-    """Unit vectors away from the axis, distances from it and heights along it."""
-    z = surfaces.z[row]
-    height = np.einsum("nd,nd->n", d, z)
-    across = d - height[:, None] * z
-    reach = np.sqrt(np.einsum("nd,nd->n", across, across))
-    return across / np.where(reach > 0, reach, 1.0)[:, None], reach, height
+    """Unit vectors away from the axis, distances from it and heights along it; vectors are components (3, n)."""
+    z = taken(surfaces.z, row)
+    height = dot(d, z)
+    across = d - height * z
+    reach = np.sqrt(dot(across, across))
+    return across / np.where(reach > 0, reach, 1.0), reach, height
 
 
 _ROUND = {"cylinder": _cylinder, "cone": _cone, "sphere": _sphere, "torus": _torus}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import put, taken
 from relmodel.geometry.curves import CONICS, ByKind
 from relmodel.geometry.spline_curves import SplineCurves
 
@@ -25,11 +26,11 @@ class Pcurves:
         self.kind = np.asarray(columns["kind"], dtype=object)
         self._by_kind = ByKind(self.kind)
         self.origin, self.axis = (
-            np.stack([np.asarray(columns[f"{name}_{way}"], float) for way in ("u", "v")], axis=1)
+            np.stack([np.asarray(columns[f"{name}_{way}"], float) for way in ("u", "v")]).T
             for name in ("origin", "axis")
         )
         turn = np.where(np.asarray(columns["direct"], bool), 1.0, -1.0)
-        self.across = turn[:, None] * np.stack([-self.axis[:, 1], self.axis[:, 0]], axis=1)
+        self.across = (turn * np.stack([-self.axis[:, 1], self.axis[:, 0]])).T
         self.radius = np.asarray(columns["radius"], float)
         self.radius2 = np.asarray(columns["radius2"], float)
         drawn = np.flatnonzero(self.kind == "spline")
@@ -43,20 +44,35 @@ class Pcurves:
     def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
         """Points (n, 2: u v) and derivatives by t (n, 2) of the curves `row` (n,) at the parameters t (n,)."""
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
-        out, by = np.empty((len(row), 2)), np.empty((len(row), 2))
+        points, derivatives = np.empty((2, len(row))), np.empty((2, len(row)))
         for name, at in self._by_kind.of(row):
-            one = row[at]
+            one, parameter = row[at], t[at]
+            if name in CONICS:
+                a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
+                axis, across = taken(self.axis, one), taken(self.across, one)
+                point, by = taken(self.origin, one) + a * axis + b * across, a_by * axis + b_by * across
+            elif self._splines is not None and name == "spline":
+                point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
+            else:
+                by = taken(self.axis, one)
+                point = taken(self.origin, one) + parameter * by
+            put(points, at, point)
+            put(derivatives, at, by)
+        return points.T, derivatives.T
+
+    def reach(self, row: Index, t0: Array, t1: Array) -> Array:
+        """How far at most (2, n), by u and v, smooth pieces t0 to t1 (n,) of curves `row` (n,) go from their middles.
+
+        Infinite where that is not known.
+        """
+        half = (t1 - t0) / 2
+        out = np.full((2, len(row)), np.inf)
+        for name, at in self._by_kind.of(row):
             if name == "line":
-                by[at] = self.axis[one]
-                out[at] = self.origin[one] + t[at, None] * by[at]
-            elif name in CONICS:
-                a, b, a_by, b_by = CONICS[name](t[at], self.radius[one], self.radius2[one])
-                axis, across = self.axis[one], self.across[one]
-                out[at] = self.origin[one] + a[:, None] * axis + b[:, None] * across
-                by[at] = a_by[:, None] * axis + b_by[:, None] * across
-            elif self._splines is not None:
-                out[at], by[at] = self._splines.evaluate(self._spline[one], t[at])
-        return out, by
+                put(out, at, np.abs(taken(self.axis, row[at])) * half[at])
+            elif name == "spline" and self._splines is not None:
+                put(out, at, self._splines.reach(self._spline[row[at]], ((t0 + t1) / 2)[at]))
+        return out
 
     def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
         """Where smooth pieces of the curves `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.

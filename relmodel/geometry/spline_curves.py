@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
+from relmodel.geometry.components import put
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-_BLOCK = 32768  # parameters at a time, so that what is worked on stays in the cache
+_BLOCK = 16384  # parameters at a time, so that what is worked on stays in the cache
+_CUBIC = 3
+_HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,61 @@ class Runs:
         )
 
 
+@dataclass(frozen=True)
+class Spans:
+    """Spans of a length of all curves, in order of curves and parameter.
+
+    owner: curve of each (n,); flat: its first flat knot, among those of all curves; middle, scale: its parameter is
+    middle + s / scale, s from -1 to 1; of_degree: its number among those of its degree.
+    keys: twice the curve's number and the share of its domain before the span, by which spans are found.
+    """
+
+    owner: Index
+    flat: Index
+    middle: Array
+    scale: Array
+    of_degree: Index
+    keys: Array
+    low: Array
+    width: Array
+    periodic: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, flat: Runs, degree: Index, low: Array, high: Array, periodic: npt.NDArray[np.bool_]) -> Spans:
+        owner = np.repeat(np.arange(len(degree)), np.diff(flat.offsets))
+        place = np.arange(len(owner))
+        following = np.append(flat.values[1:], 0.0)
+        domain = (place >= (flat.offsets[:-1] + degree)[owner]) & (place < (flat.offsets[1:] - degree - 1)[owner])
+        first = np.flatnonzero(domain & (following > flat.values))
+        owner, start = owner[first], flat.values[first]
+        width = high - low
+        of_degree = np.empty(len(first), np.int64)
+        for p in np.unique(degree).tolist():
+            own = np.flatnonzero(degree[owner] == p)
+            of_degree[own] = np.arange(len(own))
+        return cls(
+            owner=owner,
+            flat=first,
+            middle=(start + following[first]) / 2,
+            scale=2 / (following[first] - start),
+            of_degree=of_degree,
+            keys=2 * owner + (start - low[owner]) / width[owner],
+            low=low,
+            width=width,
+            periodic=periodic,
+        )
+
+    def find(self, number: Index, t: Array) -> tuple[Index, Array]:
+        """Spans (n,) of the curves `number` (n,) that parameters t (n,) fall in, and these, wrapped where periodic."""
+        low, width = self.low[number], self.width[number]
+        share = (t - low) / width
+        if self.periodic.any():
+            beyond = self.periodic[number] & ((share < 0) | (share > 1))
+            t = np.where(beyond, low + np.mod(t - low, width), t)
+            share = (t - low) / width
+        return np.searchsorted(self.keys, 2 * number + np.clip(share, 0.0, 1.0), side="right") - 1, t
+
+
 class SplineCurves:
     """Curves told by their number, from columns of the tables `arc_spline` or `pcurve`.
 
@@ -67,6 +126,7 @@ class SplineCurves:
             ones = np.ones(len(self._poles))
             ones[np.repeat(self._rational, self._poles_of)] = weights.values
             self._poles = np.column_stack([self._poles * ones[:, None], ones])
+        self._poles = np.ascontiguousarray(self._poles.T)
         self._dimension = dimension
         self._bases = {
             i: bspline.Basis.of(int(self._degree[i]), True, self._knots[i], multiplicities[i])
@@ -85,35 +145,97 @@ class SplineCurves:
         self._low = flat[self._flat.offsets[:-1] + self._degree]
         self._high = flat[self._flat.offsets[1:] - self._degree - 1]
         self._periodic = periodic
+        self._degrees = np.flatnonzero(np.bincount(self._degree)).tolist()
 
     def evaluate(self, number: Index, t: Array) -> tuple[Array, Array]:
         """Points (n, d) and derivatives by t (n, d) of the curves `number` (n,) at t (n,).
 
         Parameters beyond the ends wrap where the curve is periodic, else the end span goes on.
         """
-        points, by = np.empty((len(t), self._dimension)), np.empty((len(t), self._dimension))
-        degree = self._degree[number]
-        for p in np.flatnonzero(np.bincount(degree)).tolist():
-            of_degree = np.flatnonzero(degree == p)
-            for i in range(0, len(of_degree), _BLOCK):
-                at = of_degree[i : i + _BLOCK]
-                points[at], by[at] = self._of_degree(p, number[at], t[at])
-        return points, by
+        points, by = np.empty((self._dimension, len(t))), np.empty((self._dimension, len(t)))
+        for i in range(0, len(t), _BLOCK):
+            block = slice(i, i + _BLOCK)
+            span, inside = self._spans.find(number[block], t[block])
+            degree = self._degree[number[block]]
+            for p in np.flatnonzero(np.bincount(degree)).tolist():
+                whole = len(self._degrees) == 1
+                at: Index | slice = slice(None) if whole else np.flatnonzero(degree == p)
+                point, derivative = self._of_degree(p, span[at], inside[at])
+                put(points[:, block], at, point)
+                put(by[:, block], at, derivative)
+        return points.T, by.T
 
-    def _of_degree(self, p: int, number: Index, t: Array) -> tuple[Array, Array]:
-        low, high = self._low[number], self._high[number]
-        t = np.where(self._periodic[number] & ((t < low) | (t > high)), low + np.mod(t - low, high - low), t)
-        # At the end of the domain the last span that has a length.
-        inside = np.where(t < high, np.maximum(t, low), np.nextafter(high, low))
-        span = rank(self._flat, number, inside) - 1
-        start = self._flat.offsets[number]
-        values, derivatives = bspline.functions(self._flat.values[start + span - p + 1 + np.arange(2 * p)[:, None]], t)
-        pole = self._first_pole[number] + (span - p + np.arange(p + 1)[:, None]) % self._poles_of[number]
-        local = self._poles[pole]
-        point, by = (np.einsum("in,ind->nd", f, local) for f in (values, derivatives))
-        if point.shape[1] == self._dimension:
+    def _of_degree(self, p: int, span: Index, t: Array) -> tuple[Array, Array]:
+        """Components (d, n) of points and derivatives in spans of curves of one degree."""
+        spans = self._spans
+        if p > _HORNER:
+            point, by = self._recurrence(p, spans.owner[span], spans.flat[span], t)
+        else:
+            coefficients = self._polynomials[p]
+            scale = np.take(spans.scale, span)
+            s = (t - np.take(spans.middle, span)) * scale
+            own = np.take(spans.of_degree, span)
+            point = np.take(coefficients[p], own, axis=1)
+            by = np.zeros_like(point)
+            for k in range(p - 1, -1, -1):
+                by = by * s + point
+                point = point * s + np.take(coefficients[k], own, axis=1)
+            by *= scale
+        if len(point) == self._dimension:
             return point, by
-        return bspline.projected(point, by)
+        weight = point[-1]
+        at = point[:-1] / weight
+        return at, (by[:-1] - at * by[-1]) / weight
+
+    def _recurrence(self, p: int, number: Index, flat: Index, t: Array) -> tuple[Array, Array]:
+        """Homogeneous components (d, n) by Cox and de Boor; flat: the flat knots that start the spans."""
+        values, derivatives = bspline.functions(self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]], t)
+        first, start, count = flat - self._flat.offsets[number] - p, self._first_pole[number], self._poles_of[number]
+        point, by = np.zeros((len(self._poles), len(t))), np.zeros((len(self._poles), len(t)))
+        for i in range(p + 1):
+            pole = np.take(self._poles, start + (first + i) % count, axis=1)
+            point += values[i] * pole
+            by += derivatives[i] * pole
+        return point, by
+
+    @cached_property
+    def _spans(self) -> Spans:
+        return Spans.of(self._flat, self._degree, self._low, self._high, self._periodic)
+
+    @cached_property
+    def _polynomials(self) -> dict[int, Array]:
+        """Coefficients (p + 1, d, spans) of the polynomials of the spans in s, -1 to 1, by degree p; constants first.
+
+        From values at Chebyshev's nodes, less the first of them, so that no digits are lost to the coordinates.
+        """
+        spans, out = self._spans, {}
+        for p in self._degrees:
+            if p > _HORNER:
+                continue
+            own = np.flatnonzero(self._degree[spans.owner] == p)
+            nodes = np.cos((np.arange(p + 1) + 0.5) * np.pi / (p + 1))
+            t = spans.middle[own] + nodes[:, None] / spans.scale[own]
+            owner, flat = np.tile(spans.owner[own], len(nodes)), np.tile(spans.flat[own], len(nodes))
+            values = self._recurrence(p, owner, flat, t.ravel())[0].reshape(-1, len(nodes), len(own))
+            solved = np.linalg.inv(np.vander(nodes, increasing=True))
+            coefficients = np.einsum("kj,djn->kdn", solved, values - values[:, :1])
+            coefficients[0] += values[:, 0]
+            out[p] = coefficients
+        return out
+
+    def reach(self, number: Index, t: Array) -> Array:
+        """How far at most (d, n) points of the spans that hold t (n,) are from the middle of these, by coordinate.
+
+        Infinite for rational curves and such above the third degree.
+        """
+        out = np.full((self._dimension, len(t)), np.inf)
+        span = self._spans.find(number, t)[0]
+        known = (self._degree[number] <= _CUBIC) & ~self._rational[number]
+        for p in np.flatnonzero(np.bincount(self._degree[number[known]])).tolist():
+            at = np.flatnonzero(known & (self._degree[number] == p))
+            spread = np.abs(self._polynomials[p][1:, : self._dimension]).sum(axis=0)
+            out[:, at] = spread[:, self._spans.of_degree[span[at]]]
+        return out
 
     def cuts(self, number: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
         """Knots of the curves (n,), repeated where periodic: which of the intervals t0 to t1 (n,), and the parameter.

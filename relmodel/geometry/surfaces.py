@@ -6,7 +6,7 @@ about the axis, and offset B(u, v) + d n(u, v); agrees with the CAD kernel to 1e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
-from relmodel.geometry.curves import ByKind, Curves, groups, vectors
+from relmodel.geometry.components import cross, dot, put, taken, unit
+from relmodel.geometry.curves import ByKind, Curves, vectors
+from relmodel.geometry.spline_surfaces import Spline, SplineSurfaces
 
 Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
 
 ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _EMPTY: dict[str, Any] = {}
@@ -57,27 +60,25 @@ class Surfaces:
         self.x = vectors(columns, "axis_x")
         self.z = vectors(columns, "axis_z")
         direct = np.asarray(columns["direct"], bool)
-        self.y = np.where(direct[:, None], 1.0, -1.0) * np.cross(self.z, self.x)
         self.hand = np.where(direct, 1.0, -1.0)
+        self.y = (self.hand * cross(self.z.T, self.x.T)).T
         self.radius = np.asarray(columns["radius"], float)
         self.radius2 = np.asarray(columns["radius2"], float)
         self.semi_angle = np.asarray(columns["semi_angle"], float)
         self.domain = np.stack([np.asarray(columns[name], float) for name in ("u0", "u1", "v0", "v1")], axis=1)
         self.reversed = np.asarray(columns["reversed"], bool)
-        self.splines: dict[int, tuple[bspline.Basis, bspline.Basis, Array, Array | None]] = {}
-        for i, number in enumerate(splines.get(key, ())):
-            row = int(number) if rows is None else rows[int(number)]
+        self.splines: dict[int, Spline] = {}
+        for i, row in enumerate(_rows(splines.get(key, ()), rows)):
             self.splines[row] = _spline(splines, i)
-        self.swept: dict[int, tuple[int, int, Array, float]] = {}
-        axes = vectors(swept, "axis") if swept else np.empty((0, 3))
-        for i, number in enumerate(swept.get(key, ())):
-            row = int(number) if rows is None else rows[int(number)]
-            self.swept[row] = (
-                int(swept["basis_arc"][i]),
-                int(swept["basis_surface"][i]),
-                axes[i],
-                float(swept["distance"][i]),
-            )
+        self._spline = np.full(len(self.kind), -1)  # number of each row's spline
+        self._spline[list(self.splines)] = np.arange(len(self.splines))
+        self._splines = SplineSurfaces(list(self.splines.values())) if self.splines else None
+        self._basis_arc, self._basis_surface = np.full(len(self.kind), -1), np.full(len(self.kind), -1)
+        self._axis, self._distance = np.zeros((3, len(self.kind))).T, np.zeros(len(self.kind))
+        own = _rows(swept.get(key, ()), rows)
+        if own:
+            self._basis_arc[own], self._basis_surface[own] = swept["basis_arc"], swept["basis_surface"]
+            self._axis[own], self._distance[own] = vectors(swept, "axis"), swept["distance"]
         self.basis_curves = basis_curves
         self.basis_surfaces = basis_surfaces or self
 
@@ -87,29 +88,37 @@ class Surfaces:
     def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        out = SurfacePoints(*(np.full((len(row), 3), np.nan) for _ in range(3)))
+        out = np.full((3, len(row)), np.nan), np.full((3, len(row)), np.nan), np.full((3, len(row)), np.nan)
         for name, at in self.by_kind.of(row):
-            if name in ANALYTIC_KINDS:
-                _fill(out, at, self._analytic(name, row[at], u[at], v[at]))
-            else:
-                for one, where in groups(row[at]):
-                    here = at[where]
-                    _fill(out, here, self._one(one, u[here], v[here]))
-        return out
+            for values, found in zip(out, self._of_kind(name, row[at], u[at], v[at]), strict=True):
+                put(values, at, found)
+        return SurfacePoints(*(values.T for values in out))
 
-    def evaluate_grid(self, row: int, u: Array, v: Array) -> SurfacePoints:
-        """Points of one surface at all of u (n,) with all of v (m,), those of one u after each other (n m,)."""
-        if row in self.splines:
-            return SurfacePoints(*(x.reshape(-1, 3) for x in bspline.surface_grid(*self.splines[row], u, v)))
-        return self.evaluate(np.full(len(u) * len(v), row), np.repeat(u, len(v)), np.tile(v, len(u)))
+    def evaluate_cells(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Components (3, c, n, m) of points and partial derivatives at all of u (c, n) with all of v (c, m) of cells.
+
+        row: (c,) surface of each cell, which lies within a smooth part of it.
+        """
+        size = len(row), u.shape[1], v.shape[1]
+        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
+        for kind, at in self.by_kind.of(row):
+            one = row[at]
+            if kind == "spline" and self._splines is not None:
+                found = self._splines.evaluate_cells(self._spline[one], u[at], v[at])
+            else:
+                grid = np.broadcast_arrays(one[:, None, None], u[at][:, :, None], v[at][:, None, :])
+                found = self._of_kind(kind, *(x.ravel() for x in grid))
+            for values, new in zip(out, found, strict=True):
+                put(values, at, new.reshape(3, -1, *size[1:]))
+        return out
 
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        normal = self._directed(row, u, v)[1]
-        return np.where(self.reversed[row][:, None], -normal, normal)
+        normal = self._directed(row, u, v)[1].T
+        return np.where(self.reversed[row], -normal, normal).T
 
-    def _directed(self, row: npt.NDArray[np.int64], u: Array, v: Array) -> tuple[SurfacePoints, Array]:
+    def _directed(self, row: Index, u: Array, v: Array) -> tuple[SurfacePoints, Array]:
         """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""
         points = self.evaluate(row, u, v)
         normal, good = _unit_normals(points)
@@ -118,9 +127,7 @@ class Surfaces:
             domain = self.domain[row[at]]
             way_u, way_v = (domain[:, :2].mean(1) - u[at]) * 1e-4, (domain[:, 2:].mean(1) - v[at]) * 1e-4
             near = [_unit_normals(self.evaluate(row[at], u[at] + k * way_u, v[at] + k * way_v))[0] for k in (1, 2, 3)]
-            limit = 3 * (near[0] - near[1]) + near[2]
-            length = np.linalg.norm(limit, axis=1, keepdims=True)
-            normal[at] = limit / np.where(length > 0, length, 1.0)
+            normal[at] = unit((3 * (near[0] - near[1]) + near[2]).T).T
         return points, normal
 
     def parameters(self, row: npt.ArrayLike, points: Array) -> tuple[Array, Array]:
@@ -134,8 +141,8 @@ class Surfaces:
             if kind not in ANALYTIC_KINDS:
                 continue
             one = row[at]
-            d = points[at] - self.origin[one]
-            x, y, z = (np.einsum("nd,nd->n", d, axis[one]) for axis in (self.x, self.y, self.z))
+            d = points.T[:, at] - taken(self.origin, one)
+            x, y, z = (dot(d, taken(axis, one)) for axis in (self.x, self.y, self.z))
             if kind == "plane":
                 u[at], v[at] = x, y
             elif kind == "cone":
@@ -158,74 +165,76 @@ class Surfaces:
         if row in self.splines:
             u_basis, v_basis, _, _ = self.splines[row]
             return u_basis.cuts(u0, u1), v_basis.cuts(v0, v1)
-        if row in self.swept:
-            basis_arc, basis_surface, _, _ = self.swept[row]
-            if kind == "offset":
-                return self.basis_surfaces.cuts(basis_surface, u0, u1, v0, v1)
+        if kind == "offset":
+            return self.basis_surfaces.cuts(int(self._basis_surface[row]), u0, u1, v0, v1)
+        if kind in ("extrusion", "revolution"):
             assert self.basis_curves is not None
+            basis = int(self._basis_arc[row])
             if kind == "extrusion":
-                return self.basis_curves.cuts(basis_arc, u0, u1), np.array([v0, v1])
-            return turn[0], self.basis_curves.cuts(basis_arc, v0, v1)
+                return self.basis_curves.cuts(basis, u0, u1), np.array([v0, v1])
+            return turn[0], self.basis_curves.cuts(basis, v0, v1)
         return (
             np.array([u0, u1]) if kind == "plane" else turn[0],
             turn[1] if kind in ("sphere", "torus") else np.array([v0, v1]),
         )
 
-    def _analytic(self, kind: str, row: npt.NDArray[np.int64], u: Array, v: Array) -> SurfacePoints:
-        o, x, y, z = self.origin[row], self.x[row], self.y[row], self.z[row]
+    def _of_kind(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Components (3, n) of points and partial derivatives of surfaces of one kind."""
+        if kind in ANALYTIC_KINDS:
+            return self._analytic(kind, row, u, v)
+        if kind == "spline" and self._splines is not None:
+            return self._splines.evaluate(self._spline[row], u, v)
+        if kind == "offset":
+            return self._offset(row, u, v)
+        assert self.basis_curves is not None
+        axis, basis = taken(self._axis, row), self._basis_arc[row]
+        if kind == "extrusion":
+            point, by = (x.T for x in self.basis_curves.evaluate(basis, u))
+            return point + v * axis, by, axis
+        point, by = (x.T for x in self.basis_curves.evaluate(basis, v))
+        origin = taken(self.origin, row)
+        arm = _turned(point - origin, axis, u)
+        return origin + arm, cross(axis, arm), _turned(by, axis, u)
+
+    def _analytic(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        o, x, y = (taken(axis, row) for axis in (self.origin, self.x, self.y))
         if kind == "plane":
-            return SurfacePoints(o + u[:, None] * x + v[:, None] * y, x, y)
-        c, s = np.cos(u)[:, None], np.sin(u)[:, None]
+            return o + u * x + v * y, x, y
+        z = taken(self.z, row)
+        c, s = np.cos(u), np.sin(u)
         e, turned = c * x + s * y, c * y - s * x
         r = self.radius[row]
         if kind == "cylinder":
-            across, height, across_by, height_by = r, v, np.zeros_like(v), np.ones_like(v)
-        elif kind == "cone":
+            return o + r * e + v * z, r * turned, z
+        if kind == "cone":
             sin_a, cos_a = np.sin(self.semi_angle[row]), np.cos(self.semi_angle[row])
             across, height, across_by, height_by = r + v * sin_a, v * cos_a, sin_a, cos_a
         else:
             tube = self.radius2[row] if kind == "torus" else r
-            across = tube * np.cos(v) + (r if kind == "torus" else 0.0)
-            height, across_by, height_by = tube * np.sin(v), -tube * np.sin(v), tube * np.cos(v)
-        return SurfacePoints(
-            o + across[:, None] * e + height[:, None] * z,
-            across[:, None] * turned,
-            across_by[:, None] * e + height_by[:, None] * z,
-        )
+            height_by, height = tube * np.cos(v), tube * np.sin(v)
+            across, across_by = height_by + (r if kind == "torus" else 0.0), -height
+        return o + across * e + height * z, across * turned, across_by * e + height_by * z
 
-    def _one(self, row: int, u: Array, v: Array) -> SurfacePoints:
-        if row in self.splines:
-            u_basis, v_basis, poles, weights = self.splines[row]
-            return SurfacePoints(*bspline.surface(u_basis, v_basis, poles, weights, u, v))
-        basis_arc, basis_surface, axis, distance = self.swept[row]
-        kind = self.kind[row]
-        if kind == "extrusion":
-            assert self.basis_curves is not None
-            point, by = self.basis_curves.evaluate(np.full(len(u), basis_arc), u)
-            return SurfacePoints(point + v[:, None] * axis, by, np.tile(axis, (len(u), 1)))
-        if kind == "revolution":
-            assert self.basis_curves is not None
-            point, by = self.basis_curves.evaluate(np.full(len(u), basis_arc), v)
-            arm = _turned(point - self.origin[row], axis, u)
-            return SurfacePoints(self.origin[row] + arm, np.cross(axis, arm), _turned(by, axis, u))
-        return self._offset(basis_surface, distance, u, v)
-
-    def _offset(self, basis: int, distance: float, u: Array, v: Array) -> SurfacePoints:
+    def _offset(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
         """Points exact; partial derivatives by central differences (relative error about 1e-8)."""
-        inner = self.basis_surfaces
+        inner, basis, distance = self.basis_surfaces, self._basis_surface[row], self._distance[row]
 
         def points(u: Array, v: Array) -> Array:
-            at, normal = inner._directed(np.full(len(u), basis), u, v)
-            return at.points + distance * normal
+            at, normal = inner._directed(basis, u, v)
+            return np.asarray(at.points.T + distance * normal.T)
 
         domain = inner.domain[basis]
-        h, k = 1e-5 * (domain[1] - domain[0]), 1e-5 * (domain[3] - domain[2])
+        h, k = 1e-5 * (domain[:, 1] - domain[:, 0]), 1e-5 * (domain[:, 3] - domain[:, 2])
         by_u = (points(u + h, v) - points(u - h, v)) / (2 * h)
         by_v = (points(u, v + k) - points(u, v - k)) / (2 * k)
-        return SurfacePoints(points(u, v), by_u, by_v)
+        return points(u, v), by_u, by_v
 
 
-def _spline(splines: Mapping[str, Any], i: int) -> tuple[bspline.Basis, bspline.Basis, Array, Array | None]:
+def _rows(keys: Iterable[Any], rows: Mapping[int, int] | None) -> list[int]:
+    return [int(one) if rows is None else rows[int(one)] for one in keys]
+
+
+def _spline(splines: Mapping[str, Any], i: int) -> Spline:
     u_basis, v_basis = (
         bspline.Basis.of(
             int(splines[f"{way}_degree"][i]),
@@ -245,21 +254,18 @@ def _spline(splines: Mapping[str, Any], i: int) -> tuple[bspline.Basis, bspline.
     )
 
 
-def _fill(out: SurfacePoints, at: npt.NDArray[np.intp], values: SurfacePoints) -> None:
-    out.points[at], out.by_u[at], out.by_v[at] = values.points, values.by_u, values.by_v
-
-
 def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Unit normals dS/du x dS/dv, and where they are sound."""
-    normal = np.cross(at.by_u, at.by_v)
-    length = np.linalg.norm(normal, axis=1)
-    u_speed, v_speed = np.linalg.norm(at.by_u, axis=1), np.linalg.norm(at.by_v, axis=1)
+    by_u, by_v = at.by_u.T, at.by_v.T
+    normal = cross(by_u, by_v)
+    length = np.sqrt(dot(normal, normal))
+    u_speed, v_speed = np.sqrt(dot(by_u, by_u)), np.sqrt(dot(by_v, by_v))
     good = (length > 1e-9 * u_speed * v_speed) & (u_speed > 1e-9) & (v_speed > 1e-9)
-    return normal / np.where(length > 0, length, 1.0)[:, None], good
+    return (normal / np.where(length > 0, length, 1.0)).T, good
 
 
 def _turned(vectors_: Array, axis: Array, angle: Array) -> Array:
-    """Vectors (n, 3) turned about the unit axis (3,) by the angles (n,)."""
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    along = (vectors_ @ axis)[:, None] * axis
-    return c * (vectors_ - along) + s * np.cross(axis, vectors_) + along
+    """Vectors turned about unit axes, all components (3, n), by the angles (n,)."""
+    c, s = np.cos(angle), np.sin(angle)
+    along = dot(vectors_, axis) * axis
+    return c * (vectors_ - along) + s * cross(axis, vectors_) + along

@@ -101,7 +101,7 @@ def boundary_integrals(curves: Curves, surface: Ints, arc: Ints, count: int) -> 
     `surface` and `arc` (n,) list the coedges; `arc` counts the rows of `curves`.
     """
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
-    row, start, end = curves.spans()
+    row, start, end = curves.spans(np.arange(len(curves)))
     half, middle = (end - start) / 2, (end + start) / 2
     points, by = curves.evaluate(np.repeat(row, _GAUSS), (middle[:, None] + half[:, None] * nodes).ravel())
     element = (np.linalg.norm(by, axis=1).reshape(-1, _GAUSS) * weights * half[:, None]).ravel()

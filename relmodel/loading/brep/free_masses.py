@@ -1,24 +1,31 @@
-"""Integrals over u of the densities of area, moments and flux of one free-form surface, by polynomials in cells.
+"""Integrals over u of the densities of area, moments and flux of free-form surfaces, by polynomials in cells.
 
-On each cell of the domain, within which the surface is smooth, the densities become Legendre series in u and v, whose
+On each cell of a surface's domain, within which it is smooth, the densities become Legendre series in u and v, whose
 integrals over u are series again.  Cells are halved where the series' last terms do not vanish.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
+from relmodel.geometry.components import cross, dot
 from relmodel.geometry.curves import groups
 from relmodel.geometry.surfaces import Surfaces
 
 Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
 
 _TERMS = 12  # of a series in each direction
 _TAIL = 3  # terms that are to vanish
 _TOLERANCE = 1e-9  # of a term that vanishes in a cell, to the first of all cells together
-_MOST_CELLS = 512
+_MOST_CELLS = 512  # of a surface
+_DENSITIES = 5
+_BLOCK = 64  # cells at a time, so that what is worked on stays in the cache
 
 _NODES, _WEIGHTS = legendre.leggauss(_TERMS)
 # Coefficients of a series from its values at the nodes.
@@ -27,58 +34,112 @@ _ANALYSIS = legendre.legvander(_NODES, _TERMS - 1).T * _WEIGHTS * (np.arange(_TE
 _INTEGRAL = legendre.legint(np.eye(_TERMS), lbnd=-1, axis=0)
 
 
-class Antiderivative:
-    """Integrals from the least u of a surface's domain to u, at v, of the densities of `masses.face_integrals`."""
+@dataclass(frozen=True)
+class _Grid:
+    """Cells of the domain of one surface, between cuts along u and along v; those of one interval of u follow."""
 
-    def __init__(self, surfaces: Surfaces, row: int, about: Array) -> None:
-        self._surfaces, self._row, self._about = surfaces, row, about
-        self._u, self._v = surfaces.cuts(row, *surfaces.domain[row])
-        series = self._series()
-        while (len(self._u) - 1) * (len(self._v) - 1) < _MOST_CELLS:
-            size = np.abs(series) * (np.diff(self._u)[:, None] * np.diff(self._v))[:, :, None, None, None]
-            least = _TOLERANCE * size[:, :, 0, 0].sum(axis=(0, 1))
-            along_u = np.any(size[:, :, -_TAIL:] > least, axis=(1, 2, 3, 4))
-            along_v = np.any(size[:, :, :, -_TAIL:] > least, axis=(0, 2, 3, 4))
-            if not (along_u.any() or along_v.any()):
-                break
-            self._u, self._v = _halved(self._u, along_u), _halved(self._v, along_v)
-            series = self._series()
-        self._integral = np.einsum(
-            "ki,abijc->abkjc", _INTEGRAL, series * (np.diff(self._u) / 2)[:, None, None, None, None]
-        )
-        whole = self._integral.sum(axis=2)  # at the right side, where every Legendre polynomial is 1
-        self._before = np.cumsum(whole, axis=0) - whole
+    row: int
+    u: Array
+    v: Array
 
-    def __call__(self, u: Array, v: Array) -> Array:
+    def __len__(self) -> int:
+        return (len(self.u) - 1) * (len(self.v) - 1)
+
+    def halved(self, unresolved: Bools) -> _Grid:
+        """Halved in the intervals of u and of v that have a cell not resolved in this direction (2, cells)."""
+        flags = unresolved.reshape(2, len(self.u) - 1, -1)
+        return _Grid(self.row, _halved(self.u, flags[0].any(axis=1)), _halved(self.v, flags[1].any(axis=0)))
+
+
+class Antiderivatives:
+    """Integrals from the least u of a surface's domain to u, at v, of the densities of `masses.face_integrals`.
+
+    rows: the surfaces that are asked for.
+    """
+
+    def __init__(self, surfaces: Surfaces, rows: Index, about: Array) -> None:
+        self._grids: list[_Grid] = []
+        integrals, befores = [], []
+        pending = [_Grid(row, *surfaces.cuts(row, *surfaces.domain[row])) for row in rows.tolist()]
+        while pending:
+            grids, pending = pending, []
+            series = _series(surfaces, grids, about)
+            unresolved = _unresolved(grids, series)
+            integral = _INTEGRAL @ series
+            whole = integral.sum(axis=2)  # at the right side, where every Legendre polynomial is 1
+            ends = np.cumsum([len(grid) for grid in grids]).tolist()
+            for grid, first, last in zip(grids, [0, *ends[:-1]], ends, strict=True):
+                flags = unresolved[:, first:last]
+                if flags.any() and len(grid) < _MOST_CELLS:
+                    pending.append(grid.halved(flags))
+                    continue
+                self._grids.append(grid)
+                along = whole[:, first:last].reshape(_DENSITIES, len(grid.u) - 1, -1, _TERMS)
+                before = (np.cumsum(along, axis=1) - along).reshape(_DENSITIES, -1, _TERMS)
+                integrals.append(integral[:, first:last].transpose(1, 2, 0, 3))
+                befores.append(before.transpose(1, 0, 2))
+        self._integral = np.concatenate(integrals).reshape(-1, _TERMS + 1, _DENSITIES * _TERMS)
+        self._before = np.concatenate(befores).reshape(-1, _DENSITIES * _TERMS)
+        count = np.array([len(grid) for grid in self._grids])
+        self._first = dict(zip((grid.row for grid in self._grids), (np.cumsum(count) - count).tolist(), strict=True))
+
+    def __call__(self, surface: Index, u: Array, v: Array) -> Array:
         """Integrals (n, 5): of the element of area, of it times x y z, and of normal times the vector from `about`."""
-        i, a = _local(self._u, u)
-        j, b = _local(self._v, v)
-        p, q = legendre.legvander(a, _TERMS), legendre.legvander(b, _TERMS - 1)
-        out = np.empty((len(u), 5))
-        for cell, at in groups(i * (len(self._v) - 1) + j):
-            integral, before = (x[divmod(cell, len(self._v) - 1)] for x in (self._integral, self._before))
-            along_u = (p[at] @ integral.reshape(_TERMS + 1, -1)).reshape(-1, _TERMS, 5) + before
-            out[at] = np.einsum("nj,njc->nc", q[at], along_u)
+        cell, local = np.empty(len(u), np.int64), np.empty((2, len(u)))
+        grids = {grid.row: grid for grid in self._grids}
+        for row, at in groups(surface):
+            grid = grids[row]
+            (i, local[0, at]), (j, local[1, at]) = _local(grid.u, u[at]), _local(grid.v, v[at])
+            cell[at] = self._first[row] + i * (len(grid.v) - 1) + j
+        p, q = legendre.legvander(local[0], _TERMS), legendre.legvander(local[1], _TERMS - 1)
+        out = np.empty((len(u), _DENSITIES))
+        for one, at in groups(cell):
+            along_u = (p[at] @ self._integral[one] + self._before[one]).reshape(-1, _DENSITIES, _TERMS)
+            out[at] = (along_u @ q[at][:, :, None])[:, :, 0]
         return out
 
-    def _series(self) -> Array:
-        """Coefficients (cells in u, cells in v, terms in u, terms in v, 5)."""
-        u, v = (((c[1:] + c[:-1]) / 2)[:, None] + (np.diff(c) / 2)[:, None] * _NODES for c in (self._u, self._v))
-        at = self._surfaces.evaluate_grid(self._row, u.ravel(), v.ravel())
-        normal = np.cross(at.by_u, at.by_v)
-        element = np.linalg.norm(normal, axis=1)[:, None]
-        flux = np.einsum("nd,nd->n", normal, at.points - self._about)[:, None]
-        values = np.concatenate([element, element * at.points, flux], axis=1)
-        values = values.reshape(len(u), _TERMS, len(v), _TERMS, 5)
-        in_u = np.einsum("ik,akblc->abilc", _ANALYSIS, values)
-        return np.asarray(np.einsum("jl,abilc->abijc", _ANALYSIS, in_u))
+
+def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> Array:
+    """Coefficients (5, cells, terms in u, terms in v) of the densities times half the width of the cell in u."""
+    row = np.repeat([grid.row for grid in grids], [len(grid) for grid in grids])
+    u0, u1, v0, v1 = (
+        np.concatenate(parts)
+        for parts in (
+            [np.repeat(grid.u[:-1], len(grid.v) - 1) for grid in grids],
+            [np.repeat(grid.u[1:], len(grid.v) - 1) for grid in grids],
+            [np.tile(grid.v[:-1], len(grid.u) - 1) for grid in grids],
+            [np.tile(grid.v[1:], len(grid.u) - 1) for grid in grids],
+        )
+    )
+    u, v = (((b + a) / 2)[:, None] + ((b - a) / 2)[:, None] * _NODES for a, b in ((u0, u1), (v0, v1)))
+    out = np.empty((_DENSITIES, len(row), _TERMS, _TERMS))
+    for i in range(0, len(row), _BLOCK):
+        block = slice(i, i + _BLOCK)
+        points, by_u, by_v = surfaces.evaluate_cells(row[block], u[block], v[block])
+        normal = cross(by_u, by_v)
+        element = np.sqrt(dot(normal, normal))
+        flux = dot(normal, points - about[:, None, None, None])
+        values = np.stack([element, *(element * points), flux]) * ((u1 - u0)[block] / 2)[:, None, None]
+        out[:, block] = _ANALYSIS @ values @ _ANALYSIS.T
+    return out
 
 
-def _halved(cuts: Array, which: npt.NDArray[np.bool_]) -> Array:
+def _unresolved(grids: list[_Grid], series: Array) -> Bools:
+    """Whether the last terms in u and in v do not vanish (2, cells), held against all cells of the surface."""
+    count = [len(grid) for grid in grids]
+    height = np.concatenate([np.tile(np.diff(grid.v), len(grid.u) - 1) for grid in grids])
+    size = np.abs(series) * height[:, None, None]
+    first = np.cumsum([0, *count[:-1]])
+    least = _TOLERANCE * np.repeat(np.add.reduceat(size[:, :, 0, 0], first, axis=1), count, axis=1)
+    tails = size[:, :, -_TAIL:].max(axis=(2, 3)), size[:, :, :, -_TAIL:].max(axis=(2, 3))
+    return np.stack([np.any(tail > least, axis=0) for tail in tails])
+
+
+def _halved(cuts: Array, which: Bools) -> Array:
     return np.sort(np.concatenate([cuts, ((cuts[1:] + cuts[:-1]) / 2)[which]]))
 
 
-def _local(cuts: Array, t: Array) -> tuple[npt.NDArray[np.int64], Array]:
+def _local(cuts: Array, t: Array) -> tuple[Index, Array]:
     """Cell of each parameter and its place within, -1 to 1; beyond the ends the outmost cells go on."""
     cell = np.clip(np.searchsorted(cuts, t, side="right") - 1, 0, len(cuts) - 2)
     return cell, (2 * t - cuts[cell] - cuts[cell + 1]) / (cuts[cell + 1] - cuts[cell])

@@ -11,17 +11,20 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.curves import Curves, groups
+from relmodel.geometry.components import dot, put, taken
+from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.brep.free_masses import Antiderivative
+from relmodel.loading.brep.free_masses import Antiderivatives
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Table
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-_GAUSS = 16
-_GAUSS_POLYNOMIAL = 4  # exact to the seventh degree
+_POLYNOMIAL_NODES = 4  # exact to the seventh degree
+_MOST_NODES = 16
+# Fewer do, to the last digits, for pieces that go as far as this at most (`Trims.pace`).
+_NODES = ((6, 0.15), (8, 0.4))
 _GAP = 0.01  # between the ends of a loop that closes, of the domain's extent
 
 
@@ -35,37 +38,51 @@ def face_integrals(
     """
     trims = Trims(surfaces, curves, coedges, pcurves)
     coedge, start, end = trims.pieces(np.flatnonzero(~trims.level()))
-    few = trims.polynomial()[coedge]
-    out = np.zeros((len(surfaces), 5))
-    for at, nodes in ((np.flatnonzero(few), _GAUSS_POLYNOMIAL), (np.flatnonzero(~few), _GAUSS)):
-        out += _sums(trims, coedge[at], start[at], end[at], nodes, np.asarray(about, float))
+    pace = trims.pace(coedge, start, end)
+    polynomial = trims.polynomial()[coedge]
+    nodes = np.select([polynomial, *(pace <= most for _, most in _NODES)], [_POLYNOMIAL_NODES, *(n for n, _ in _NODES)])
+    nodes[nodes == 0] = _MOST_NODES
+    coedge, t, weight = _quadrature(coedge, start, end, nodes)
+    uv, by = trims.evaluate(coedge, t)
+    weight *= trims.sign[coedge] * by[:, 1]
+    surface = trims.surface[coedge]
+    values = weight * _densities(surfaces, surface, uv[:, 0], uv[:, 1], np.asarray(about, float))
+    out = np.stack([np.bincount(surface, row, len(surfaces)).astype(float) for row in values], axis=1)
     out[:, 4] *= np.where(surfaces.reversed, -1.0, 1.0)
     out[~_closed(trims, np.asarray(coedges["loop_no"], np.int64))] = np.nan
     return out
 
 
-def _sums(trims: Trims, coedge: Index, start: Array, end: Array, nodes: int, about: Array) -> Array:
-    """What pieces of coedges add to the integrals over their faces (n, 5), by as many nodes for each piece."""
-    surfaces = trims.surfaces
-    places, weights = np.polynomial.legendre.leggauss(nodes)
-    half, middle = (end - start) / 2, (end + start) / 2
-    coedge = np.repeat(coedge, nodes)
-    uv, by = trims.evaluate(coedge, (middle[:, None] + half[:, None] * places).ravel())
-    weight = trims.sign[coedge] * (half[:, None] * weights).ravel() * by[:, 1]
-    surface = trims.surface[coedge]
-    u, v = uv.T
-    values = np.zeros((len(surface), 5))
+def _quadrature(which: Index, start: Array, end: Array, nodes: Index) -> tuple[Index, Array, Array]:
+    """Gauss-Legendre nodes of intervals by how many each gets: whose each is, the parameter and the weight."""
+    found: list[tuple[Index, Array, Array]] = []
+    for count in np.unique(nodes).tolist():
+        places, weights = np.polynomial.legendre.leggauss(count)
+        at = np.flatnonzero(nodes == count)
+        half, middle = (end - start)[at, None] / 2, (end + start)[at, None] / 2
+        found.append((np.repeat(which[at], count), (middle + half * places).ravel(), (half * weights).ravel()))
+    if not found:
+        return which, start, end
+    which, t, weight = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return which, t, weight
+
+
+def _densities(surfaces: Surfaces, surface: Index, u: Array, v: Array, about: Array) -> Array:
+    """Integrals (5, n) of the densities over u, up to u at v."""
+    values = np.zeros((5, len(surface)))
+    free = []
     for kind, at in surfaces.by_kind.of(surface):
         if kind == "plane":
-            values[at] = _plane(surfaces, surface[at], u[at], v[at], about)
+            put(values, at, _plane(surfaces, surface[at], u[at], v[at], about))
         elif kind in ANALYTIC_KINDS:
-            values[at] = _round(surfaces, kind, surface[at], u[at], v[at], about)
+            put(values, at, _round(surfaces, kind, surface[at], u[at], v[at], about))
         else:
-            for one, where in groups(surface[at]):
-                here = at[where]
-                values[here] = Antiderivative(surfaces, one, about)(u[here], v[here])
-    values *= weight[:, None]
-    return np.stack([np.bincount(surface, column, len(surfaces)) for column in values.T], axis=1)
+            free.append(np.arange(len(surface))[at])
+    if free:
+        at = np.concatenate(free)
+        found = Antiderivatives(surfaces, np.unique(surface[at]), about)(surface[at], u[at], v[at])
+        put(values, at, found.T)
+    return values
 
 
 def _closed(trims: Trims, loop: Index) -> npt.NDArray[np.bool_]:
@@ -85,15 +102,15 @@ def _closed(trims: Trims, loop: Index) -> npt.NDArray[np.bool_]:
 
 
 def _plane(surfaces: Surfaces, row: Index, u: Array, v: Array, about: Array) -> Array:
-    o, x, y = surfaces.origin[row], surfaces.x[row], surfaces.y[row]
-    moment = u[:, None] * (o + u[:, None] / 2 * x + v[:, None] * y)
-    flux = u * np.einsum("nd,nd->n", o - about, np.cross(x, y))
-    return np.column_stack([u, moment, flux])
+    o, x, y = (taken(axis, row) for axis in (surfaces.origin, surfaces.x, surfaces.y))
+    moment = u * (o + u / 2 * x + v * y)
+    flux = (surfaces.hand * dot((surfaces.origin - about).T, surfaces.z.T))[row]
+    return np.stack([u, *moment, u * flux])
 
 
 def _round(surfaces: Surfaces, kind: str, row: Index, u: Array, v: Array, about: Array) -> Array:
     """Integrals from 0 to u of surfaces of one kind, O + across(v) e(u) + height(v) Z."""
-    o, x, y, z = (a[row] for a in (surfaces.origin, surfaces.x, surfaces.y, surfaces.z))
+    o, x, y, z = (taken(a, row) for a in (surfaces.origin, surfaces.x, surfaces.y, surfaces.z))
     big = surfaces.radius[row]
     if kind in ("cylinder", "cone"):
         a = surfaces.semi_angle[row] if kind == "cone" else np.zeros(len(row))
@@ -104,11 +121,11 @@ def _round(surfaces: Surfaces, kind: str, row: Index, u: Array, v: Array, about:
         height_by, height = tube * np.cos(v), tube * np.sin(v)
         across, across_by = height_by + (big if kind == "torus" else 0.0), -height
     element = np.abs(across) * np.hypot(across_by, height_by)
-    swept = np.sin(u)[:, None] * x - np.cos(u)[:, None] * y  # the integral of e(u)
-    moment = element[:, None] * (u[:, None] * (o + height[:, None] * z) + across[:, None] * swept)
+    swept = np.sin(u) * x - np.cos(u) * y  # the integral of e(u)
+    moment = element * (u * (o + height * z) + across * swept)
     hand = surfaces.hand[row]
     normal_e, normal_z = hand * across * height_by, -hand * across * across_by
-    arm = o - about
-    along_z = np.einsum("nd,nd->n", arm, z) + height
-    flux = normal_e * (np.einsum("nd,nd->n", arm, swept) + across * u) + normal_z * along_z * u
-    return np.column_stack([element * u, moment, flux])
+    arm = o - about[:, None]
+    along_z = dot(arm, z) + height
+    flux = normal_e * (dot(arm, swept) + across * u) + normal_z * along_z * u
+    return np.stack([element * u, *moment, flux])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import cross, dot, put, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.normals import normals_at
 from relmodel.geometry.pcurves import Pcurves
@@ -20,6 +21,7 @@ _CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave
 _CUSP_MM = 0.05  # how far along such faces one looks which is the outer one
 SAMPLE_SPACING_MM = 1.0
 MOST_SAMPLES = 2000
+_STEP_SLACK = 1e-6  # of a step, so that round-off of a length of whole millimetres makes no sample
 _FINE_AT_ONCE = 200_000  # points of polylines
 
 
@@ -114,25 +116,37 @@ class ArcNormals:
         others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
         self.b[arc[others]] = others
         self._pcurve = pcurve_of(coedges, pcurves)
+        self._flat = surfaces.kind == "plane"
+        self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
 
-    def at(self, coedge: Index, arc: Index, t: Array) -> Array:
-        """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1."""
-        # An end may be the apex of a cone or a pole, where the normal is not one: step in by a ten-millionth.
-        t0, t1 = self.curves.t0[arc], self.curves.t1[arc]
-        t = np.clip(t, t0 + 1e-7 * (t1 - t0), t1 - 1e-7 * (t1 - t0))
+    def at(self, coedge: Index, arc: Index, t: Array, points: Array | None = None) -> Array:
+        """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1.
+
+        points: of the arcs at `self.inner(arc, t)`, where they are known.
+        """
+        t = self.inner(arc, t)
         surface = self.surface[coedge]
-        analytic, flat = (np.isin(self.surfaces.kind, kinds)[surface] for kinds in (ANALYTIC_KINDS, "plane"))
-        points = np.zeros((len(t), 3))
-        points[~flat] = self.curves.evaluate(arc[~flat], t[~flat])[0]  # a plane has one normal everywhere
+        if points is None:
+            points = np.zeros((3, len(t))).T
+            curved = np.flatnonzero(~self._flat[surface])  # a plane has one normal everywhere
+            points[curved] = self.curves.evaluate(arc[curved], t[curved])[0]
         normals = normals_at(self.surfaces, surface, points)
-        u, v = self.surfaces.domain[surface][:, :2].mean(1), self.surfaces.domain[surface][:, 2:].mean(1)
-        hidden = np.flatnonzero(analytic & np.isnan(normals[:, 0]))
-        u[hidden], v[hidden] = self.surfaces.parameters(surface[hidden], points[hidden])
-        drawn = np.flatnonzero(~analytic & (self._pcurve[coedge] >= 0))
-        u[drawn], v[drawn] = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[drawn])[0].T
         rest = np.flatnonzero(np.isnan(normals[:, 0]))
-        normals[rest] = self.surfaces.normals(surface[rest], u[rest], v[rest])
+        if len(rest):
+            surface, coedge = surface[rest], coedge[rest]
+            u, v = self.surfaces.domain[surface][:, :2].mean(1), self.surfaces.domain[surface][:, 2:].mean(1)
+            hidden = np.flatnonzero(self._analytic[surface])
+            u[hidden], v[hidden] = self.surfaces.parameters(surface[hidden], points[rest[hidden]])
+            drawn = np.flatnonzero(~self._analytic[surface] & (self._pcurve[coedge] >= 0))
+            u[drawn], v[drawn] = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[rest[drawn]])[0].T
+            normals[rest] = self.surfaces.normals(surface, u, v)
         return normals
+
+    def inner(self, arc: Index, t: Array) -> Array:
+        """Parameters where a normal is one: an end may be the apex of a cone or a pole, so step in a ten-millionth."""
+        t0, t1 = self.curves.t0, self.curves.t1
+        step = 1e-7 * (t1 - t0)
+        return np.clip(t, np.take(t0 + step, arc), np.take(t1 - step, arc))
 
 
 def adjacency(normals: ArcNormals) -> Table:
@@ -141,12 +155,10 @@ def adjacency(normals: ArcNormals) -> Table:
     both = np.flatnonzero((a >= 0) & (b >= 0) & (curves.kind != "degenerate"))
     t = (curves.t0[both] + curves.t1[both]) / 2
     normal_a, normal_b = normals.at(a[both], both, t), normals.at(b[both], both, t)
-    tangent = _unit(curves.evaluate(both, t)[1])
+    tangent = unit(curves.evaluate(both, t)[1].T).T
     tangent = np.where(normals.reversed[a[both]][:, None], -tangent, tangent)
     angle = np.full(len(curves), np.nan)
-    angle[both] = np.arctan2(
-        np.einsum("nd,nd->n", np.cross(normal_a, normal_b), tangent), np.einsum("nd,nd->n", normal_a, normal_b)
-    )
+    angle[both] = np.arctan2(dot(cross(normal_a.T, normal_b.T), tangent.T), dot(normal_a.T, normal_b.T))
     cusps = np.flatnonzero(np.abs(angle[both]) > np.pi - _CUSP)
     if len(cusps):
         hollow = _hollow(normals, both[cusps], t[cusps], normal_a[cusps], tangent[cusps])
@@ -186,28 +198,36 @@ def _hollow(normals: ArcNormals, arc: Index, t: Array, normal_a: Array, tangent:
 def samples(normals: ArcNormals, length: Array) -> ArcSamples:
     """Points along each arc, ends included, evenly spaced: about 1 mm, at least 2 and at most 2000 an arc."""
     curves = normals.curves
-    count = np.clip(np.ceil(length / SAMPLE_SPACING_MM).astype(np.int64) + 1, 2, MOST_SAMPLES)
+    steps = np.ceil(length / SAMPLE_SPACING_MM - _STEP_SLACK).astype(np.int64)
+    count = np.clip(steps + 1, 2, MOST_SAMPLES)
     offsets = np.concatenate([[0], np.cumsum(count)])
     arc, share = _shares(count)
-    t = curves.t0[arc] + share * (curves.t1[arc] - curves.t0[arc])
-    uneven = ~np.isin(curves.kind.astype(str), ("line", "circle", "degenerate"))
-    t[uneven[arc]] = _evenly(curves, np.flatnonzero(uneven), count[uneven])
+    t = np.take(curves.t0, arc) + share * np.take(curves.t1 - curves.t0, arc)
+    uneven = np.logical_and.reduce([curves.kind != kind for kind in ("line", "circle", "degenerate")])
+    if uneven.any():
+        t[uneven[arc]] = _evenly(curves, np.flatnonzero(uneven), count[uneven])
     t[offsets[1:] - 1] = curves.t1
     points, by = curves.evaluate(arc, t)
-    normal_a, normal_b = np.zeros((len(arc), 3), np.float32), np.zeros((len(arc), 3), np.float32)
-    have = np.flatnonzero(normals.a[arc] >= 0)
-    normal_a[have] = normals.at(normals.a[arc[have]], arc[have], t[have])
-    normal_b[have] = normal_a[have]
-    have = np.flatnonzero(normals.b[arc] >= 0)
-    normal_b[have] = normals.at(normals.b[arc[have]], arc[have], t[have])
+    ends = np.concatenate([offsets[:-1], offsets[1:] - 1])
+    inner = points.copy(order="K")
+    inner[ends] = curves.evaluate(arc[ends], normals.inner(arc[ends], t[ends]))[0]
+    sides: list[npt.NDArray[np.float32]] = []
+    for coedge in (normals.a, normals.b):
+        bounded = np.flatnonzero((coedge >= 0)[arc])
+        side = np.zeros((3, len(arc)), np.float32) if not sides else sides[0].copy()
+        if len(bounded) == len(arc):
+            side[:] = normals.at(coedge[arc], arc, t, inner).T
+        else:
+            put(side, bounded, normals.at(coedge[arc[bounded]], arc[bounded], t[bounded], inner[bounded]).T)
+        sides.append(side)
     triple = 3 * offsets
     return ArcSamples(
         arc_no=np.arange(len(curves)),
         parameters=Ragged(t, offsets),
         points=Ragged(points.ravel(), triple),
-        tangents=Ragged(_unit(by).astype(np.float32).ravel(), triple),
-        normals_a=Ragged(normal_a.ravel(), triple),
-        normals_b=Ragged(normal_b.ravel(), triple),
+        tangents=Ragged(unit(by.T).T.astype(np.float32, order="C").ravel(), triple),
+        normals_a=Ragged(sides[0].T.ravel(), triple),
+        normals_b=Ragged(sides[1].T.ravel(), triple),
     )
 
 
@@ -236,8 +256,3 @@ def _shares(count: Index) -> tuple[Index, Array]:
     """Numbers 0 to 1 in `count` (n,) steps less one, after each other, and whose each is."""
     row = np.repeat(np.arange(len(count)), count)
     return row, (np.arange(len(row)) - (np.cumsum(count) - count)[row]) / (count[row] - 1)
-
-
-def _unit(vectors: Array) -> Array:
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return vectors / np.where(length > 0, length, 1.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 
@@ -30,6 +32,7 @@ class Trims:
         self.surface = np.asarray(coedges["surface_no"], np.int64)
         self.arc = np.asarray(coedges["arc_no"], np.int64)
         backward = np.asarray(coedges["reversed"], bool)
+        self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
         self.sign = np.where(backward != surfaces.reversed[self.surface], -1.0, 1.0)
         drawn = pcurve_of(coedges, pcurves)
         self.pcurve = np.where(surfaces.kind[self.surface] == "plane", -1, drawn)
@@ -74,6 +77,43 @@ class Trims:
         ruled = (kind == "cylinder") | (kind == "cone")
         return np.asarray(((kind == "plane") & (self.curves.kind[self.arc] == "line")) | (ruled & upright))
 
+    def pace(self, coedge: Index, start: Array, end: Array) -> Array:
+        """How far each piece of a coedge (n,) goes from its middle: rad, or halves of a smooth part of its surface.
+
+        Infinite where that is not known, or where what lies between may turn as it likes.
+        """
+        out = np.full(len(coedge), np.inf)
+        kind, row = self.surfaces.kind[self.surface[coedge]], self.pcurve[coedge]
+        arc = self.curves.kind[self.arc[coedge]]
+        round_ = np.flatnonzero((kind == "plane") & ((arc == "circle") | (arc == "ellipse")))
+        out[round_] = (end - start)[round_] / 2
+        drawn = np.flatnonzero(row >= 0)
+        reach = self.pcurves.reach(row[drawn], start[drawn], end[drawn])
+        ruled = (kind[drawn] == "cylinder") | (kind[drawn] == "cone")  # of a low degree in v
+        reach[1, ruled & np.isfinite(reach[1])] = 0.0
+        free = np.flatnonzero(~self._analytic[self.surface[coedge[drawn]]])
+        if len(free):
+            at = drawn[free]
+            middle = self.pcurves.evaluate(row[at], (start + end)[at] / 2)[0].T
+            of = np.searchsorted(self._free, self.surface[coedge[at]])
+            for way, lines in enumerate(self._lines):
+                cell = rank(lines, of, middle[way])
+                cell = lines.offsets[of] + np.clip(cell, 1, np.diff(lines.offsets)[of] - 1)
+                reach[way, free] *= 2 / (lines.values[cell] - lines.values[cell - 1])
+        out[drawn] = reach.max(axis=0)
+        return out
+
+    @cached_property
+    def _free(self) -> Index:
+        """Rows of the surfaces that are not analytic."""
+        return np.flatnonzero(~self._analytic)
+
+    @cached_property
+    def _lines(self) -> tuple[Runs, Runs]:
+        """Where smooth parts of these begin and end, along u and along v."""
+        cuts = [self.surfaces.cuts(one, *self.surfaces.domain[one]) for one in self._free.tolist()]
+        return Runs.of([u for u, _ in cuts]), Runs.of([v for _, v in cuts])
+
     def pieces(self, coedges: Index) -> tuple[Index, Array, Array]:
         """Smooth pieces of some coedges, in order: the coedge, start and end of the parameter.
 
@@ -85,7 +125,7 @@ class Trims:
         drawn = np.flatnonzero(row >= 0)
         of, own = self.pcurves.inner_cuts(row[drawn], t0[drawn], t1[drawn])
         found = pieces(t0, t1, np.append(which, drawn[of]), np.append(cuts, own))
-        free = (row >= 0) & ~np.isin(self.surfaces.kind[self.surface[coedges]].astype(str), ANALYTIC_KINDS)
+        free = (row >= 0) & ~self._analytic[self.surface[coedges]]
         if free.any():
             at = np.flatnonzero(free[found[0]])
             of, cuts = self._crossings(coedges[found[0][at]], found[1][at], found[2][at])
@@ -102,14 +142,12 @@ class Trims:
         steps = np.linspace(0.0, 1.0, _SAMPLES + 1)
         t = start[:, None] + (end - start)[:, None] * steps
         uv = self.pcurves.evaluate(np.repeat(row, len(steps)), t.ravel())[0].reshape(*t.shape, 2)
-        free = np.flatnonzero(np.bincount(self.surface[coedge]))
-        of = np.searchsorted(free, self.surface[coedge])
-        within = [self.surfaces.cuts(one, *self.surfaces.domain[one]) for one in free.tolist()]
+        of = np.searchsorted(self._free, self.surface[coedge])
         found, parameters = [np.empty(0, np.int64)], [np.empty(0)]
         for way in range(2):
-            lines = Runs.of([cuts[way][1:-1] for cuts in within])
-            value = uv[..., way]
+            lines, value = self._lines[way], uv[..., way]
             cell = rank(lines, np.repeat(of, len(steps)), value.ravel()).reshape(t.shape)
+            cell = np.clip(cell, 1, np.diff(lines.offsets)[of][:, None] - 1)  # the ends are no lines to cross
             low, high = np.minimum(cell[:, :-1], cell[:, 1:]), np.maximum(cell[:, :-1], cell[:, 1:])
             piece, step = np.nonzero(low < high)
             crossed = (high - low)[piece, step]

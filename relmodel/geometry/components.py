@@ -1,0 +1,41 @@
+"""Many vectors at once, held as rows of their components (d, n), so that NumPy's inner loops run along the vectors.
+
+As vectors (n, d) such an array is its transpose, which costs nothing; arithmetic on it keeps the order.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+
+
+def taken(vectors: Array, row: Index) -> Array:
+    """Vectors `row` (n,) of some (m, d) that are the transpose of components, as components (d, n)."""
+    return np.take(vectors.T, row, axis=1)
+
+
+def put(out: npt.NDArray[np.floating[Any]], at: Index | slice, values: Array) -> None:
+    """Set components (d, n) at some places."""
+    for row, value in zip(out, values, strict=True):
+        row[at] = value
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar products (n,) of components (3, n)."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Vector products (3, n) of components (3, n)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def unit(a: Array) -> Array:
+    """Components (3, n) over their lengths; a vector of no length stays."""
+    length = np.sqrt(dot(a, a))
+    return np.asarray(a / np.where(length > 0, length, 1.0))

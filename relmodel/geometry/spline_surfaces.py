@@ -1,0 +1,125 @@
+"""Spline surfaces evaluated many at once, by their degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry import bspline
+from relmodel.geometry.components import put
+from relmodel.geometry.spline_curves import Runs, Spans
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+Spline = tuple[bspline.Basis, bspline.Basis, Array, Array | None]  # along u and v, poles (nu, nv, 3), weights (nu, nv)
+
+_BLOCK = 8192  # parameters at a time, so that what is worked on stays in the cache
+
+
+class SplineSurfaces:
+    """Surfaces told by their number."""
+
+    def __init__(self, splines: Sequence[Spline]) -> None:
+        self._ways = [_Way([one[0] for one in splines]), _Way([one[1] for one in splines])]
+        self._rational = np.array([weights is not None for *_, weights in splines], bool)
+        nets = [_homogeneous(poles, weights).reshape(-1, 4) for *_, poles, weights in splines]
+        self._first = np.concatenate([[0], np.cumsum([len(net) for net in nets])[:-1]]).astype(np.int64)
+        self._net = np.ascontiguousarray(np.concatenate(nets).T)
+        kinds = np.stack([self._ways[0].degree, self._ways[1].degree, self._rational])
+        self._groups, self._group = np.unique(kinds, axis=1, return_inverse=True)
+
+    def evaluate(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Components (3, n) of points and partial derivatives by u and v of the surfaces `number` (n,) at u, v (n,).
+
+        Parameters beyond the ends wrap where the surface is periodic, else the end span goes on.
+        """
+        out = np.empty((3, len(u))), np.empty((3, len(u))), np.empty((3, len(u)))
+        group = self._group[number]
+        for g in np.flatnonzero(np.bincount(group)).tolist():
+            of_group = np.flatnonzero(group == g)
+            for i in range(0, len(of_group), _BLOCK):
+                at = of_group[i : i + _BLOCK]
+                for values, found in zip(out, self._of_group(g, number[at], u[at], v[at]), strict=True):
+                    put(values, at, found)
+        return out
+
+    def evaluate_cells(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """As `evaluate`, at all of u (c, n) with all of v (c, m) of cells within one span: components (3, c, n, m)."""
+        size = len(number), u.shape[1], v.shape[1]
+        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
+        group = self._group[number]
+        for g in np.flatnonzero(np.bincount(group)).tolist():
+            at = np.flatnonzero(group == g)
+            for values, found in zip(out, self._cells_of_group(g, number[at], u[at], v[at]), strict=True):
+                put(values, at, found)
+        return out
+
+    def _cells_of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        p, q, rational = self._groups[:, g].tolist()
+        ways = []
+        for way, degree, t in zip(self._ways, (p, q), (u, v), strict=True):
+            pole, *functions = way.functions(degree, np.repeat(number, t.shape[1]), t.ravel())
+            ways.append((pole.reshape(-1, *t.shape)[:, :, 0].T, *(x.reshape(-1, *t.shape) for x in functions)))
+        (row, nu, du), (column, nv, dv) = ways
+        first = self._first[number][:, None] + row * self._ways[1].poles[number][:, None]
+        local = self._net[: 4 if rational else 3][:, first[:, :, None] + column[:, None, :]]  # (d, c, p + 1, q + 1)
+        along, along_by = (local @ x.transpose(1, 0, 2) for x in (nv, dv))
+        nu, du = nu.transpose(1, 2, 0), du.transpose(1, 2, 0)
+        return _projected(nu @ along, du @ along, nu @ along_by)
+
+    def _of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        p, q, rational = self._groups[:, g].tolist()
+        (row, nu, du), (column, nv, dv) = (
+            way.functions(degree, number, t) for way, degree, t in zip(self._ways, (p, q), (u, v), strict=True)
+        )
+        size = 4 if rational else 3
+        point, by_u, by_v = (np.zeros((size, len(u))) for _ in range(3))
+        net = self._net[:size]
+        for i in range(p + 1):
+            first = self._first[number] + row[i] * self._ways[1].poles[number]
+            across, across_by = np.zeros_like(point), np.zeros_like(point)
+            for j in range(q + 1):
+                pole = np.take(net, first + column[j], axis=1)
+                across += nv[j] * pole
+                across_by += dv[j] * pole
+            point += nu[i] * across
+            by_u += du[i] * across
+            by_v += nu[i] * across_by
+        return _projected(point, by_u, by_v)
+
+
+class _Way:
+    """One parameter of the surfaces.  degree, poles: along it, (n,)."""
+
+    def __init__(self, bases: list[bspline.Basis]) -> None:
+        self.degree = np.array([basis.degree for basis in bases], np.int64)
+        self._flat = Runs.of([basis.flat for basis in bases])
+        ends = [(basis.flat[basis.degree], basis.flat[-basis.degree - 1]) for basis in bases]
+        low, high = np.array(ends).reshape(-1, 2).T
+        self._spans = Spans.of(self._flat, self.degree, low, high, np.array([b.periodic for b in bases], bool))
+        self.poles = np.array([int(basis.pole.max()) + 1 for basis in bases], np.int64)
+
+    def functions(self, p: int, number: Index, t: Array) -> tuple[Index, Array, Array]:
+        """Poles (p + 1, n) that bear on parameters (n,), and the values and derivatives of their functions."""
+        span, t = self._spans.find(number, t)
+        flat = self._spans.flat[span]
+        values, derivatives = bspline.functions(self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]], t)
+        first = flat - self._flat.offsets[number] - p
+        return (first + np.arange(p + 1)[:, None]) % self.poles[number], values, derivatives
+
+
+def _projected(point: Array, by_u: Array, by_v: Array) -> tuple[Array, Array, Array]:
+    """From components, homogeneous if there are four, to those of points and derivatives."""
+    if len(point) == 3:
+        return point, by_u, by_v
+    weight = point[3]
+    at = point[:3] / weight
+    return at, (by_u[:3] - at * by_u[3]) / weight, (by_v[:3] - at * by_v[3]) / weight
+
+
+def _homogeneous(poles: Array, weights: Array | None) -> Array:
+    if weights is None:
+        return np.concatenate([poles, np.ones((*poles.shape[:2], 1))], axis=2)
+    return np.concatenate([poles * weights[..., None], weights[..., None]], axis=2)
