@@ -16,7 +16,9 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 _SHARE_OF_GAP = 0.5  # how near the vertices of a piece are to the surface of another, in the gap of its facets
-_RULED = (1, 2)
+_STRICT_SHARE = 0.1  # the same, to one of another kind,
+_MOST_GAP = 2.0  # and how far, at most, the piece's own facets then stand off
+RULED = (1, 2)
 _ALIKE = 0.1  # radii that differ by less, in the lesser, are about one
 
 
@@ -24,8 +26,8 @@ def united(
     vertices: Floats, triangles: Ints, patches: Patches, owner: Ints, kind: Ints, row: Floats,
     gap: Floats, near: float,
 ) -> Ints:  # fmt: skip
-    """Owner of each patch (-1 none) where surfaces that run smoothly into a larger one of their kind, and all of whose
-    vertices that one holds, are of that.
+    """Owner of each patch (-1 none) where surfaces that run smoothly into a larger one, and all of whose vertices that
+    one holds, are of that: if it is of another kind, only if their facets stand off it about as its own do.
 
     `gap` is how far the facets of each stand off, `near` (mm) how far vertices may lie from a surface at most.
     """
@@ -35,23 +37,23 @@ def united(
         met = (patches.angle < FREE_RAD) & (owner[a] >= 0) & (owner[b] >= 0) & (owner[a] != owner[b])
         pair = np.unique(owner[a[met]] * np.int64(len(kind)) + owner[b[met]])
         small, large = np.divmod(pair, len(kind))
-        alike = (kind[small] == kind[large]) | (np.isin(kind[small], _RULED) & np.isin(kind[large], _RULED))
-        rows = np.flatnonzero(alike & ((size[small] < size[large]) | (size[small] == size[large]) & (small > large)))
-        small, large = small[rows], large[rows]
-        if not len(rows):
+        less = (size[small] < size[large]) | (size[small] == size[large]) & (small > large)
+        small, large = small[less], large[less]
+        if not len(small):
             return owner
-        # The vertices of each surface, one after the other, for every pair that it is the small one of.
+        akin = (kind[small] == kind[large]) | (np.isin(kind[small], RULED) & np.isin(kind[large], RULED))
         of = owner[patches.of_triangle]
         own = np.unique(np.repeat(of[of >= 0], 3) * np.int64(len(vertices)) + triangles[of >= 0].ravel())
         surface, vertex = np.divmod(own, len(vertices))
-        begin = np.searchsorted(surface, np.arange(len(kind) + 1))
-        count = np.diff(begin)[small]
-        which = np.repeat(np.arange(len(small)), count)
-        place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + begin[small][which]
-        away = distances_normals(kind[large][which], row[large][which], vertices[vertex[place]])[0]
+        which, away = _away(small, surface, vertices[vertex], kind[large], row[large])
         farthest = np.zeros(len(small))
-        np.maximum.at(farthest, which, np.abs(away))
-        good = farthest <= np.minimum(_SHARE_OF_GAP * gap[large], near)
+        np.maximum.at(farthest, which, away)
+        good = farthest <= np.minimum(np.where(akin, _SHARE_OF_GAP, _STRICT_SHARE) * gap[large], near)
+        facet = np.flatnonzero(of >= 0)
+        facet = facet[np.argsort(of[facet], kind="stable")]
+        which, away = _away(small, of[facet], vertices[triangles[facet]].mean(axis=1), kind[large], row[large])
+        stand_off = np.bincount(which, away, len(small)) / np.bincount(which, minlength=len(small))
+        good &= akin | (stand_off <= _MOST_GAP * gap[large])
         if not good.any():
             return owner
         # A surface goes to the largest that holds it.
@@ -59,6 +61,16 @@ def united(
         order = np.lexsort((np.arange(len(kind)), -size, label))
         largest = order[np.searchsorted(label[order], label)]
         owner = np.where(owner >= 0, largest[owner], -1)
+
+
+def _away(small: Ints, of: Ints, points: Floats, kind: Ints, row: Floats) -> tuple[Ints, Floats]:
+    """Of each pair (n,) the distances, one after the other, of the points of its small surface (`of`, sorted) from the
+    large one: the pairs, and distances."""
+    begin = np.searchsorted(of, np.arange(int(small.max()) + 2))
+    count = np.diff(begin)[small]
+    which = np.repeat(np.arange(len(small)), count)
+    place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count) + begin[small][which]
+    return which, np.abs(distances_normals(kind[which], row[which], points[place])[0])
 
 
 def fitted_together(told: Any, patches: Patches, owner: Ints, kind: Ints, row: Floats, near: float) -> Ints:
@@ -94,14 +106,14 @@ def simplest(told: Any, owner: Ints, kind: Ints, row: Floats, near: float) -> No
     numbers = np.full(10, np.nan)
     for members in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1) if len(order) else []:
         o = owner[members[0]]
-        if kind[o] not in _RULED:
+        if kind[o] not in RULED:
             found = fit_region(told, members, near, numbers)
-            if found in _RULED:
+            if found in RULED:
                 kind[o], row[o] = found, numbers
 
 
 def alike(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
     """Whether pairs of surfaces are cylinders or cones of about one radius and axis."""
-    ruled = np.isin(kind[one], _RULED) & np.isin(kind[two], _RULED)
+    ruled = np.isin(kind[one], RULED) & np.isin(kind[two], RULED)
     near = np.abs(row[one, 6] - row[two, 6]) < _ALIKE * np.minimum(row[one, 6], row[two, 6])
     return np.asarray(ruled & near & (np.abs(np.sum(row[one, 3:6] * row[two, 3:6], axis=1)) > np.cos(FREE_RAD)))
