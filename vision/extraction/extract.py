@@ -11,7 +11,9 @@ import numpy.typing as npt
 
 from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, cut_arcs, measure_arcs
+from vision.extraction.closing import close_ends
 from vision.extraction.edges import EdgeElements, grey_image
+from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.marks import ArcMarks, arc_marks, crest_marks
 from vision.extraction.noise import noise_curve
@@ -23,7 +25,7 @@ from vision.extraction.topography import Crests, crest_arcs, label_histogram, to
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "8"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "9"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ class Extraction:
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
+    junctions: Junctions
     marks: ArcMarks
     regions: Regions
     region_arcs: RegionArcs
@@ -158,6 +161,9 @@ def extract(
     arcs = measure_arcs(edges, members, kinds[kept], scale=p.scales[0])
     arcs = replace(arcs, significance=significance(surprise, members))
     lap("arcs")
+    junctions = find_junctions(grey, arcs)
+    arcs = close_ends(arcs, junctions)
+    lap("junctions")
     labels, crests = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
     if mask is not None:
         crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
@@ -173,7 +179,7 @@ def extract(
             min_height=p.min_crest,
             min_elements=p.min_crest_elements,
         )
-        barrier = edge_mask(edges, chains, arcs, shape)
+        barrier = edge_mask(edges, chains, arcs, junctions, shape)
         find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
         regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
         lap("regions")
@@ -182,7 +188,7 @@ def extract(
     lap("marks and crests")
     histogram = label_histogram(labels, regions.labels, len(regions))
     borders = region_arcs(edges, arcs, regions)
-    found = relations(arcs, regions, borders, radius=p.relation_radius)
+    found = relations(arcs, junctions, regions, borders, radius=p.relation_radius)
     lap("relations")
     return Extraction(
         shape,
@@ -191,6 +197,7 @@ def extract(
         edges,
         chains,
         arcs,
+        junctions,
         marks,
         regions,
         borders,

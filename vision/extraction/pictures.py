@@ -8,18 +8,19 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.arcs import KINDS as _KINDS
+from vision.extraction.closing import closed_courses
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extract import Extraction
+from vision.extraction.junctions import KINDS as _JUNCTIONS
 from vision.extraction.linking import Chains, link
 from vision.extraction.relations import KINDS as _RELATIONS
 from vision.extraction.topography import LABELS
 
 FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 Picture = npt.NDArray[np.uint8]
 
 _SHIFT = 4  # cv2 draws at fixed-point places
-# RGB, of the kinds of arcs in their order, of the topographic labels, of relations.
+# RGB, of the kinds of arcs in their order, of the topographic labels, of relations and kinds of junctions.
 _KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
 _TEXTURE_COLOUR = (150, 150, 150)
 _CREST_COLOUR = (255, 120, 0)
@@ -41,9 +42,8 @@ _RELATION_COLOURS = {
     "collinear": (235, 60, 40),
     "concentric": (170, 40, 200),
     "equal_radius": (240, 150, 30),
-    "junction": (30, 160, 80),
-    "t_junction": (0, 190, 200),
 }
+_JUNCTION_COLOURS = ((30, 160, 80), (0, 190, 200), (40, 120, 255), (170, 40, 200), (240, 150, 30))
 _LEAST_FOR_KEY = (240, 400)  # rows and columns: a key would hide a smaller picture
 
 
@@ -53,7 +53,7 @@ def draw_stage(grey: FloatArray, extraction: Extraction, stage: str) -> Picture:
 
 
 def count_of_stage(extraction: Extraction, stage: str) -> int:
-    """How many elements, chains, arcs, regions, labelled pixels or relations the stage gave."""
+    """How many elements, chains, arcs, junctions, regions, labelled pixels or relations the stage gave."""
     return STAGES[stage][1](extraction)
 
 
@@ -100,41 +100,35 @@ def _topography(grey: FloatArray, found: Extraction) -> Picture:
     return _with_key(canvas, {**_LABEL_COLOURS, "crests": _CREST_COLOUR, "likely texture": _TEXTURE_COLOUR})
 
 
+def _junctions(grey: FloatArray, found: Extraction) -> Picture:
+    """Arcs, their ends closed, and dots where they meet."""
+    import cv2
+
+    canvas = np.ascontiguousarray(_faded(grey))
+    course, offsets = closed_courses(found.arcs, found.junctions)
+    points = np.rint(np.column_stack([course.x, course.y]) * 2**_SHIFT).astype(np.int32)
+    cv2.polylines(canvas, np.split(points, offsets[1:-1]), False, _TEXTURE_COLOUR, 2, cv2.LINE_AA, _SHIFT)
+    places = np.rint(np.column_stack([found.junctions.x, found.junctions.y]) * 2**_SHIFT).astype(np.int32)
+    for place, kind in zip(places.tolist(), found.junctions.kind.tolist(), strict=True):
+        cv2.circle(canvas, place, 3 << _SHIFT, _JUNCTION_COLOURS[kind], -1, cv2.LINE_AA, _SHIFT)
+    return _with_key(canvas, dict(zip(_JUNCTIONS, _JUNCTION_COLOURS, strict=True)))
+
+
 def _relations(grey: FloatArray, found: Extraction) -> Picture:
     """Arcs; lines between the middles of those that are parallel or collinear and between the centres of those that are
-    concentric or of equal radius; dots where arcs meet."""
+    concentric or of equal radius."""
     import cv2
 
     canvas = _strokes(_faded(grey), found.edges, found.arcs.chains, [_TEXTURE_COLOUR] * len(found.arcs))
     arcs, related = found.arcs, found.relations
-    start, end = np.column_stack([arcs.start_x, arcs.start_y]), np.column_stack([arcs.end_x, arcs.end_y])
+    middle = np.column_stack([arcs.start_x + arcs.end_x, arcs.start_y + arcs.end_y]) / 2
     centre = np.column_stack([arcs.centre_x, arcs.centre_y])
     for name, colour in _RELATION_COLOURS.items():
         pairs = np.flatnonzero((related.kind == _RELATIONS.index(name)) & (related.a < related.b))
-        a, b = related.a[pairs], related.b[pairs]
-        if name.endswith("junction"):
-            meeting = np.rint(_meetings(start, end, a, b) * 2**_SHIFT).astype(np.int32)
-            for place in meeting.tolist():
-                cv2.circle(canvas, place, 3 << _SHIFT, colour, -1, cv2.LINE_AA, _SHIFT)
-            continue
-        place = (start + end) / 2 if name in ("parallel", "collinear") else centre
-        ends = np.rint(np.stack([place[a], place[b]], axis=1) * 2**_SHIFT).astype(np.int32)
-        cv2.polylines(canvas, list(ends), False, colour, 1, cv2.LINE_AA, _SHIFT)
+        place = middle if name in ("parallel", "collinear") else centre
+        ends = np.rint(np.stack([place[related.a[pairs]], place[related.b[pairs]]], axis=1) * 2**_SHIFT)
+        cv2.polylines(canvas, list(ends.astype(np.int32)), False, colour, 1, cv2.LINE_AA, _SHIFT)
     return _with_key(canvas, _RELATION_COLOURS)
-
-
-def _meetings(start: FloatArray, end: FloatArray, a: IntArray, b: IntArray) -> FloatArray:
-    """(n, 2) of arcs a and b the end that lies nearest to the chord of the other."""
-    places, distances = [], []
-    for one, other in ((a, b), (b, a)):
-        chord = end[other] - start[other]
-        for place in (start[one], end[one]):
-            along = np.sum((place - start[other]) * chord, axis=1) / np.maximum(np.sum(chord**2, axis=1), 1e-12)
-            foot = start[other] + np.clip(along, 0.0, 1.0)[:, None] * chord
-            places.append(place)
-            distances.append(np.linalg.norm(place - foot, axis=1))
-    nearest = np.argmin(distances, axis=0)
-    return np.asarray(np.stack(places)[nearest, np.arange(len(a))])
 
 
 def _with_key(canvas: Picture, colours: dict[str, tuple[int, int, int]]) -> Picture:
@@ -183,6 +177,7 @@ STAGES: dict[str, tuple[Callable[[FloatArray, Extraction], Picture], Callable[[E
     "linking": (lambda grey, found: _draw_chains(grey, found, _linked(found)), lambda found: len(_linked(found))),
     "filling": (lambda grey, found: _draw_chains(grey, found, found.chains), lambda found: len(found.chains)),
     "arcs": (_arcs, lambda found: len(found.arcs)),
+    "junctions": (_junctions, lambda found: len(found.junctions)),
     "regions": (_regions, lambda found: len(found.regions)),
     "topography": (_topography, lambda found: int(found.topography.sum())),
     "relations": (_relations, lambda found: len(found.relations)),

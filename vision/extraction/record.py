@@ -11,8 +11,10 @@ import numpy.typing as npt
 from relmodel.store.columns import Columns, Ragged
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
+from vision.extraction import junctions as junction_columns
 from vision.extraction import relations as relation_columns
 from vision.extraction.arcs import concatenate
+from vision.extraction.closing import closed_courses
 from vision.extraction.extract import VERSION, Extraction, ExtractionParameters
 from vision.extraction.topography import LABELS
 
@@ -82,7 +84,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
     labelled, label = np.nonzero(extraction.topography)
-    borders = extraction.region_arcs
+    borders, junctions = extraction.region_arcs, extraction.junctions
     return {
         "edge_element": {
             "x": edges.x[linked].astype(np.float32),
@@ -98,6 +100,20 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         "image_arc_mark": _marks(extraction),
         "image_arc_polyline": _polylines(extraction),
         "image_arc_covariance": _covariances(extraction),
+        "image_junction": {
+            "junction_no": np.arange(len(junctions), dtype=np.int32),
+            "kind": np.array(junction_columns.KINDS, dtype=object)[junctions.kind],
+            "x": junctions.x,
+            "y": junctions.y,
+            "xx": junctions.covariance[:, 0, 0],
+            "xy": junctions.covariance[:, 0, 1],
+            "yy": junctions.covariance[:, 1, 1],
+        },
+        "image_junction_arc": {
+            "junction_no": junctions.junction,
+            "arc_no": junctions.arc,
+            "meets_with": np.array(junction_columns.AT, dtype=object)[junctions.at],
+        },
         "image_region": {
             "region_no": region_no,
             "area": regions.area,
@@ -167,11 +183,12 @@ def _arcs(extraction: Extraction) -> Columns:
 
 def _polylines(extraction: Extraction) -> Columns:
     arcs = concatenate([extraction.arcs, extraction.crest_arcs])
+    course, offsets = closed_courses(arcs, extraction.junctions)
     return {
         "arc_no": np.arange(len(arcs), dtype=np.int32),
-        "x": _packed(arcs.x, arcs.offsets),
-        "y": _packed(arcs.y, arcs.offsets),
-        "sigma": _packed(arcs.point_sigma, arcs.offsets),
+        "x": _packed(course.x, offsets),
+        "y": _packed(course.y, offsets),
+        "sigma": _packed(course.sigma, offsets),
     }
 
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
+from vision.extraction.junctions import END, START, Junctions
 from vision.extraction.linking import Chains
 
 FloatArray = npt.NDArray[np.float64]
@@ -27,8 +28,8 @@ _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
 _NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
 _ENDS = 4  # px of edge that a border across a strip meets at its two ends
-_T_REACH = 10.0  # px that a free end is prolonged to close a T, or to reach the border of the picture,
-_LINE_REACH = 80.0  # and that of a straight arc of significance no less than
+_BORDER_REACH = 10.0  # px that an end is prolonged to reach the border of the picture,
+_LINE_REACH = 80.0  # and that a free end of a straight arc is prolonged to the next edge, of significance no less than
 _DOUBTFUL = -1.0
 _MEETING = 6  # px within which another arc's point leaves an end no need to be prolonged
 
@@ -65,10 +66,13 @@ class Regions:
         return len(self.area)
 
 
-def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int, int]) -> BoolArray:
-    """Pixels of the edges, 8-connected: chains with their bridges, straight arcs from end to end, free ends prolonged
-    where that meets another edge or the border within 10 px; those of straight arcs that meet no other and are
-    not known to be doubtful, as far as they are long, up to 80 px: where an edge loses its contrast it still runs on.
+def edge_mask(
+    edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Junctions, shape: tuple[int, int]
+) -> BoolArray:
+    """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is within 10 px;
+    arcs, whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
+    doubtful are prolonged to the next edge, as far as the arc is long, up to 80 px: where an edge loses its contrast it
+    still runs on.
     """
     import cv2
 
@@ -79,29 +83,34 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, shape: tuple[int,
         alike = [courses[i] for i in np.flatnonzero(chains.closed == closed)]
         cv2.polylines(canvas, alike, closed, 1, 1, cv2.LINE_8, 4)
     straight = np.flatnonzero(arcs.kind == LINE)
-    lines = np.column_stack([arcs.start_x, arcs.start_y, arcs.end_x, arcs.end_y])[straight]
-    cv2.polylines(canvas, list(np.round(lines).astype(np.int32).reshape(-1, 2, 2)), False, 1, 1)
+    start, end = np.column_stack([arcs.start_x, arcs.start_y]), np.column_stack([arcs.end_x, arcs.end_y])
+    course = np.column_stack([arcs.x, arcs.y])
+    lines = np.hstack([start, end])[straight]
+    closing = np.stack([np.hstack([start, course[arcs.offsets[:-1]]]), np.hstack([end, course[arcs.offsets[1:] - 1]])])
+    for segments in (lines, closing):
+        cv2.polylines(canvas, list(np.round(segments).astype(np.int32).reshape(-1, 2, 2)), False, 1, 1)
     opened = ~chains.closed
-    begin, end = chains.offsets[:-1][opened], chains.offsets[1:][opened] - 1
-    place = np.concatenate([points[begin], points[end]])
-    first, last = chains.elements[begin], chains.elements[end]
+    begin, behind = chains.offsets[:-1][opened], chains.offsets[1:][opened]
+    place = np.concatenate([points[begin], points[behind - 1]])
+    first, last = chains.elements[begin], chains.elements[behind - 1]
     outward_x, outward_y = (
         np.concatenate([edges.ny[first], -edges.ny[last]]),
         np.concatenate([-edges.nx[first], edges.nx[last]]),
     )
     outward = np.column_stack([outward_x, outward_y])
-    long = ~(arcs.significance[straight] < _DOUBTFUL)
-    which, ends = np.repeat(straight[long], 2), lines[long].reshape(-1, 2)
-    free = _lonely(arcs, ends, which, shape)
-    away = np.where(np.arange(len(which)) % 2, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
+    doubtless = ~(arcs.significance[straight] < _DOUBTFUL)
+    which, at = np.repeat(straight[doubtless], 2), np.tile([START, END], np.count_nonzero(doubtless))
+    ends = lines[doubtless].reshape(-1, 2)
+    free = ~junctions.holds(which, at) & _lonely(arcs, ends, which, shape)
+    away = np.where(at == END, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
     reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
-    closing = np.concatenate(
+    running_on = np.concatenate(
         [
-            _meetings(canvas > 0, place, outward, np.full(len(place), _T_REACH)),
+            _meetings(np.zeros(shape, np.bool_), place, outward, np.full(len(place), _BORDER_REACH)),
             _meetings(canvas > 0, ends[free], away, reach),
         ]
     )
-    cv2.polylines(canvas, list(np.round(closing).astype(np.int32)), False, 1, 1)
+    cv2.polylines(canvas, list(np.round(running_on).astype(np.int32)), False, 1, 1)
     return canvas > 0
 
 

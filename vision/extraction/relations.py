@@ -10,11 +10,11 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
+from vision.extraction.junctions import COURSE, Junctions
 from vision.extraction.regions import Regions, border_pairs
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
-IndexArray = npt.NDArray[np.intp]
 
 KINDS = (
     "bounds",
@@ -38,8 +38,6 @@ _MAX_ANGLE = np.deg2rad(3.0)
 _MAX_LATERAL = 2.0  # px between collinear lines
 _END_SIGMA = 2.0  # px: ends are where linking stopped, not where edges end
 _MIN_OVERLAP = 0.3  # of the shorter of two parallel lines
-_MEET = 8.0  # px between ends that meet: linking stops short of corners
-_END_COURSE = 6  # points at an end that give its tangent
 _MAX_CENTRE_SIGMA = 1.0  # px: a centre less sure says nothing of concentricity
 _MAX_CENTRES_APART = 2.0  # px
 _EQUAL_SIGMAS = 3.0
@@ -104,13 +102,15 @@ def region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, *, min_share:
     )
 
 
-def relations(arcs: Arcs, regions: Regions, borders: RegionArcs, *, radius: float = 80.0) -> Relations:
+def relations(
+    arcs: Arcs, junctions: Junctions, regions: Regions, borders: RegionArcs, *, radius: float = 80.0
+) -> Relations:
     """All relations of `KINDS`; parallel lines up to `radius` px apart, collinear ones with gaps up to it."""
     parts = [
         _bounds(arcs, regions, borders),
         *_neighbours(len(arcs), regions),
         *_lines(arcs, radius),
-        *_junctions(arcs),
+        *_junctions(arcs, junctions),
         *_centres(arcs, radius),
     ]
     kind = np.concatenate([np.full(len(part[0]), code) for code, part in enumerate(parts)]).astype(np.int8)
@@ -215,62 +215,25 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
     )
 
 
-def _junctions(arcs: Arcs) -> tuple[Part, Part]:
-    """Ends that meet ends, and ends that meet the course of another arc."""
-    from scipy.spatial import cKDTree
-
-    open_ = np.flatnonzero(~arcs.closed)
-    course = np.column_stack([arcs.x, arcs.y])
-    of_point = arcs.chains.chain_of_member
-    first, last = arcs.offsets[:-1][open_], arcs.offsets[1:][open_] - 1
-    reach = np.minimum(_END_COURSE, last - first)
-    ends = np.concatenate([course[first], course[last]])
-    away = np.concatenate([course[first + reach] - course[first], course[last - reach] - course[last]])
-    straight = np.tile(arcs.kind[open_] == LINE, 2)
-    away[straight] = np.concatenate([arcs.direction[open_], -arcs.direction[open_]])[straight]
-    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
-    owner = np.tile(open_, 2)
-    if len(owner) == 0:
-        nothing: Part = (owner, owner, np.zeros(0), np.zeros(0))
-        return nothing, nothing
-    near = cKDTree(ends).query_pairs(_MEET, output_type="ndarray")
-    near = near[owner[near[:, 0]] != owner[near[:, 1]]]
-    near = near[
-        _nearest(owner[near[:, 0]], owner[near[:, 1]], np.linalg.norm(ends[near[:, 0]] - ends[near[:, 1]], axis=1))
-    ]
-    a, b = near.T
-    angle = np.arccos(np.clip(np.sum(away[a] * away[b], axis=1), -1.0, 1.0))
-    sigma = arcs.angle_sigma[owner]
-    meeting = _both_ways(owner[a], owner[b], angle, np.hypot(sigma[a], sigma[b]))
-
-    along = np.minimum(
-        np.arange(len(course)) - arcs.offsets[of_point], arcs.offsets[of_point + 1] - 1 - np.arange(len(course))
-    )
-    body = np.flatnonzero((along > _MEET) | arcs.closed[of_point])
-    if len(body) == 0:
-        return meeting, (owner[:0], owner[:0], np.zeros(0), np.zeros(0))
-    distance, nearest = map(np.asarray, cKDTree(course[body]).query(ends, distance_upper_bound=_MEET))
-    met = np.isfinite(distance)
-    end, point = np.flatnonzero(met), body[np.asarray(nearest)[met]]
-    apart = np.flatnonzero(of_point[point] != owner[end])
-    apart = apart[_nearest(owner[end[apart]], of_point[point[apart]], distance[end[apart]])]
-    other, point = end[apart], point[apart]
-    ahead = np.minimum(point + 2, arcs.offsets[of_point[point] + 1] - 1)
-    behind = np.maximum(point - 2, arcs.offsets[of_point[point]])
-    tangent = course[ahead] - course[behind]
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
-    lean = np.arccos(np.clip(np.abs(np.sum(tangent * away[other], axis=1)), 0.0, 1.0))
-    spread = np.hypot(sigma[other], arcs.angle_sigma[of_point[point]])
-    return meeting, _both_ways(owner[other], of_point[point], lean, spread)
-
-
-def _nearest(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], distance: npt.NDArray[np.floating]) -> IndexArray:
-    """Rows of the nearest meeting of each two arcs, whichever is named first: two may meet at both of their ends."""
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    rows = np.lexsort((distance, high, low))
-    first = np.ones(len(rows), bool)
-    first[1:] = (np.diff(low[rows]) != 0) | (np.diff(high[rows]) != 0)
-    return rows[first]
+def _junctions(arcs: Arcs, junctions: Junctions) -> tuple[Part, Part]:
+    """Ends that meet ends, and ends that meet the course of another arc, at the first junction that two arcs share."""
+    of = junctions.junction
+    pairs = [np.flatnonzero(of[step:] == of[:-step]) for step in range(1, int(np.unique_counts(of)[1].max(initial=1)))]
+    a = np.concatenate([np.zeros(0, np.intp), *pairs])
+    b = np.concatenate([np.zeros(0, np.intp), *(first + step for step, first in enumerate(pairs, 1))])
+    order = np.lexsort((a, junctions.arc[b], junctions.arc[a]))
+    a, b = a[order], b[order]
+    dot = junctions.away_x[a] * junctions.away_x[b] + junctions.away_y[a] * junctions.away_y[b]
+    one, other = junctions.arc[a], junctions.arc[b]
+    sigma = np.hypot(arcs.angle_sigma[one], arcs.angle_sigma[other])
+    on_course = (junctions.at[a] == COURSE).astype(np.intp) + (junctions.at[b] == COURSE)
+    parts = []
+    for courses, cosine in ((0, dot), (1, np.abs(dot))):
+        rows = np.flatnonzero(on_course == courses)
+        key = np.minimum(one, other)[rows].astype(np.int64) * max(len(arcs), 1) + np.maximum(one, other)[rows]
+        rows = rows[np.unique(key, return_index=True)[1]]
+        parts.append(_both_ways(one[rows], other[rows], np.arccos(np.clip(cosine[rows], -1.0, 1.0)), sigma[rows]))
+    return parts[0], parts[1]
 
 
 def _centres(arcs: Arcs, radius: float) -> tuple[Part, Part]:

@@ -101,9 +101,9 @@ COMMENT ON COLUMN image_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc.arc_no IS 'ordinal in the extraction, from 0';
 COMMENT ON COLUMN image_arc.kind IS 'line, circular, elliptic or free';
 COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine; ridges and ravines are crests of grey, such as fillets show, and have no bright side';
-COMMENT ON COLUMN image_arc.start_x IS 'x of the first end, px';
+COMMENT ON COLUMN image_arc.start_x IS 'x of the first end, px; that of the junction where it takes part in one';
 COMMENT ON COLUMN image_arc.start_y IS 'y of the first end, px';
-COMMENT ON COLUMN image_arc.end_x IS 'x of the last end, px';
+COMMENT ON COLUMN image_arc.end_x IS 'x of the last end, px; that of the junction where it takes part in one';
 COMMENT ON COLUMN image_arc.end_y IS 'y of the last end, px';
 COMMENT ON COLUMN image_arc.centre_x IS 'x of the centre of a circular or elliptic arc, px';
 COMMENT ON COLUMN image_arc.centre_y IS 'y of the centre, px';
@@ -143,7 +143,7 @@ CREATE TABLE image_arc_polyline (
     PRIMARY KEY (extraction_id, arc_no),
     FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
 );
-COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its edge elements in order, each moved across the arc to where its neighbours along it agree.';
+COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its edge elements in order, each moved across the arc to where its neighbours along it agree; from junction to junction where its ends are closed.';
 COMMENT ON COLUMN image_arc_polyline.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_polyline.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_polyline.x IS 'x of the points, px';
@@ -161,6 +161,45 @@ COMMENT ON TABLE image_arc_covariance IS 'What its elements leave open of a line
 COMMENT ON COLUMN image_arc_covariance.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_covariance.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_covariance.covariance IS 'covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle';
+
+CREATE TABLE image_junction (
+    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    junction_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    x DOUBLE PRECISION NOT NULL,
+    y DOUBLE PRECISION NOT NULL,
+    xx DOUBLE PRECISION NOT NULL,
+    xy DOUBLE PRECISION NOT NULL,
+    yy DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (extraction_id, junction_no),
+    CHECK (kind IN ('L', 'T', 'Y', 'X', 'smooth')),
+    CHECK (xx > 0 AND yy > 0 AND xx * yy > xy * xy)
+);
+COMMENT ON TABLE image_junction IS 'Places where arcs of an image meet; the arcs'' ends are closed there.';
+COMMENT ON COLUMN image_junction.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_junction.junction_no IS 'ordinal in the extraction, from 0';
+COMMENT ON COLUMN image_junction.kind IS 'L (two ends), T (three ways, two of which run on into each other), Y (other three), X (four ways or more), smooth (two ends that run on into each other)';
+COMMENT ON COLUMN image_junction.x IS 'x, px';
+COMMENT ON COLUMN image_junction.y IS 'y, px';
+COMMENT ON COLUMN image_junction.xx IS 'variance of x, px^2';
+COMMENT ON COLUMN image_junction.xy IS 'covariance of x and y, px^2';
+COMMENT ON COLUMN image_junction.yy IS 'variance of y, px^2';
+
+CREATE TABLE image_junction_arc (
+    extraction_id BIGINT NOT NULL,
+    junction_no INTEGER NOT NULL,
+    arc_no INTEGER NOT NULL,
+    meets_with TEXT NOT NULL,
+    PRIMARY KEY (extraction_id, junction_no, arc_no, meets_with),
+    FOREIGN KEY (extraction_id, junction_no) REFERENCES image_junction (extraction_id, junction_no),
+    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no),
+    CHECK (meets_with IN ('start', 'end', 'course'))
+);
+COMMENT ON TABLE image_junction_arc IS 'The arcs that meet in a junction.';
+COMMENT ON COLUMN image_junction_arc.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_junction_arc.junction_no IS 'the junction';
+COMMENT ON COLUMN image_junction_arc.arc_no IS 'the arc';
+COMMENT ON COLUMN image_junction_arc.meets_with IS 'what of the arc lies there: start, end or course';
 
 CREATE TABLE image_region (
     extraction_id BIGINT NOT NULL REFERENCES extraction (id),
@@ -255,6 +294,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('image_arc_mark', 'image', 'primary'),
     ('image_arc_polyline', 'image', 'primary'),
     ('image_arc_covariance', 'image', 'primary'),
+    ('image_junction', 'image', 'primary'),
+    ('image_junction_arc', 'image', 'primary'),
     ('image_region', 'image', 'primary'),
     ('region_outline', 'image', 'primary'),
     ('region_arc', 'image', 'primary'),

@@ -1,7 +1,8 @@
 """Extract edges, arcs, regions, topography and relations from pictures, and draw what a stage found.
 
 Stages: edges (sub-pixel elements), linking (chains), filling (chains with gaps bridged, weak ones cleared), arcs (red
-lines, blue circular, green elliptic, yellow free, grey likely texture), regions, topography (eleven labels), relations.
+lines, blue circular, green elliptic, yellow free, grey likely texture), junctions (arcs, their ends closed where they
+meet), regions, topography (eleven labels), relations.
 Several pictures are drawn side by side.  With --store the rows are kept there.
 """
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
 
-_STAGES = ("edges", "linking", "filling", "arcs", "regions", "topography", "relations")
+_STAGES = ("edges", "linking", "filling", "arcs", "junctions", "regions", "topography", "relations")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,6 +10,7 @@ from vision.extraction import _region_kernels
 from vision.extraction.arcs import LINE, fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
+from vision.extraction.junctions import find_junctions
 from vision.extraction.linking import fill_gaps, link
 from vision.extraction.regions import BoolArray, FloatArray, border_pairs, edge_mask, leak_proof_regions, plain_regions
 
@@ -72,7 +73,7 @@ def test_a_disc_and_its_surround() -> None:
     edges = edge_elements(image)
     chains = linked(edges, image.shape)
     arcs = fit_arcs(edges, chains, scale=1.4)
-    regions = leak_proof_regions(image, edge_mask(edges, chains, arcs, image.shape))
+    regions = leak_proof_regions(image, edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape))
     assert len(regions) == 2
     assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
 
@@ -81,7 +82,8 @@ def test_free_ends_reach_the_border() -> None:
     image = render(lambda x, y: x - 40.0, (90, 90), 0.7, 60, 160)
     edges = edge_elements(image)
     chains = fill_gaps(edges, link(edges, image.shape), image)
-    mask = edge_mask(edges, chains, fit_arcs(edges, chains, scale=1.4), image.shape)
+    arcs = fit_arcs(edges, chains, scale=1.4)
+    mask = edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape)
     assert mask[:, 39:42].any(axis=1).all()
     assert len(plain_regions(image, mask)) == 2
 
@@ -121,8 +123,9 @@ def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
     arcs = fit_arcs(edges, chains, scale=1.4)
     upright = (np.abs(arcs.direction[:, 0]) < 0.1) & (arcs.kind == LINE)
     ahead = slice(78, 96), slice(58, 63)
-    assert edge_mask(edges, chains, arcs, image.shape)[ahead].any(axis=1).all()
-    assert not edge_mask(edges, chains, arcs.take(~upright), image.shape)[ahead].any()
+    for some, reached in ((arcs, True), (arcs.take(~upright), False)):
+        mask = edge_mask(edges, chains, some, find_junctions(image, some), image.shape)
+        assert (mask[ahead].any(axis=1) == reached).all()
 
 
 def test_borders_are_those_of_all_neighbours() -> None:

@@ -1,0 +1,112 @@
+"""Junctions against sectors that meet at known places, and the ends of arcs that close there."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from vision.extraction.arcs import CIRCULAR, LINE, Arcs, fit_arcs
+from vision.extraction.closing import close_ends, closed_courses
+from vision.extraction.edges import edge_elements
+from vision.extraction.extract import extract
+from vision.extraction.junctions import COURSE, END, KINDS, START, Junctions, find_junctions
+from vision.extraction.linking import fill_gaps
+
+from .synthetic import FloatArray, linked, render, sectors
+
+# rays (degrees), greys from each on to the next; the steps are 50 to 150 high, the noise 10
+LAYOUTS = {
+    "L": ([0, 90], [160, 60]),
+    "sharp L": ([0, 60], [60, 160]),
+    "T": ([0, 75, 180], [180, 110, 40]),
+    "Y": ([0, 110, 240], [60, 130, 200]),
+    "X": ([0, 80, 180, 260], [40, 90, 190, 140]),
+    "X of a checkerboard": ([0, 90, 180, 270], [60, 160, 60, 160]),
+}
+_SEEDS = 10
+
+
+def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, FloatArray]:
+    rng = np.random.default_rng(seed)
+    place, turn = 33.5 + rng.uniform(-2, 2, 2), rng.uniform(0, 2 * np.pi)
+    turns, greys = LAYOUTS[name]
+    image = sectors((place[0], place[1]), np.deg2rad(turns) + turn, greys, (68, 68)) + rng.normal(0, noise, (68, 68))
+    edges = edge_elements(image)
+    arcs = fit_arcs(edges, fill_gaps(edges, linked(edges, image.shape), image), scale=1.4)
+    junctions = find_junctions(image, arcs)
+    return close_ends(arcs, junctions), junctions, place
+
+
+def test_sectors_are_what_blurring_and_averaging_a_finer_picture_gives() -> None:
+    times, place = 15, (12.3, 10.7)
+    y, x = (np.mgrid[: times * 24, : times * 24] - (times - 1) / 2) / times
+    angle = (np.arctan2(y - place[1], x - place[0]) - 0.3) % (2 * np.pi)
+    finer = gaussian_filter(np.select([angle < 1.2, angle < 3.0], [50.0, 120.0], 200.0), 0.7 * times)
+    image = sectors(place, [0.3, 1.5, 3.3], [50, 120, 200], (24, 24))
+    expected = finer.reshape(24, times, 24, times).mean(axis=(1, 3))
+    np.testing.assert_allclose(image[3:-3, 3:-3], expected[3:-3, 3:-3], atol=0.15)
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_a_junction_is_found_where_it_is_as_surely_as_it_says(name: str) -> None:
+    errors, variances = [], []
+    for seed in range(_SEEDS):
+        arcs, junctions, place = _found(name, seed, 10.0)
+        assert [KINDS[kind] for kind in junctions.kind] == [name.removeprefix("sharp ")[0]]
+        errors.append(np.array([junctions.x[0], junctions.y[0]]) - place)
+        variances.append(np.trace(junctions.covariance[0]) / 2.0)
+        for at, x, y in ((START, arcs.start_x, arcs.start_y), (END, arcs.end_x, arcs.end_y)):
+            of = junctions.arc[junctions.at == at]
+            np.testing.assert_allclose(x[of], junctions.x[0])
+            np.testing.assert_allclose(y[of], junctions.y[0])
+    predicted = np.sqrt(np.mean(variances))
+    assert predicted < 0.12
+    # of 20 deviates: three standard errors are half of the scatter
+    assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(predicted, rel=0.5)
+    assert np.abs(np.mean(errors, axis=0)).max() < 3.5 * predicted / np.sqrt(_SEEDS)
+
+
+def test_courses_run_from_junction_to_junction() -> None:
+    arcs, junctions, place = _found("T", 3, 3.0)
+    course, offsets = closed_courses(arcs, junctions)
+    which = int(np.flatnonzero(junctions.at != COURSE)[0])
+    arc, at = junctions.arc[which], junctions.at[which]
+    own = np.column_stack([course.x, course.y])[offsets[arc] : offsets[arc + 1]]
+    own = own if at == START else own[::-1]
+    np.testing.assert_allclose(own[0], [junctions.x[0], junctions.y[0]])
+    assert np.all(np.diff(np.hypot(*(own - place).T))[1:] > 0.0)
+    assert offsets[-1] == len(course.x) == len(course.sigma)
+    assert np.all((course.sigma > 0) & (course.sigma < 0.5))
+
+
+def test_a_circle_closes_on_its_chord() -> None:
+    times, n, centre, radius, chord = 8, 100, (50.3, 49.8), 30.0, 38.4
+    y, x = (np.mgrid[: times * n, : times * n] - (times - 1) / 2) / times
+    inside = np.clip(0.5 + times * np.minimum(radius - np.hypot(x - centre[0], y - centre[1]), x - chord), 0, 1)
+    image = gaussian_filter(inside, 0.7 * times).reshape(n, times, n, times).mean(axis=(1, 3))
+    found = extract(60 + 100 * image + np.random.default_rng(1).normal(0, 3, (n, n)))
+    arcs, junctions = found.arcs, found.junctions
+    assert sorted(arcs.kind) == [LINE, CIRCULAR]
+    half = np.sqrt(radius**2 - (chord - centre[0]) ** 2)
+    order = np.argsort(junctions.y)
+    places = np.column_stack([junctions.x, junctions.y])[order]
+    np.testing.assert_allclose(places, [[chord, centre[1] - half], [chord, centre[1] + half]], atol=0.12)
+    circle = int(np.flatnonzero(arcs.kind == CIRCULAR)[0])
+    ends = np.array([[arcs.start_x[circle], arcs.start_y[circle]], [arcs.end_x[circle], arcs.end_y[circle]]])
+    np.testing.assert_allclose(ends[np.argsort(ends[:, 1])], places)
+
+
+@pytest.mark.parametrize(("gap", "closed"), [(0.0, True), (9.0, False)])
+def test_an_end_is_not_prolonged_where_the_picture_shows_nothing(gap: float, closed: bool) -> None:
+    image = render(lambda x, y: 60.3 - x, (100, 120), 0.7, 60, 160)
+    image += render(lambda x, y: np.minimum(60.3 - gap - x, y - 45.2), (100, 120), 0.7, 0, 60)
+    found = extract(image + np.random.default_rng(2).normal(0, 2, image.shape))
+    met = (found.junctions.at == COURSE).any()
+    assert met == closed
+
+
+def test_no_arcs_make_no_junctions() -> None:
+    found = extract(np.full((40, 40), 90.0))
+    assert len(found.junctions) == len(found.junctions.arc) == 0
+    course, offsets = closed_courses(found.arcs, found.junctions)
+    assert len(course.x) == 0
+    assert offsets.tolist() == [0]
