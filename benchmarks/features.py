@@ -24,6 +24,7 @@ from tests.loading.golden_features import VARIANTS, score_bulkhead
 from tests.loading.jobshop import jobshop
 from tests.loading.parts_generator import generate
 from tests.loading.toolroom import toolroom
+from tests.loading.vocabulary import vocabulary
 from tests.loading.workshop import workshop
 
 PARTS = 216
@@ -31,6 +32,7 @@ SECOND_BEFORE = "recall 0.749, precision 0.747 over 240 parts"
 THIRD_BEFORE = "recall 0.734, precision 0.646 over 80 parts"
 FOURTH_BEFORE = "recall 0.928, precision 0.957 over 96 parts"
 FIFTH_BEFORE = "recall 0.932, precision 0.915 over 96 parts"
+SIXTH_BEFORE = "recall 0.702, precision 0.926 over 96 parts"
 
 
 def main() -> None:
@@ -40,6 +42,7 @@ def main() -> None:
     show(f"{parts} parts of the third generator (before it was seen: {THIRD_BEFORE})", score(toolroom, range(parts)))
     show(f"{parts} parts of the fourth generator (before it was seen: {FOURTH_BEFORE})", score(foundry, range(parts)))
     show(f"{parts} parts of the fifth generator (before it was seen: {FIFTH_BEFORE})", score(jobshop, range(parts)))
+    show(f"{parts} parts of the sixth generator (before it was seen: {SIXTH_BEFORE})", score(vocabulary, range(parts)))
     bulkheads = Scores()
     for variant in VARIANTS:
         bulkheads += score_bulkhead(variant)

@@ -33,6 +33,7 @@ from .parts_generator import generate
 from .solids import Part, prism
 from .step_parts import loaded
 from .toolroom import Work, toolroom
+from .vocabulary import vocabulary
 from .workshop import workshop
 
 Z = gp_Dir(0, 0, 1)
@@ -295,7 +296,9 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> N
         assert scores.precision(kind) >= 0.95, (kind, scores.false)
 
 
-@pytest.mark.parametrize(("make", "seeds"), [(toolroom, range(16)), (foundry, range(6, 18)), (jobshop, range(9))])
+@pytest.mark.parametrize(
+    ("make", "seeds"), [(toolroom, range(16)), (foundry, range(6, 18)), (jobshop, range(9)), (vocabulary, range(10))]
+)
 def test_features_of_other_hands_with_their_frames(make: Callable[[int], Work], seeds: range) -> None:
     """Families of parts that the recogniser was held out from when they were written."""
     scores = score(make, seeds)

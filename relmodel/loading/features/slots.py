@@ -18,24 +18,27 @@ from relmodel.loading.features.feature import (
 )
 from relmodel.loading.features.graph import Boundary
 from relmodel.loading.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
+from relmodel.loading.features.steps import Ledge, floor_of, run_along, steps
 
 Floats = npt.NDArray[np.float64]
 
-_STEEP = np.sin(np.radians(10))  # walls of a step may have this much draft
+_STEEP = np.sin(np.radians(10))  # walls may have this much draft
+_UPRIGHT = ANGLE_TOLERANCE**2  # of a cosine
 _LEANING = np.sin(np.radians(60))  # walls of a slot may lean so much, back or over its floor
 _EVEN = np.radians(1)  # walls that lean back do so alike
 _BESIDE = 0.2  # share of a floor's extent that a wall has at least
-_SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does
+_KEEPS = 0.9  # length of a leaning wall to that of the floor, at most the inverse of this
 _FLAT = np.radians(170)  # walls of a V that open further are a bent face
 
 
 def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[int]) -> list[Feature]:
-    """Slots open at an end, and steps: floors of which some sides rise into plane walls.
+    """Slots open at an end, and steps: floors of which some sides rise into walls.
 
     A wall may look like the floor and the floor like its wall: the greater is the floor, so that the depth is the
     lesser reach.  thin: walls of ribs and flanges, which are no steps; gussets: those that leave no slot between them.
     """
-    s, candidates = b.surfaces, []
+    s = b.surfaces
+    ledges: list[Ledge] = []
     for floor in plane_floors(b, taken):
         up = floor.up
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
@@ -43,51 +46,42 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         if len(rising) == len(outer) or _is_crest(b, floor, thin):  # a hollow, or the top of a rib between two walls
             continue
         walls: dict[int, float] = {}
+        hollow: set[int] = set()
         for i, x in rising:
             for j in b.across(i, x)[1]:
                 if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _LEANING:
                     walls[j] = walls.get(j, 0.0) + x.length
+                elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
+                    hollow.add(j)
         points = np.concatenate([s.points(i) for i in floor.faces])
         beside: dict[tuple[float, ...], float] = {}
         for j, n in walls.items():
             beside[b.plane_key([j])] = beside.get(b.plane_key([j]), 0.0) + n
-        extent = {j: float(np.ptp(points @ _level(up, s.axis[j]))) for j in sorted(walls)}
+        extent = {j: float(np.ptp(points @ run_along(up, s.axis[j]))) for j in sorted(walls)}
         sides = [j for j in extent if beside[b.plane_key([j])] > _BESIDE * extent[j]]
-        sides = [j for j in sides if abs(s.axis[j] @ up) < _STEEP or _keeps_to(b, j, points, _level(up, s.axis[j]))]
-        if sides:
-            candidates.append((floor, sides, set(walls)))
-    candidates.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c[0].faces), 3), c[0].faces))
+        sides = [j for j in sides if abs(s.axis[j] @ up) < _STEEP or _keeps_to(b, j, points, run_along(up, s.axis[j]))]
+        if sides or len(hollow) == 1:
+            ledges.append(Ledge(floor, sides, set(walls), sorted(hollow)))
+    ledges.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c.floor.faces), 3), c.floor.faces))
     slots: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
     used: set[int] = set()
-    for floor, sides, around in candidates:
-        pairs = [] if used & set(floor.faces) else _facing(b, floor, sides)
+    for ledge in ledges:
+        faces = ledge.floor.faces
+        pairs = [] if used & set(faces) else _facing(b, ledge.floor, ledge.walls)
         for one, two in pairs:
             if {one, two} <= gussets:  # they stand apart in one corner
                 continue
-            floors, members = slots.setdefault(b.plane_key([floor.faces[0], one, two]), ([], []))
-            floors += floor.faces
+            floors, members = slots.setdefault(b.plane_key([faces[0], one, two]), ([], []))
+            floors += faces
             members += [one, two]
-            used |= set(floor.faces) | around
-    found = [_slot(b, _floor(b, f), sorted(set(w))) for f, w in slots.values()]
-    steps: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
-    for floor, sides, _ in candidates:
-        planes = {b.plane_key([j]) for j in sides}
-        around = {*floor.faces, *sides}
-        if used & around or thin & around or len(planes) > 2 or any(abs(s.axis[j] @ floor.up) > _STEEP for j in sides):
-            continue
-        floors, members = steps.setdefault(b.plane_key([floor.faces[0], *sides]), ([], []))
-        floors += floor.faces
-        members += sides
-        used |= around
+            used |= set(faces) | ledge.around
+    found = [_slot(b, floor_of(b, f), sorted(set(w))) for f, w in slots.values()]
     rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
     rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     slotted = {i for f in [*rounds, *notches] for i, _ in f.surfaces}
-    for f, w in steps.values():
-        step = None if slotted & {*f, *w} else _step(b, _floor(b, f), sorted(set(w)))
-        if step is not None:
-            found.append(step)
-    return sorted([*found, *rounds, *notches], key=lambda feature: feature.surfaces)
+    cut_off = steps(b, ledges, used | slotted, thin)
+    return sorted([*found, *rounds, *notches, *cut_off], key=lambda feature: feature.surfaces)
 
 
 def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
@@ -100,19 +94,7 @@ def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
 def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
     """Whether a leaning wall is no longer than the floor: the slope of a gusset is no floor between its two feet."""
     low, high = b.surfaces.along(wall, run)
-    return bool(_SPANS * (high - low) < np.ptp(points @ run))
-
-
-def _floor(b: Boundary, faces: list[int]) -> Floor:
-    s, first = b.surfaces, faces[0]
-    return Floor(sorted(set(faces)), s.axis[first], float(s.origin[first] @ s.axis[first]))
-
-
-def _level(up: Floats, normal: Floats) -> Floats:
-    """Direction in which a wall runs along a floor."""
-    run = cross(up, normal)
-    out: Floats = run / np.linalg.norm(run)
-    return out
+    return bool(_KEEPS * (high - low) < np.ptp(points @ run))
 
 
 def _place(b: Boundary, wall: int, across: Floats, up: Floats, height: float) -> float:
@@ -125,13 +107,13 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
     """Pairs of walls that face each other across the floor, each with the nearest."""
     s, pairs = b.surfaces, []
     for one in walls:
-        run = _level(floor.up, s.axis[one])
+        run = run_along(floor.up, s.axis[one])
         across = cross(run, floor.up)
         at = _place(b, one, across, floor.up, floor.level)
         low, high = s.along(one, run)
         best: tuple[float, int] | None = None
         for two in walls:
-            if _level(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
+            if run_along(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
                 continue
             leans = s.axis[[one, two]] @ floor.up
             if leans.max() > _STEEP and np.ptp(leans) > _EVEN:
@@ -148,7 +130,7 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
 
 def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     s, up, level = b.surfaces, floor.up, floor.level
-    run = _level(up, s.axis[walls[0]])
+    run = run_along(up, s.axis[walls[0]])
     across = cross(run, up)
     roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
     necks, ceilings = _necks(b, walls, up)
@@ -207,33 +189,6 @@ def _necks(b: Boundary, walls: list[int], up: Floats) -> tuple[list[int], list[i
         necks += above
         ceilings += over
     return sorted(set(necks)), sorted(set(ceilings))
-
-
-def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
-    s, up, level = b.surfaces, floor.up, floor.level
-    roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
-    points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
-    for wall in walls:
-        run = _level(up, s.axis[wall])
-        places = np.concatenate([s.points(i) for i in walls if abs(s.axis[i] @ s.axis[wall]) > 0.99]) @ run
-        shares = np.ptp(places) / max(np.ptp(points @ run), LENGTH_TOLERANCE)
-        if not _SPANS < shares < 1 / _SPANS:
-            return None
-    run = _level(up, s.axis[walls[0]])
-    across = cross(up, run)
-    length, width = float(np.ptp(points @ run)), float(np.ptp(points @ across))
-    if len(walls) > 1 and width > length:
-        run, length, width = across, width, length
-    depth = top(b, walls, up) - level
-    if depth < LENGTH_TOLERANCE:
-        return None
-    across = cross(up, run)
-    centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
-    pose = frame(x, up, centre)
-    box = prism_box(b, sorted(roles), pose, length, width, depth)
-    dimensions = lengths(length=length, width=width, depth=depth) | fillet_radius(b, roles)
-    return Feature("step", "", dimensions, pose, box, sorted(roles.items()))
 
 
 def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
