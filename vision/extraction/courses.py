@@ -32,19 +32,21 @@ class Course:
 @dataclass(frozen=True)
 class Deviations:
     """Of each member of an arc: signed distance (px) from the fitted curve along the unit normal (nx, ny), and how far
-    (px) smoothing has drawn the curve against that normal.  NaN where an arc is no curve of closed form."""
+    (px) smoothing has drawn the curve against that normal; NaN where the members determine none.  `sigma` (px) is the
+    standard deviation of a curve that bends freely enough to be the course itself, NaN on others."""
 
     distance: FloatArray
     nx: FloatArray
     ny: FloatArray
     bias: FloatArray
+    sigma: FloatArray
 
 
 def from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
     """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
     nx, ny = -fit[:, 3], fit[:, 2]
     distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
-    return Deviations(distance, nx, ny, np.zeros_like(x))
+    return Deviations(distance, nx, ny, np.zeros_like(x), np.full_like(x, np.nan))
 
 
 def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, half_spread: FloatArray) -> Deviations:
@@ -52,7 +54,7 @@ def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, half_spread: Flo
     variance of what blurred them."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
     away = np.maximum(np.hypot(u, v), 1e-12)
-    return Deviations(away - radius, u / away, v / away, half_spread / radius)
+    return Deviations(away - radius, u / away, v / away, half_spread / radius, np.full_like(x, np.nan))
 
 
 def from_ellipses(
@@ -68,7 +70,8 @@ def from_ellipses(
     curvature = 1.0 / (a**2 * b**2 * slope**3)  # where the point lies on the ellipse
     distance = 0.5 * ((u / a) ** 2 + (v / b) ** 2 - 1.0) / slope
     nu, nv = gu / slope, gv / slope
-    return Deviations(distance, cosine * nu - sine * nv, sine * nu + cosine * nv, half_spread * curvature)
+    nx, ny = cosine * nu - sine * nv, sine * nu + cosine * nv
+    return Deviations(distance, nx, ny, half_spread * curvature, np.full_like(x, np.nan))
 
 
 def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> Course:
@@ -84,7 +87,7 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
         return Course(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
     steps[members.offsets[:-1]] = 0.0
-    known = np.isfinite(deviations.distance)
+    known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
     distance, concentration, variance = _course_kernels.average_along(
         np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, _WINDOW * scale
     )
@@ -92,9 +95,10 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
     shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
     part = shared * concentration
     shrunk = np.sqrt(variance * part / np.sqrt(1.0 + part**2))
+    distance = np.where(itself, 0.0, distance)
     move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)
     return Course(
         x=x + move * np.where(known, deviations.nx, 0.0),
         y=y + move * np.where(known, deviations.ny, 0.0),
-        sigma=np.where(known, shrunk, sigma),
+        sigma=np.where(itself, deviations.sigma, np.where(known, shrunk, sigma)),
     )
