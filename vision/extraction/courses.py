@@ -18,6 +18,10 @@ from vision.extraction.linking import Chains
 FloatArray = npt.NDArray[np.float64]
 
 _WINDOW = 5.0  # facet scales: standard deviation of the window along the arc
+_SCATTER = (
+    1.0 - 2.0 / (1.0 + 0.5 * _WINDOW**2) ** 0.5 + 1.0 / (1.0 + _WINDOW**2) ** 0.5
+)  # of elements about it, sigma^2
+PRIOR_FREEDOM = 5.0  # degrees of freedom that the elements' own standard deviations count for, beside their scatter
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,9 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
     """Courses of arcs of edge elements found at facet scale `scale` px; what has no deviation stays where it was seen.
 
     The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
-    ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).
+    ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
+    course than their own standard deviations say, as they do where noise is no longer small beside the step, it follows
+    the scatter, the more the longer the arc is.
     """
     from vision.extraction import _course_kernels
 
@@ -95,6 +101,11 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
     shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
     part = shared * concentration
     shrunk = np.sqrt(variance * part / np.sqrt(1.0 + part**2))
+    about = np.where(known, deviations.distance - distance, 0.0) ** 2 / sigma**2
+    freedom = members.counts * np.maximum(spacing, 0.5) / (2.0 * np.sqrt(np.pi) * scale)
+    squares = np.add.reduceat(about, members.offsets[:-1]) / (_SCATTER * members.counts)
+    excess = (PRIOR_FREEDOM + freedom * squares) / (PRIOR_FREEDOM + freedom)
+    shrunk *= np.sqrt(np.repeat(excess, members.counts))
     distance = np.where(itself, 0.0, distance)
     move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)
     return Course(

@@ -8,13 +8,12 @@ exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the sp
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.courses import Deviations
+from vision.extraction.courses import PRIOR_FREEDOM, Deviations
 from vision.extraction.covariances import STATIONS
 
 FloatArray = npt.NDArray[np.float64]
 
 _KNOTS_APART = 8.0  # px
-_PRIOR = 10.0  # degrees of freedom that the elements' own standard deviations count for, beside their scatter
 
 
 def fit_free_curves(
@@ -69,7 +68,7 @@ def _fit(
     scatter = left @ noise @ left.T
     expected = np.trace(scatter)
     freedom = expected**2 / np.sum(scatter**2)
-    excess = (_PRIOR + freedom * np.sum(weight * across**2) / expected) / (_PRIOR + freedom)
+    excess = (PRIOR_FREEDOM + freedom * np.sum(weight * across**2) / expected) / (PRIOR_FREEDOM + freedom)
     at = np.linspace(0.0, length, min(STATIONS, intervals + 3))
     station, point = excess**0.5 * (_basis(at, length, intervals)[0] @ gain), excess**0.5 * (value @ gain)
     curve_sigma = np.sqrt(np.sum(point @ noise * point, axis=1))
