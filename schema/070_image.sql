@@ -157,10 +157,10 @@ CREATE TABLE image_arc_covariance (
     PRIMARY KEY (extraction_id, arc_no),
     FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
 );
-COMMENT ON TABLE image_arc_covariance IS 'What its elements leave open of a line, circular or elliptic arc.';
+COMMENT ON TABLE image_arc_covariance IS 'What its elements leave open of an arc.';
 COMMENT ON COLUMN image_arc_covariance.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_covariance.arc_no IS 'the arc';
-COMMENT ON COLUMN image_arc_covariance.covariance IS 'covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle';
+COMMENT ON COLUMN image_arc_covariance.covariance IS 'covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle; of a free one: its offset to the right at up to eight places, as many as the matrix has rows, evenly spaced along its course from first to last edge element';
 
 CREATE TABLE image_junction (
     extraction_id BIGINT NOT NULL REFERENCES extraction (id),

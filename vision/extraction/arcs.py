@@ -13,8 +13,10 @@ import numpy.typing as npt
 
 from vision.extraction import covariances
 from vision.extraction.courses import Deviations, from_circles, from_ellipses, from_lines, settle
+from vision.extraction.covariances import STATIONS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
+from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import Chains
 
 FloatArray = npt.NDArray[np.float64]
@@ -44,7 +46,7 @@ class Arcs:
     `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
     direction; `residual` (px) the rms distance of its elements.  `significance` is minus the decimal logarithm of its
-    number of false alarms, NaN before clearing (see the module of that name).  `covariance` (n, 5, 5) is that of the
+    number of false alarms, NaN before clearing (see the module of that name).  `covariance` (n, 8, 8) is that of the
     parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
     `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
     measured with the elements around them to `point_sigma` (px) across.
@@ -326,8 +328,16 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, *, scale
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     curved = circular[:, 0] | oval
-    deviations, covariance = _deviations(x, y, w, members, kinds, fit, found, half_spread, correlation)
+    deviations, covariance = _deviations(
+        x, y, edges.sigma[members.elements], w, members, kinds, fit, found, half_spread, scale
+    )
     course = settle(edges, members, deviations, scale)
+    free = (kinds == FREE)[:, None]
+    start = np.where(free, np.column_stack([course.x[first], course.y[first]]), start)
+    end = np.where(free, np.column_stack([course.x[last], course.y[last]]), end)
+    seen = (kinds == FREE)[:, None]
+    start = np.where(seen, np.column_stack([course.x[first], course.y[first]]), start)
+    end = np.where(seen, np.column_stack([course.x[last], course.y[last]]), end)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
@@ -359,24 +369,29 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, *, scale
 def _deviations(
     x: FloatArray,
     y: FloatArray,
+    sigma: FloatArray,
     w: FloatArray,
     members: Chains,
     kinds: IntArray,
     fit: FloatArray,
     ellipses: Ellipses,
     half_spread: FloatArray,
-    correlation: float,
+    scale: float,
 ) -> tuple[Deviations, FloatArray]:
-    """How the members (m,) lie to their arcs, and the covariances (n, 5, 5) of these; `ellipses` are those of the
-    elliptic ones, in order, as seen."""
+    """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
+    those of the elliptic ones, in order, as seen."""
     arc = members.chain_of_member
-    columns = np.full((4, len(x)), np.nan)
-    covariance = np.full((len(kinds), 5, 5), np.nan)
-    for kind in (LINE, CIRCULAR, ELLIPTIC):
+    columns = np.full((5, len(x)), np.nan)
+    covariance = np.full((len(kinds), STATIONS, STATIONS), np.nan)
+    for kind in (LINE, CIRCULAR, ELLIPTIC, FREE):
         own = np.flatnonzero(kinds == kind)
         rows = np.flatnonzero(kinds[arc] == kind)
         at, px, py = arc[rows], x[rows], y[rows]
-        if kind == LINE:
+        if kind == FREE:
+            found, covariance[own] = fit_free_curves(
+                px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale
+            )
+        elif kind == LINE:
             found = from_lines(px, py, fit[at])
             jacobian = covariances.of_lines((px - fit[at, 0]) * fit[at, 2] + (py - fit[at, 1]) * fit[at, 3])
         elif kind == CIRCULAR:
@@ -386,8 +401,10 @@ def _deviations(
             which = np.searchsorted(own, at)
             found = from_ellipses(px, py, ellipses, which, half_spread[at])
             jacobian = covariances.of_ellipses(px, py, found, ellipses, which)
-        columns[:, rows] = found.distance, found.nx, found.ny, found.bias
-        size = jacobian.shape[1]
-        first = np.searchsorted(at, own)
-        covariance[own, :size, :size] = covariances.of_parameters(jacobian, found.distance, w[rows], first, correlation)
+        columns[:, rows] = found.distance, found.nx, found.ny, found.bias, found.sigma
+        if kind != FREE:
+            first, size = np.searchsorted(at, own), jacobian.shape[1]
+            covariance[own, :size, :size] = covariances.of_parameters(
+                jacobian, found.distance, w[rows], first, _correlation(scale)
+            )
     return Deviations(*columns), covariance

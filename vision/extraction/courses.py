@@ -18,6 +18,10 @@ from vision.extraction.linking import Chains
 FloatArray = npt.NDArray[np.float64]
 
 _WINDOW = 5.0  # facet scales: standard deviation of the window along the arc
+_SCATTER = (
+    1.0 - 2.0 / (1.0 + 0.5 * _WINDOW**2) ** 0.5 + 1.0 / (1.0 + _WINDOW**2) ** 0.5
+)  # of elements about it, sigma^2
+PRIOR_FREEDOM = 5.0  # degrees of freedom that the elements' own standard deviations count for, beside their scatter
 
 
 @dataclass(frozen=True)
@@ -32,19 +36,21 @@ class Course:
 @dataclass(frozen=True)
 class Deviations:
     """Of each member of an arc: signed distance (px) from the fitted curve along the unit normal (nx, ny), and how far
-    (px) smoothing has drawn the curve against that normal.  NaN where an arc is no curve of closed form."""
+    (px) smoothing has drawn the curve against that normal; NaN where the members determine none.  `sigma` (px) is the
+    standard deviation of a curve that bends freely enough to be the course itself, NaN on others."""
 
     distance: FloatArray
     nx: FloatArray
     ny: FloatArray
     bias: FloatArray
+    sigma: FloatArray
 
 
 def from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
     """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
     nx, ny = -fit[:, 3], fit[:, 2]
     distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
-    return Deviations(distance, nx, ny, np.zeros_like(x))
+    return Deviations(distance, nx, ny, np.zeros_like(x), np.full_like(x, np.nan))
 
 
 def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, half_spread: FloatArray) -> Deviations:
@@ -52,7 +58,7 @@ def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, half_spread: Flo
     variance of what blurred them."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
     away = np.maximum(np.hypot(u, v), 1e-12)
-    return Deviations(away - radius, u / away, v / away, half_spread / radius)
+    return Deviations(away - radius, u / away, v / away, half_spread / radius, np.full_like(x, np.nan))
 
 
 def from_ellipses(
@@ -68,14 +74,17 @@ def from_ellipses(
     curvature = 1.0 / (a**2 * b**2 * slope**3)  # where the point lies on the ellipse
     distance = 0.5 * ((u / a) ** 2 + (v / b) ** 2 - 1.0) / slope
     nu, nv = gu / slope, gv / slope
-    return Deviations(distance, cosine * nu - sine * nv, sine * nu + cosine * nv, half_spread * curvature)
+    nx, ny = cosine * nu - sine * nv, sine * nu + cosine * nv
+    return Deviations(distance, nx, ny, half_spread * curvature, np.full_like(x, np.nan))
 
 
 def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> Course:
     """Courses of arcs of edge elements found at facet scale `scale` px; what has no deviation stays where it was seen.
 
     The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
-    ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).
+    ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
+    course than their own standard deviations say, as they do where noise is no longer small beside the step, it follows
+    the scatter, the more the longer the arc is.
     """
     from vision.extraction import _course_kernels
 
@@ -84,7 +93,7 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
         return Course(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
     steps[members.offsets[:-1]] = 0.0
-    known = np.isfinite(deviations.distance)
+    known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
     distance, concentration, variance = _course_kernels.average_along(
         np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, _WINDOW * scale
     )
@@ -92,9 +101,15 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
     shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
     part = shared * concentration
     shrunk = np.sqrt(variance * part / np.sqrt(1.0 + part**2))
+    about = np.where(known, deviations.distance - distance, 0.0) ** 2 / sigma**2
+    freedom = members.counts * np.maximum(spacing, 0.5) / (2.0 * np.sqrt(np.pi) * scale)
+    squares = np.add.reduceat(about, members.offsets[:-1]) / (_SCATTER * members.counts)
+    excess = (PRIOR_FREEDOM + freedom * squares) / (PRIOR_FREEDOM + freedom)
+    shrunk *= np.sqrt(np.repeat(excess, members.counts))
+    distance = np.where(itself, 0.0, distance)
     move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)
     return Course(
         x=x + move * np.where(known, deviations.nx, 0.0),
         y=y + move * np.where(known, deviations.ny, 0.0),
-        sigma=np.where(known, shrunk, sigma),
+        sigma=np.where(itself, deviations.sigma, np.where(known, shrunk, sigma)),
     )

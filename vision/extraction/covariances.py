@@ -14,11 +14,12 @@ from vision.extraction.ellipses import Ellipses
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.intp]
 
+STATIONS = 8  # places, at most, at which the covariance of a free curve is kept
 PARAMETERS = {
     "line": ("offset to the right", "angle"),
     "circular": ("centre_x", "centre_y", "radius"),
     "elliptic": ("centre_x", "centre_y", "radius", "radius2", "axis_angle"),
-    "free": (),
+    "free": ("offset to the right at a station",) * STATIONS,
 }
 
 

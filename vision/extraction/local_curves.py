@@ -122,8 +122,29 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
     ]
     variance[oval] = _quadratic(arcs.covariance[which][:, :5, :5], ahead[1], 0.5 * (ahead[2] - ahead[0]))
 
+    # a free curve as the parabola through three of its points
     free = kind == FREE
-    variance[free, 0] = arcs.point_sigma[point[free]] ** 2
+    at, low, high = point[free], first[free], last[free]
+    middle = np.clip(at, np.minimum(low + _TANGENT, high), np.maximum(high - _TANGENT, low))
+    three = [
+        np.column_stack([arcs.x[p], arcs.y[p]])
+        for p in (np.maximum(middle - _TANGENT, low), middle, np.minimum(middle + _TANGENT, high))
+    ]
+    to, on = three[1] - three[0], three[2] - three[1]
+    a, b = np.hypot(*to.T), np.hypot(*on.T)
+    chord = three[2] - three[0]
+    bend = 2.0 * (to[:, 0] * on[:, 1] - to[:, 1] * on[:, 0]) / np.maximum(a * b * np.hypot(*chord.T), 1e-9)
+    turn = (
+        bend
+        * np.sum((np.column_stack([x, y])[free] - 0.5 * (three[0] + three[2])) * chord, axis=1)
+        / np.maximum(a + b, 1e-9)
+    )
+    way = np.arctan2(chord[:, 1], chord[:, 0]) + turn
+    tangent[free] = np.column_stack([np.cos(way), np.sin(way)])
+    curvature[free] = bend
+    # prolonged from an end, it strays as three points a apart let it: (1 + 20 s^2 / a^2) times their variance
+    spread = arcs.point_sigma[at] ** 2
+    variance[free] = np.column_stack([spread, 0.0 * spread, 20.0 * spread / np.maximum(0.5 * (a + b), 1.0) ** 2])
     return LocalCurves(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
 
 

@@ -1,0 +1,90 @@
+"""Free curves against a wave at a known place."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+from scipy.spatial import cKDTree
+
+from vision.extraction.arcs import FREE, Arcs, measure_arcs
+from vision.extraction.courses import Deviations
+from vision.extraction.edges import edge_elements
+from vision.extraction.free_curves import fit_free_curves
+from vision.extraction.linking import fill_gaps
+from vision.extraction.local_curves import local_curves
+
+from .synthetic import FloatArray, linked
+
+_HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
+
+
+def _wave() -> FloatArray:
+    """70 x 130, bright below the wave, drawn eight times as large, blurred there and averaged over the pixels."""
+    times = 8
+    y, x = (np.mgrid[: times * 70, : times * 130] - (times - 1) / 2) / times
+    phase, turn = 2 * np.pi * x / _LONG, 2 * np.pi / _LONG
+    distance = (y - _MIDDLE - _HIGH * np.sin(phase)) / np.hypot(1.0, _HIGH * turn * np.cos(phase))
+    share = gaussian_filter(np.clip(0.5 + times * distance, 0, 1), times * 0.7)
+    return np.asarray(60 + 100 * share.reshape(70, times, 130, times).mean(axis=(1, 3)))
+
+
+def _free_curve(image: FloatArray) -> Arcs:
+    edges = edge_elements(image)
+    chains = fill_gaps(edges, linked(edges, image.shape), image)
+    chains = chains.take(np.arange(len(chains)) == np.argmax(chains.counts))
+    return measure_arcs(edges, chains, np.array([FREE], np.int32), scale=1.4)
+
+
+def _offsets(x: FloatArray, y: FloatArray) -> FloatArray:
+    """How far to the right of the wave, walked as the points (x, y) are, these lie."""
+    dense = np.linspace(-3, 133, 40000)
+    wave = np.column_stack([dense, _MIDDLE + _HIGH * np.sin(2 * np.pi * dense / _LONG)])
+    _, near = cKDTree(wave).query(np.column_stack([x, y]))
+    ahead, aside = wave[near + 1] - wave[near], np.column_stack([x, y]) - wave[near]
+    right = (ahead[:, 0] * aside[:, 1] - ahead[:, 1] * aside[:, 0]) / np.hypot(*ahead.T)
+    return np.asarray(np.sign(x[-1] - x[0]) * right)
+
+
+def test_a_free_curve_scatters_as_its_covariance_says() -> None:
+    clean, rng = _wave(), np.random.default_rng(11)
+    stations, covariances, points = [], [], []
+    for _ in range(30):
+        arcs = _free_curve(clean + rng.normal(0, 10, clean.shape))
+        offsets = _offsets(arcs.x, arcs.y)
+        walked = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(arcs.x), np.diff(arcs.y)))])
+        stations.append(np.interp(np.linspace(0.0, walked[-1], 8), walked, offsets))
+        covariances.append(arcs.covariance[0])
+        points.append(offsets / arcs.point_sigma)
+    found, expected = np.array(stations), np.mean(covariances, axis=0)
+    assert np.sqrt(np.mean(np.var(found, axis=0, ddof=1) / np.diag(expected))) == pytest.approx(1.0, abs=0.15)
+    off = found - found.mean(axis=0)
+    square = np.einsum("ni,ij,nj->n", off, np.linalg.inv(expected), off) / 8
+    assert np.mean(square) == pytest.approx(1.0, abs=0.35)  # correlation between the stations included
+    assert np.std(np.concatenate(points)) == pytest.approx(1.0, abs=0.2)
+    assert np.abs(found.mean(axis=0)).max() < 0.05
+    assert np.sqrt(np.mean(expected.diagonal())) < 0.1
+
+
+def test_a_spline_through_points_of_a_parabola_is_that_parabola() -> None:
+    x = np.linspace(0.0, 40.0, 41)
+    y = 0.01 * (x - 20.0) ** 2
+    one = np.ones(41)
+    found, covariance = fit_free_curves(x, y, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4)
+    assert isinstance(found, Deviations)
+    np.testing.assert_allclose(found.distance, 0.0, atol=1e-3)
+    slope = 0.02 * (x - 20.0)
+    np.testing.assert_allclose(found.nx * np.hypot(1, slope), -slope, atol=5e-3)
+    # drawn towards the inside of the bend, which lies on the side of the normal
+    np.testing.assert_allclose(found.bias[5:-5], -0.5 * 0.02 / np.hypot(1, slope[5:-5]) ** 3, rtol=0.1)
+    assert np.isfinite(covariance).all()
+    np.testing.assert_allclose(covariance[0], covariance[0].T, atol=1e-15)
+    assert np.linalg.eigvalsh(covariance[0]).min() > 0
+
+
+def test_the_ends_of_a_free_curve_lead_on_along_it() -> None:
+    clean = _wave()
+    for seed in range(3):
+        arcs = _free_curve(clean + np.random.default_rng(seed).normal(0, 5, clean.shape))
+        ends = local_curves(arcs, np.array([0, len(arcs.x) - 1]), arcs.x[[0, -1]], arcs.y[[0, -1]])
+        beyond = ends.points(np.array([[-4.0], [4.0]]))[:, 0]
+        assert np.abs(_offsets(*beyond.T)).max() < 0.7
+        assert np.all(ends.curvature * [-1, 1] > 0.02)  # 0.04 at the one, falling to nothing at the other

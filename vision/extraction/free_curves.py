@@ -1,0 +1,93 @@
+"""Free curves: uniform cubic splines of least squares through edge elements, with their covariance.
+
+A spline with a knot every eight pixels follows what an edge detector can see of a bend.  Its covariance is that of the
+elements carried through the fit: their own standard deviations, correlated along the curve as their windows overlap,
+exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the spline than that explains.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.courses import PRIOR_FREEDOM, Deviations
+from vision.extraction.covariances import STATIONS
+
+FloatArray = npt.NDArray[np.float64]
+
+_KNOTS_APART = 8.0  # px
+
+
+def fit_free_curves(
+    x: FloatArray,
+    y: FloatArray,
+    sigma: FloatArray,
+    weight: FloatArray,
+    counts: npt.NDArray[np.integer],
+    half_spread: FloatArray,
+    scale: float,
+) -> tuple[Deviations, FloatArray]:
+    """How members (m,) lie to the n curves through them, and the covariances (n, `STATIONS`, `STATIONS`) of these.
+
+    Set i of at least five members is the next `counts[i]`, seen at facet scale `scale` px.  A covariance is that of the
+    curve's offset, to the right of who walks along it, at places evenly spaced from its first to its last point: as
+    many as its spline has parameters and eight at most, NaN beyond them.
+    `sigma` (px) is the standard deviation of each member across the curve, `weight` (1/px^2) what it counts for in the
+    fit, `half_spread` (n,) (px^2) half the variance of what blurred the curve.
+    """
+    columns = np.empty((5, len(x)))
+    covariance = np.full((len(counts), STATIONS, STATIONS), np.nan)
+    ends = np.cumsum(counts)
+    for i, (first, last) in enumerate(zip(ends - counts, ends, strict=True)):  # rare, and of a size each
+        own = slice(int(first), int(last))
+        columns[:, own], found = _fit(x[own], y[own], sigma[own], weight[own], float(half_spread[i]), scale)
+        covariance[i, : len(found), : len(found)] = found
+    return Deviations(*columns), covariance
+
+
+def _fit(
+    x: FloatArray, y: FloatArray, sigma: FloatArray, weight: FloatArray, half_spread: float, scale: float
+) -> tuple[FloatArray, FloatArray]:
+    """Deviations (5, m) of the members of one curve, and its covariance at its stations."""
+    place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    length, count = float(place[-1]), len(x)
+    intervals = int(np.clip(round(length / _KNOTS_APART), 1, max(count // 2 - 3, 1)))
+    value, slope, bend = _basis(place, length, intervals)
+    # a curve that no element holds anywhere is kept from bending there
+    stiff = 1e-6 * weight.mean() * np.diff(np.eye(intervals + 3), 2, axis=0)
+    gain = np.linalg.solve(value.T @ (weight[:, None] * value) + stiff.T @ stiff, value.T * weight)
+    control = gain @ np.column_stack([x, y])
+    velocity, acceleration = slope @ control, bend @ control
+    speed = np.maximum(np.hypot(*velocity.T), 1e-12)
+    tx, ty = (velocity / speed[:, None]).T
+    nx, ny = -ty, tx
+    across = (x - value @ control[:, 0]) * nx + (y - value @ control[:, 1]) * ny
+    curvature = (acceleration[:, 0] * nx + acceleration[:, 1] * ny) / speed**2
+
+    apart = place[:, None] - place
+    noise = sigma[:, None] * sigma * np.exp(-((apart / (2.0 * scale)) ** 2))
+    left = np.sqrt(weight)[:, None] * (np.eye(count) - value @ gain)
+    scatter = left @ noise @ left.T
+    expected = np.trace(scatter)
+    freedom = expected**2 / np.sum(scatter**2)
+    excess = (PRIOR_FREEDOM + freedom * np.sum(weight * across**2) / expected) / (PRIOR_FREEDOM + freedom)
+    at = np.linspace(0.0, length, min(STATIONS, intervals + 3))
+    station, point = excess**0.5 * (_basis(at, length, intervals)[0] @ gain), excess**0.5 * (value @ gain)
+    curve_sigma = np.sqrt(np.sum(point @ noise * point, axis=1))
+    return np.stack([across, nx, ny, -half_spread * curvature, curve_sigma]), station @ noise @ station.T
+
+
+def _basis(place: FloatArray, length: float, intervals: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Values, first and second derivatives (m, intervals + 3) of the uniform cubic B-splines on 0..length."""
+    knot = length / intervals
+    which = np.minimum(place / knot, intervals - 1).astype(np.intp)
+    t = place / knot - which
+    pieces = (
+        np.stack([(1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, 1 + 3 * t + 3 * t**2 - 3 * t**3, t**3]) / 6.0,
+        np.stack([-((1 - t) ** 2), 3 * t**2 - 4 * t, 1 + 2 * t - 3 * t**2, t**2]) / (2.0 * knot),
+        np.stack([1 - t, 3 * t - 2, 1 - 3 * t, t]) / knot**2,
+    )
+    out = []
+    for piece in pieces:
+        full = np.zeros((len(place), intervals + 3))
+        full[np.arange(len(place))[:, None], which[:, None] + np.arange(4)] = piece.T
+        out.append(full)
+    return out[0], out[1], out[2]
