@@ -133,7 +133,14 @@ class StoreTables(Peer):
         with self.store.write() as connection:
             append = partial(self.store.append, connection)
             append("shape", {**shape, **corner})
-            append("part", {"id": [1], "content_key": ["p"], "number": "1", "name": "part", "shape_id": 1})
+            part: dict[str, Any] = {
+                "id": [1],
+                "content_key": ["p"],
+                "number": "1",
+                "name": "part",
+                "supplemental": False,
+            }
+            append("part", {**part, "shape_id": 1})
             for table in ("world", "current_world"):
                 append(table, {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
             append("occurrence", occurrence)

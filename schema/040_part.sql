@@ -322,7 +322,7 @@ CREATE TABLE part (
     material TEXT,
     colour TEXT,
     shape_id BIGINT NOT NULL REFERENCES shape (id),
-    supplemental BOOLEAN NOT NULL DEFAULT FALSE
+    supplemental BOOLEAN NOT NULL
 );
 COMMENT ON TABLE part IS 'A product: number, name, material, and the shape it has.';
 COMMENT ON COLUMN part.id IS 'identity of the part';

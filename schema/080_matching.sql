@@ -70,16 +70,14 @@ COMMENT ON COLUMN unit.unit_no IS 'ordinal in the set, from 0';
 COMMENT ON COLUMN unit.kind IS 'arc, region, view_arc or view_surface';
 COMMENT ON COLUMN unit.ref_no IS 'arc_no, region_no, view_arc_no or view_surface_no of what it stands for';
 
+-- Without keys: some 4,000 rows a picture, whose three keys would take most of the time of storing it.
 CREATE TABLE unit_relation (
     unit_set_id BIGINT NOT NULL,
     kind TEXT NOT NULL,
     unit_a INTEGER NOT NULL,
     unit_b INTEGER NOT NULL,
-    value DOUBLE PRECISION NOT NULL,
-    sigma DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (unit_set_id, kind, unit_a, unit_b),
-    FOREIGN KEY (unit_set_id, unit_a) REFERENCES unit (unit_set_id, unit_no),
-    FOREIGN KEY (unit_set_id, unit_b) REFERENCES unit (unit_set_id, unit_no)
+    value REAL NOT NULL,
+    sigma REAL NOT NULL
 );
 COMMENT ON TABLE unit_relation IS 'Relations of two units with their measured values, stored with their inverse but for surrounds.';
 COMMENT ON COLUMN unit_relation.unit_set_id IS 'the set';

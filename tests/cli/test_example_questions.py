@@ -43,7 +43,8 @@ def fill(store: Store) -> None:
         shape = connection.execute(sa.select(store.table("shape").c.id)).first()
         assert shape is not None
         row: dict[str, Any] = {"id": [10**9], "content_key": ["x"], "number": ["P-1"], "name": ["plate"]}
-        store.append(connection, "part", {**row, "material": ["Al 7075-T6"], "shape_id": [int(shape.id)]})
+        row |= {"material": ["Al 7075-T6"], "supplemental": False, "shape_id": [int(shape.id)]}
+        store.append(connection, "part", row)
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])

@@ -93,7 +93,7 @@ def plate() -> Model:
         },
         "shape_box": elements,
         "shape_box_page": pages | box([[0, 0, 0]] * 2, [[2, 1, 0]] * 2),
-        "part": {"id": [1], "content_key": "p", "number": "1", "name": "plate", "shape_id": 1},
+        "part": {"id": [1], "content_key": "p", "number": "1", "name": "plate", "supplemental": False, "shape_id": 1},
         "object": {"id": [1, 2], "content_key": ["o", "p"], "name": ["o", "p"], "kind": "assembly"},
         "object_object": {"parent_id": [1], "child_no": 0, "child_id": 2, "name": "b"} | transform(90, [10, 0, 0]),
         "object_part": {"object_id": [2], "child_no": 0, "part_id": 1, "name": "c"} | transform(0, [0, 0, 5]),
@@ -157,13 +157,26 @@ def add_octree(model: Model, x1: float, listed: int) -> None:
     model["octree_entry"] = {"world_id": [1], "cell": listed, "occurrence_id": 3}
 
 
-def add_element(model: Model) -> None:
-    numbers = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", "sigma"), 1.0)
-    model["edge_element"] = {"extraction_id": [7], "arc_no": [-1], **numbers}
+def add(table: str, **row: Any) -> Callable[[Model], None]:
+    """One row of what an extraction found, where there is no extraction."""
+
+    def make(model: Model) -> None:
+        model[table] = {name: [value] for name, value in row.items()}
+
+    return make
+
+
+ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", "sigma"), 1.0)
 
 
 FAULTS = {
-    "edge_element": add_element,
+    "edge_element": add("edge_element", extraction_id=7, arc_no=-1, **ELEMENT),
+    "image_arc_mark": add("image_arc_mark", extraction_id=7, arc_no=0, name="texture", value=1.0),
+    "image_arc_point": add("image_arc_point", extraction_id=7, arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
+    "region_arc": add("region_arc", extraction_id=7, region_no=0, arc_no=0, side="left", length=9.0),
+    "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
+    "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
+    "unit_relation": add("unit_relation", unit_set_id=7, kind="bounds", unit_a=0, unit_b=1, value=1.0, sigma=0.1),
     "octree_cell": lambda model: add_octree(model, 11, 1),
     "octree_entry": lambda model: add_octree(model, 9.5, 7),
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),

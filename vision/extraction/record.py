@@ -78,27 +78,32 @@ def record_extraction(
 def _primitives(extraction: Extraction) -> dict[str, Columns]:
     """Columns of the tables of schema/070, `extraction_id` left out, parents before children."""
     edges, arcs, regions = extraction.edges, extraction.arcs, extraction.regions
-    linked = np.unique(extraction.chains.elements)  # loose elements are not worth their room
-    arc_of_element = np.full(len(edges), -1, np.int32)
-    arc_of_element[arcs.elements] = arcs.chains.chain_of_member
+    # Arc by arc, then those linked but of no arc; loose elements are not worth their room.
+    of_no_arc = np.zeros(len(edges), bool)
+    of_no_arc[extraction.chains.elements] = True
+    of_no_arc[arcs.elements] = False
+    linked = np.concatenate([arcs.elements, np.flatnonzero(of_no_arc)])
+    arc_no = np.full(len(linked), -1, np.int32)
+    arc_no[: len(arcs.elements)] = arcs.chains.chain_of_member
     region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
+    ring, point_no = _members(regions.ring_offsets)
     labelled, label = np.nonzero(extraction.topography)
     borders, junctions = extraction.region_arcs, extraction.junctions
     return {
         "edge_element": {
-            "x": edges.x[linked].astype(np.float32),
-            "y": edges.y[linked].astype(np.float32),
-            "normal_x": edges.nx[linked].astype(np.float32),
-            "normal_y": edges.ny[linked].astype(np.float32),
-            "contrast": edges.contrast[linked].astype(np.float32),
-            "width": edges.width[linked].astype(np.float32),
-            "sigma": edges.sigma[linked].astype(np.float32),
-            "arc_no": arc_of_element[linked],
+            "x": edges.x[linked],
+            "y": edges.y[linked],
+            "normal_x": edges.nx[linked],
+            "normal_y": edges.ny[linked],
+            "contrast": edges.contrast[linked],
+            "width": edges.width[linked],
+            "sigma": edges.sigma[linked],
+            "arc_no": arc_no,
         },
         "image_arc": _arcs(extraction),
         "image_arc_mark": _marks(extraction),
-        "image_arc_polyline": _polylines(extraction),
+        "image_arc_point": _points(extraction),
         "image_arc_covariance": _covariances(extraction),
         "image_junction": {
             "junction_no": np.arange(len(junctions), dtype=np.int32),
@@ -131,10 +136,11 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "hole_count": regions.hole_count,
         },
         "region_outline": {
-            "region_no": regions.ring_region,
-            "ring_no": ring_no.astype(np.int32),
-            "x": _packed(regions.outline_x, regions.ring_offsets),
-            "y": _packed(regions.outline_y, regions.ring_offsets),
+            "region_no": regions.ring_region[ring],
+            "ring_no": ring_no[ring].astype(np.int32),
+            "point_no": point_no,
+            "x": regions.outline_x.astype(np.int32),
+            "y": regions.outline_y.astype(np.int32),
         },
         "region_arc": {
             "region_no": borders.region,
@@ -181,14 +187,16 @@ def _arcs(extraction: Extraction) -> Columns:
     }
 
 
-def _polylines(extraction: Extraction) -> Columns:
+def _points(extraction: Extraction) -> Columns:
     arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     course, offsets = closed_courses(arcs, extraction.junctions)
+    arc_no, point_no = _members(offsets)
     return {
-        "arc_no": np.arange(len(arcs), dtype=np.int32),
-        "x": _packed(course.x, offsets),
-        "y": _packed(course.y, offsets),
-        "sigma": _packed(course.sigma, offsets),
+        "arc_no": arc_no,
+        "point_no": point_no,
+        "x": course.x,
+        "y": course.y,
+        "sigma": course.sigma,
     }
 
 
@@ -231,5 +239,7 @@ def _units(extraction: Extraction) -> dict[str, Columns]:
     }
 
 
-def _packed(values: npt.NDArray[np.float64], offsets: npt.NDArray[np.int32]) -> Ragged:
-    return Ragged(values.astype(np.float32), offsets.astype(np.int64))
+def _members(offsets: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """Of the members of packed groups: which group each is of, and its ordinal there."""
+    group = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
+    return group, (np.arange(len(group)) - offsets[group]).astype(np.int32)

@@ -45,16 +45,17 @@ COMMENT ON COLUMN extraction.parameters IS 'parameters, defaults included';
 COMMENT ON COLUMN extraction.version IS 'version of the extraction';
 COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noise found, grey levels of 0..255';
 
--- Without keys: some 25,000 rows a picture, whose keys would cost as much as all else of it.
+-- Without keys: some 25,000 rows a picture, whose keys would cost as much as all else of it.  Their numbers are
+-- decimals that end well below their sigma: these pack to a third of floating-point numbers.
 CREATE TABLE edge_element (
     extraction_id BIGINT NOT NULL,
-    x REAL NOT NULL,
-    y REAL NOT NULL,
-    normal_x REAL NOT NULL,
-    normal_y REAL NOT NULL,
-    contrast REAL NOT NULL,
-    width REAL NOT NULL,
-    sigma REAL NOT NULL,
+    x DECIMAL(9, 3) NOT NULL,
+    y DECIMAL(9, 3) NOT NULL,
+    normal_x DECIMAL(9, 4) NOT NULL,
+    normal_y DECIMAL(9, 4) NOT NULL,
+    contrast DECIMAL(9, 2) NOT NULL,
+    width DECIMAL(9, 3) NOT NULL,
+    sigma DECIMAL(9, 4) NOT NULL,
     arc_no INTEGER NOT NULL
 );
 COMMENT ON TABLE edge_element IS 'Edge elements that were linked: facet zero-crossings with sub-pixel position.';
@@ -120,13 +121,12 @@ COMMENT ON COLUMN image_arc.residual IS 'rms distance of its edge elements from 
 COMMENT ON COLUMN image_arc.significance IS 'minus the decimal logarithm of its number of false alarms a megapixel: how many arcs as good its surroundings would show by chance; null for ridges and ravines';
 COMMENT ON COLUMN image_arc.element_count IS 'number of edge elements';
 
+-- Without keys, as the edge elements.
 CREATE TABLE image_arc_mark (
     extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
     name TEXT NOT NULL,
-    value DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (extraction_id, arc_no, name),
-    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
+    value DOUBLE PRECISION NOT NULL
 );
 COMMENT ON TABLE image_arc_mark IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
 COMMENT ON COLUMN image_arc_mark.extraction_id IS 'the extraction';
@@ -134,21 +134,22 @@ COMMENT ON COLUMN image_arc_mark.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_mark.name IS 'texture, highlight, bridged, unmatched_in_stereo';
 COMMENT ON COLUMN image_arc_mark.value IS 'strength of the mark, 0 to 1';
 
-CREATE TABLE image_arc_polyline (
+-- Without keys, as the edge elements.
+CREATE TABLE image_arc_point (
     extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
-    x REAL[] NOT NULL,
-    y REAL[] NOT NULL,
-    sigma REAL[] NOT NULL,
-    PRIMARY KEY (extraction_id, arc_no),
-    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
+    point_no INTEGER NOT NULL,
+    x DECIMAL(9, 3) NOT NULL,
+    y DECIMAL(9, 3) NOT NULL,
+    sigma DECIMAL(9, 4) NOT NULL
 );
-COMMENT ON TABLE image_arc_polyline IS 'The course of an image arc, packed: its edge elements in order, each moved across the arc to where its neighbours along it agree; from junction to junction where its ends are closed.';
-COMMENT ON COLUMN image_arc_polyline.extraction_id IS 'the extraction';
-COMMENT ON COLUMN image_arc_polyline.arc_no IS 'the arc';
-COMMENT ON COLUMN image_arc_polyline.x IS 'x of the points, px';
-COMMENT ON COLUMN image_arc_polyline.y IS 'y of the points, px';
-COMMENT ON COLUMN image_arc_polyline.sigma IS 'standard deviation of each point across the arc, px';
+COMMENT ON TABLE image_arc_point IS 'The course of an image arc: its edge elements in order, each moved across the arc to where its neighbours along it agree; from junction to junction where its ends are closed.';
+COMMENT ON COLUMN image_arc_point.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_arc_point.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_point.point_no IS 'ordinal along the arc, from 0';
+COMMENT ON COLUMN image_arc_point.x IS 'x, px';
+COMMENT ON COLUMN image_arc_point.y IS 'y, px';
+COMMENT ON COLUMN image_arc_point.sigma IS 'standard deviation of the point across the arc, px';
 
 CREATE TABLE image_arc_covariance (
     extraction_id BIGINT NOT NULL,
@@ -236,31 +237,30 @@ COMMENT ON COLUMN image_region.slope_y IS 'slope of the grey plane along y, grey
 COMMENT ON COLUMN image_region.saturated_share IS 'share of saturated pixels';
 COMMENT ON COLUMN image_region.hole_count IS 'number of holes';
 
+-- Without keys, as the edge elements.
 CREATE TABLE region_outline (
     extraction_id BIGINT NOT NULL,
     region_no INTEGER NOT NULL,
     ring_no INTEGER NOT NULL,
-    x REAL[] NOT NULL,
-    y REAL[] NOT NULL,
-    PRIMARY KEY (extraction_id, region_no, ring_no),
-    FOREIGN KEY (extraction_id, region_no) REFERENCES image_region (extraction_id, region_no)
+    point_no INTEGER NOT NULL,
+    x INTEGER NOT NULL,
+    y INTEGER NOT NULL
 );
-COMMENT ON TABLE region_outline IS 'Outlines of the regions, packed polygons.';
+COMMENT ON TABLE region_outline IS 'Outlines of the regions: corners of closed polygons.';
 COMMENT ON COLUMN region_outline.extraction_id IS 'the extraction';
 COMMENT ON COLUMN region_outline.region_no IS 'the region';
 COMMENT ON COLUMN region_outline.ring_no IS '0 for the outer ring, then the holes';
-COMMENT ON COLUMN region_outline.x IS 'x of the vertices, px';
-COMMENT ON COLUMN region_outline.y IS 'y of the vertices, px';
+COMMENT ON COLUMN region_outline.point_no IS 'ordinal along the ring, from 0';
+COMMENT ON COLUMN region_outline.x IS 'x, px';
+COMMENT ON COLUMN region_outline.y IS 'y, px';
 
+-- Without keys, as the edge elements.
 CREATE TABLE region_arc (
     extraction_id BIGINT NOT NULL,
     region_no INTEGER NOT NULL,
     arc_no INTEGER NOT NULL,
     side TEXT NOT NULL,
     length DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (extraction_id, region_no, arc_no, side),
-    FOREIGN KEY (extraction_id, region_no) REFERENCES image_region (extraction_id, region_no),
-    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no),
     CHECK (side IN ('left', 'right'))
 );
 COMMENT ON TABLE region_arc IS 'The arcs that bound a region.';
@@ -270,13 +270,12 @@ COMMENT ON COLUMN region_arc.arc_no IS 'the arc';
 COMMENT ON COLUMN region_arc.side IS 'side of the arc on which the region lies, walking from first to last end: left or right';
 COMMENT ON COLUMN region_arc.length IS 'length of arc that borders the region, px';
 
+-- Without keys, as the edge elements.
 CREATE TABLE region_topography (
     extraction_id BIGINT NOT NULL,
     region_no INTEGER NOT NULL,
     label TEXT NOT NULL,
     pixels INTEGER NOT NULL,
-    PRIMARY KEY (extraction_id, region_no, label),
-    FOREIGN KEY (extraction_id, region_no) REFERENCES image_region (extraction_id, region_no),
     CHECK (label IN ('peak', 'pit', 'saddle', 'ridge', 'ravine', 'flat', 'slope', 'convex', 'concave', 'saddle_hill', 'inflection'))
 );
 COMMENT ON TABLE region_topography IS 'How many pixels of a region carry each topographic label.';
@@ -292,7 +291,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('edge_element', 'image', 'primary'),
     ('image_arc', 'image', 'primary'),
     ('image_arc_mark', 'image', 'primary'),
-    ('image_arc_polyline', 'image', 'primary'),
+    ('image_arc_point', 'image', 'primary'),
     ('image_arc_covariance', 'image', 'primary'),
     ('image_junction', 'image', 'primary'),
     ('image_junction_arc', 'image', 'primary'),
