@@ -8,9 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
-from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
@@ -26,6 +24,7 @@ from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep import bulges, loops, masses
 from relmodel.loading.brep import measures as brep
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.step import geometry as step_geometry
 from relmodel.loading.step import triangulation as step_mesh
@@ -61,7 +60,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     integrals = masses.face_integrals(surfaces, curves, coedges, pcurves, middle)
     mass_columns, volume = _masses(faces, integrals, middle)
     surface_columns |= mass_columns
-    surface_columns |= box_columns(_boxes(faces, surfaces, surface_columns["area"], coedges, arc_columns))
+    surface_columns |= box_columns(_boxes(surfaces, Trims(surfaces, curves, coedges, pcurves), arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
     normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
@@ -225,19 +224,13 @@ def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, fl
     return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
 
 
-def _boxes(
-    faces: list[Any], surfaces: Surfaces, area: Array, coedges: Table, arcs: Table
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _boxes(surfaces: Surfaces, trims: Trims, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Boxes of the faces (n, 6): of their arcs, widened where the surface bulges beyond them."""
-    low, high = np.full((len(faces), 3), np.inf), np.full((len(faces), 3), -np.inf)
+    low, high = np.full((len(surfaces), 3), np.inf), np.full((len(surfaces), 3), -np.inf)
     arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
     arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
-    np.minimum.at(low, coedges["surface_no"], arc_low[coedges["arc_no"]])
-    np.maximum.at(high, coedges["surface_no"], arc_high[coedges["arc_no"]])
+    np.minimum.at(low, trims.surface, arc_low[trims.arc])
+    np.maximum.at(high, trims.surface, arc_high[trims.arc])
     boxes = np.concatenate([low, high], axis=1)
-    for i in bulges.widen(boxes, surfaces, area).tolist():
-        box = Bnd_Box()
-        BRepBndLib.AddOptimal_s(faces[i], box, False, False)
-        boxes[i, :3] = np.minimum(boxes[i, :3], box.CornerMin().Coord())
-        boxes[i, 3:] = np.maximum(boxes[i, 3:], box.CornerMax().Coord())
+    bulges.widen(boxes, surfaces, trims)
     return boxes
