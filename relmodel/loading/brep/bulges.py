@@ -27,8 +27,9 @@ _DIFFERENCE = 1e-4  # of a step, for second derivatives
 _LEVEL = 1e-6  # of the greater curvature: along a ridge with less than this one stays where one is
 
 
-def widen(boxes: Array, surfaces: Surfaces, trims: Trims) -> None:
+def widen(boxes: Array, trims: Trims) -> None:
     """Widen boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of faces to those of the faces, in place."""
+    surfaces = trims.surfaces
     found = [_round_summits(surfaces), _free_summits(boxes, surfaces)]
     row, axis, u, v = (np.concatenate(parts) for parts in zip(*found, strict=True))
     if not len(row):

@@ -27,14 +27,16 @@ _SAMPLES = 8  # steps of a piece of a pcurve between which it crosses a line onc
 class Trims:
     """Coedges of faces, told by their rows.
 
+    surface, loop, arc, reversed: columns of the coedges; pcurve: row of each in `pcurves`, -1: none, or on a plane.
     sign: (n,) 1 where the loop runs along the arc's parameter, as (u, v) is seen (the face to its left), else -1.
     """
 
     def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
         self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
         self.surface = np.asarray(coedges["surface_no"], np.int64)
+        self.loop = np.asarray(coedges["loop_no"], np.int64)
         self.arc = np.asarray(coedges["arc_no"], np.int64)
-        backward = np.asarray(coedges["reversed"], bool)
+        self.reversed = backward = np.asarray(coedges["reversed"], bool)
         self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
         self.sign = np.where(backward != surfaces.reversed[self.surface], -1.0, 1.0)
         drawn = pcurve_of(coedges, pcurves)

@@ -22,7 +22,6 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
-from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep import bulges, loops, masses
 from relmodel.loading.brep import measures as brep
 from relmodel.loading.brep.trims import Trims
@@ -52,17 +51,17 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     bounds, coedges, pcurves = _loops(boundary, faces, surface_columns["kind"], edges)
 
     curves, surfaces = curve_rows.curves(), support.surfaces()
-    loops.outer_first(surfaces, curves, bounds, coedges, pcurves)
+    trims = loops.outer_first(Trims(surfaces, curves, coedges, pcurves), bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     box = np.stack([arc_columns[name] for name in BOX], axis=1)
     middle = (box[:, :3].min(axis=0) + box[:, 3:].max(axis=0)) / 2 if len(box) else np.zeros(3)
-    integrals = masses.face_integrals(surfaces, curves, coedges, pcurves, middle)
+    integrals = masses.face_integrals(trims, middle)
     mass_columns, volume = _masses(faces, integrals, middle)
     surface_columns |= mass_columns
-    surface_columns |= box_columns(_boxes(surfaces, Trims(surfaces, curves, coedges, pcurves), arc_columns))
+    surface_columns |= box_columns(_boxes(trims, arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
-    normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
+    normals = brep.ArcNormals(trims)
     arc_columns |= brep.adjacency(normals)
     solid = _has(shape, Type.TopAbs_SOLID)
     return Shape(
@@ -234,13 +233,14 @@ def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, fl
     return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
 
 
-def _boxes(surfaces: Surfaces, trims: Trims, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _boxes(trims: Trims, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Boxes of the faces (n, 6): of their arcs, widened where the surface bulges beyond them."""
-    low, high = np.full((len(surfaces), 3), np.inf), np.full((len(surfaces), 3), -np.inf)
+    count = len(trims.surfaces)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
     arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
     np.minimum.at(low, trims.surface, arc_low[trims.arc])
     np.maximum.at(high, trims.surface, arc_high[trims.arc])
     boxes = np.concatenate([low, high], axis=1)
-    bulges.widen(boxes, surfaces, trims)
+    bulges.widen(boxes, trims)
     return boxes
