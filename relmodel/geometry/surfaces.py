@@ -112,6 +112,17 @@ class Surfaces:
                 put(values, at, new.reshape(3, -1, *size[1:]))
         return out
 
+    def hulls(self, row: Index, u: Array, v: Array) -> tuple[Array, Array]:
+        """Components (3, n) of the ends of boxes that hold the smooth parts of surfaces `row` (n,) at u, v (n,).
+
+        They are those of the poles; infinite where there are none.
+        """
+        low, high = np.full((3, len(row)), -np.inf), np.full((3, len(row)), np.inf)
+        at = np.flatnonzero(self._spline[row] >= 0)
+        if len(at) and self._splines is not None:
+            low[:, at], high[:, at] = self._splines.hulls(self._spline[row[at]], u[at], v[at])
+        return low, high
+
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep import measures as brep
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Mesh, Shape, Table
 from relmodel.store.columns import Ragged
 
@@ -205,7 +206,7 @@ class _Rows:
         curves = Curves(arc_columns, {})
         surfaces = Surfaces(surface_columns)
         arc_columns |= brep.arc_measures(curves)
-        normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
+        normals = brep.ArcNormals(Trims(surfaces, curves, coedges, pcurves))
         arc_columns |= brep.adjacency(normals)
         return Shape(
             kind="solid",

@@ -30,9 +30,11 @@ class Ragged:
     @classmethod
     def pack(cls, rows: Sequence[npt.ArrayLike | None], dtype: npt.DTypeLike = np.float64) -> Ragged:
         """Pack a sequence of 1-D arrays; None becomes a null."""
-        arrays = [np.empty(0, dtype) if r is None else np.asarray(r, dtype).ravel() for r in rows]
-        offsets = np.concatenate([[0], np.cumsum([len(a) for a in arrays], dtype=np.int64)]).astype(np.int64)
+        arrays = [np.asarray(r, dtype).ravel() for r in rows if r is not None]
         null = np.array([r is None for r in rows], dtype=bool)
+        offsets = np.zeros(len(rows) + 1, np.int64)
+        offsets[1:][~null] = [len(a) for a in arrays]
+        np.cumsum(offsets, out=offsets)
         values = np.concatenate(arrays) if arrays else np.empty(0, dtype)
         return cls(values, offsets, null if null.any() else None)
 

@@ -12,6 +12,7 @@ import pytest
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.loops import outer_loops
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.step import shape as step_shape
 
 from . import parts_generator
@@ -112,5 +113,5 @@ def test_loops_around_a_face_without_a_seam_are_all_outer(kind: str) -> None:
         "radius2": np.full(count, np.nan),
     }
     loops = {"surface_no": np.zeros(3, np.int64), "loop_no": np.arange(3)}
-    found = outer_loops(surfaces, Curves(arcs, {}), loops, coedges, pcurves)
+    found = outer_loops(Trims(surfaces, Curves(arcs, {}), coedges, pcurves), loops)
     assert found.tolist() == [True, False, True]

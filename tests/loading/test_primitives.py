@@ -11,6 +11,7 @@ from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading import primitives
 from relmodel.loading.brep.masses import face_integrals
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Shape
 
 CASES = {
@@ -27,7 +28,7 @@ def test_areas_and_volume(name: str) -> None:
     assert shape.surfaces["area"].sum() == pytest.approx(area, rel=1e-12)
     assert set(shape.surfaces["provenance"]) == set(shape.arcs["provenance"]) == {"exact"}
     # From the rows of the boundary alone: that it closes, its senses, its pcurves.
-    parts = face_integrals(Surfaces(shape.surfaces), Curves(shape.arcs, {}), shape.coedges, shape.pcurves)
+    parts = face_integrals(Trims(Surfaces(shape.surfaces), Curves(shape.arcs, {}), shape.coedges, shape.pcurves))
     assert parts[:, 0] == pytest.approx(shape.surfaces["area"], rel=1e-12)
     assert parts[:, 4].sum() / 3 == pytest.approx(volume, rel=1e-12)
 

@@ -11,8 +11,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.curves import Curves
-from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Table
 from relmodel.store.columns import take
@@ -24,12 +22,13 @@ Bools = npt.NDArray[np.bool_]
 _STEPS = 8  # chords for each smooth piece of an arc
 
 
-def outer_first(surfaces: Surfaces, curves: Curves, loops: Table, coedges: Table, pcurves: Table) -> None:
+def outer_first(trims: Trims, loops: Table, coedges: Table, pcurves: Table) -> Trims:
     """Set `outer_loop` of the loops and number the loops of each face anew, outer ones first, else as they were.
 
-    Changes the tables `loops`, `coedges` and `pcurves` in place and keeps them in order of their keys.
+    Changes the tables `loops`, `coedges` and `pcurves` in place and keeps them in order of their keys.  trims: of these
+    tables; returned as of what they are then.
     """
-    outer = outer_loops(surfaces, curves, loops, coedges, pcurves)
+    outer = outer_loops(trims, loops)
     surface, loop_no = loops["surface_no"], loops["loop_no"]
     order = np.lexsort((loop_no, ~outer, surface))
     place = np.empty(len(order), np.int64)  # of the loops in the new order
@@ -41,16 +40,20 @@ def outer_first(surfaces: Surfaces, curves: Curves, loops: Table, coedges: Table
         rows = np.argsort(row, kind="stable")
         if np.any(np.diff(rows) < 0):
             table.update(take(table, rows))
+    return (
+        trims if np.array_equal(place, np.arange(len(place))) else Trims(trims.surfaces, trims.curves, coedges, pcurves)
+    )
 
 
-def outer_loops(surfaces: Surfaces, curves: Curves, loops: Table, coedges: Table, pcurves: Table) -> Bools:
+def outer_loops(trims: Trims, loops: Table) -> Bools:
     """Whether each loop (n,) belongs to the outer boundary of its face."""
+    surfaces = trims.surfaces
     surface = np.asarray(loops["surface_no"], np.int64)
     several = np.bincount(surface, minlength=len(surfaces))[surface] > 1
     outer = ~several
     if not several.any():
         return outer
-    area, across = _enclosed(surfaces, curves, loops, coedges, pcurves, several)
+    area, across = _enclosed(trims, loops, several)
     extent = surfaces.domain[surface][:, 1::2] - surfaces.domain[surface][:, ::2]
     around = several & np.any(np.abs(across) > extent / 4, axis=1)
     outer |= around
@@ -65,12 +68,9 @@ def outer_loops(surfaces: Surfaces, curves: Curves, loops: Table, coedges: Table
     return outer
 
 
-def _enclosed(
-    surfaces: Surfaces, curves: Curves, loops: Table, coedges: Table, pcurves: Table, wanted: Bools
-) -> tuple[Array, Array]:
+def _enclosed(trims: Trims, loops: Table, wanted: Bools) -> tuple[Array, Array]:
     """Signed area in (u, v) within loops (n,), by chords, and how far each is from closing there (n, 2)."""
-    own = _loop_of(loops, coedges)
-    trims = Trims(surfaces, curves, coedges, pcurves)
+    own = _loop_of(loops, {"surface_no": trims.surface, "loop_no": trims.loop})
     used = np.flatnonzero(wanted[own])
     coedge, start, end = trims.pieces(used)
     t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, _STEPS + 1)

@@ -12,11 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.components import dot, put, taken
-from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.free_masses import Antiderivatives
 from relmodel.loading.brep.trims import Trims
-from relmodel.loading.neutral import Table
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -28,15 +26,13 @@ _NODES = ((6, 0.15), (8, 0.4))
 _GAP = 0.01  # between the ends of a loop that closes, of the domain's extent
 
 
-def face_integrals(
-    surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table, about: npt.ArrayLike = (0.0, 0.0, 0.0)
-) -> Array:
+def face_integrals(trims: Trims, about: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     """Area, first moments x y z, and outward flux of the vector from the point `about`, (n, 5).
 
     The flux of all faces of a solid is three times its volume, wherever the point is; one amid the solid lets the gaps
     between faces count least.  NaN where a loop of a face does not close in (u, v), or nothing bounds it.
     """
-    trims = Trims(surfaces, curves, coedges, pcurves)
+    surfaces = trims.surfaces
     coedge, start, end = trims.pieces(np.flatnonzero(~trims.level()))
     pace = trims.pace(coedge, start, end)
     polynomial = trims.polynomial()[coedge]
@@ -49,7 +45,7 @@ def face_integrals(
     values = weight * _densities(surfaces, surface, uv[:, 0], uv[:, 1], np.asarray(about, float))
     out = np.stack([np.bincount(surface, row, len(surfaces)).astype(float) for row in values], axis=1)
     out[:, 4] *= np.where(surfaces.reversed, -1.0, 1.0)
-    out[~_closed(trims, np.asarray(coedges["loop_no"], np.int64))] = np.nan
+    out[~_closed(trims)] = np.nan
     return out
 
 
@@ -85,10 +81,10 @@ def _densities(surfaces: Surfaces, surface: Index, u: Array, v: Array, about: Ar
     return values
 
 
-def _closed(trims: Trims, loop: Index) -> npt.NDArray[np.bool_]:
+def _closed(trims: Trims) -> npt.NDArray[np.bool_]:
     """Whether each face has loops and all of them close in (u, v)."""
     count = len(trims.surfaces)
-    key = trims.surface + count * loop
+    key = trims.surface + count * trims.loop
     ends = trims.across(np.arange(len(trims.arc)))
     across = np.stack([np.bincount(key, column) for column in ends.T], axis=1)
     key = np.flatnonzero(np.bincount(key))

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.components import cross, dot, put, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.normals import normals_at
-from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.neutral import ArcSamples, Shape, Table
 from relmodel.store.columns import Ragged
+
+if TYPE_CHECKING:
+    from relmodel.loading.brep.trims import Trims  # which stands on this module
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -23,6 +27,7 @@ SAMPLE_SPACING_MM = 1.0
 MOST_SAMPLES = 2000
 _STEP_SLACK = 1e-6  # of a step, so that round-off of a length of whole millimetres makes no sample
 _FINE_AT_ONCE = 200_000  # points of polylines
+_SAMPLES_AT_ONCE = 16384
 
 
 def curves_of(shape: Shape) -> Curves:
@@ -98,11 +103,10 @@ class ArcNormals:
     Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts.
     """
 
-    def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
-        self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
-        self.surface = np.asarray(coedges["surface_no"], np.int64)
-        self.reversed = np.asarray(coedges["reversed"], bool)
-        arc = np.asarray(coedges["arc_no"], np.int64)
+    def __init__(self, trims: Trims) -> None:
+        surfaces, curves, arc = trims.surfaces, trims.curves, trims.arc
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, trims.pcurves
+        self.surface, self.reversed, self._pcurve = trims.surface, trims.reversed, trims.pcurve
         rows = np.arange(len(arc))
         self.a, self.b = np.full(len(curves), -1), np.full(len(curves), -1)
         along, against = rows[~self.reversed][::-1], rows[self.reversed][::-1]
@@ -115,7 +119,6 @@ class ArcNormals:
         self.a[only], self.b[only] = self.b[only], -1
         others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
         self.b[arc[others]] = others
-        self._pcurve = pcurve_of(coedges, pcurves)
         self._flat = surfaces.kind == "plane"
         self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
 
@@ -201,34 +204,56 @@ def samples(normals: ArcNormals, length: Array) -> ArcSamples:
     steps = np.ceil(length / SAMPLE_SPACING_MM - _STEP_SLACK).astype(np.int64)
     count = np.clip(steps + 1, 2, MOST_SAMPLES)
     offsets = np.concatenate([[0], np.cumsum(count)])
-    arc, share = _shares(count)
-    t = np.take(curves.t0, arc) + share * np.take(curves.t1 - curves.t0, arc)
+    t = np.empty(offsets[-1])
+    points = np.empty((offsets[-1], 3))
+    directions = [np.empty((offsets[-1], 3), np.float32) for _ in range(3)]
     uneven = np.logical_and.reduce([curves.kind != kind for kind in ("line", "circle", "degenerate")])
-    if uneven.any():
-        t[uneven[arc]] = _evenly(curves, np.flatnonzero(uneven), count[uneven])
-    t[offsets[1:] - 1] = curves.t1
-    points, by = curves.evaluate(arc, t)
-    ends = np.concatenate([offsets[:-1], offsets[1:] - 1])
-    inner = points.copy(order="K")
-    inner[ends] = curves.evaluate(arc[ends], normals.inner(arc[ends], t[ends]))[0]
-    sides: list[npt.NDArray[np.float32]] = []
-    for coedge in (normals.a, normals.b):
-        bounded = np.flatnonzero((coedge >= 0)[arc])
-        side = np.zeros((3, len(arc)), np.float32) if not sides else sides[0].copy()
-        if len(bounded) == len(arc):
-            side[:] = normals.at(coedge[arc], arc, t, inner).T
-        else:
-            put(side, bounded, normals.at(coedge[arc[bounded]], arc[bounded], t[bounded], inner[bounded]).T)
-        sides.append(side)
+    spaced = _evenly(curves, np.flatnonzero(uneven), count[uneven])
+    for arcs in _blocks(offsets):
+        here = slice(offsets[arcs[0]], offsets[arcs[-1] + 1])
+        arc, share = _shares(count[arcs])
+        arc += arcs[0]
+        at = np.take(curves.t0, arc) + share * np.take(curves.t1 - curves.t0, arc)
+        drawn = uneven[arc]
+        at[drawn], spaced = np.split(spaced, [np.count_nonzero(drawn)])
+        ends = offsets[arcs[0] : arcs[-1] + 2] - offsets[arcs[0]]
+        at[ends[1:] - 1] = curves.t1[arcs]
+        t[here] = at
+        for out, values in zip((points, *directions), _sampled(normals, arc, at, ends), strict=True):
+            out[here] = values
     triple = 3 * offsets
     return ArcSamples(
         arc_no=np.arange(len(curves)),
         parameters=Ragged(t, offsets),
         points=Ragged(points.ravel(), triple),
-        tangents=Ragged(unit(by.T).T.astype(np.float32, order="C").ravel(), triple),
-        normals_a=Ragged(sides[0].T.ravel(), triple),
-        normals_b=Ragged(sides[1].T.ravel(), triple),
+        tangents=Ragged(directions[0].ravel(), triple),
+        normals_a=Ragged(directions[1].ravel(), triple),
+        normals_b=Ragged(directions[2].ravel(), triple),
     )
+
+
+def _blocks(offsets: Index) -> list[Index]:
+    """Arcs in runs of about as many samples as stay in the cache while they are worked on."""
+    block = offsets[:-1] // _SAMPLES_AT_ONCE
+    return np.split(np.arange(len(block)), np.flatnonzero(np.diff(block)) + 1) if len(block) else []
+
+
+def _sampled(normals: ArcNormals, arc: Index, t: Array, ends: Index) -> tuple[Array, Array, Array, Array]:
+    """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,); ends: where those of an arc do."""
+    points, by = normals.curves.evaluate(arc, t)
+    ends = np.concatenate([ends[:-1], ends[1:] - 1])
+    inner = points.copy(order="K")
+    inner[ends] = normals.curves.evaluate(arc[ends], normals.inner(arc[ends], t[ends]))[0]
+    sides: list[Array] = []
+    for coedge in (normals.a[arc], normals.b[arc]):
+        bounded = np.flatnonzero(coedge >= 0)
+        if len(bounded) == len(arc):
+            sides.append(normals.at(coedge, arc, t, inner))
+            continue
+        side = sides[0].copy(order="K") if sides else np.zeros((3, len(arc))).T
+        put(side.T, bounded, normals.at(coedge[bounded], arc[bounded], t[bounded], inner[bounded]).T)
+        sides.append(side)
+    return points, unit(by.T).T, sides[0], sides[1]
 
 
 def _evenly(curves: Curves, arc: Index, count: Index) -> Array:

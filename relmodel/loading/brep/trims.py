@@ -18,20 +18,25 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 _NEWTON_STEPS = 5
+_OFF = 1e-6
+_CHORDS = 16  # of a piece
+_GAP = 0.01  # of the extent of a domain: what ends further from its start does not close
 _SAMPLES = 8  # steps of a piece of a pcurve between which it crosses a line once
 
 
 class Trims:
     """Coedges of faces, told by their rows.
 
+    surface, loop, arc, reversed: columns of the coedges; pcurve: row of each in `pcurves`, -1: none, or on a plane.
     sign: (n,) 1 where the loop runs along the arc's parameter, as (u, v) is seen (the face to its left), else -1.
     """
 
     def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
         self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
         self.surface = np.asarray(coedges["surface_no"], np.int64)
+        self.loop = np.asarray(coedges["loop_no"], np.int64)
         self.arc = np.asarray(coedges["arc_no"], np.int64)
-        backward = np.asarray(coedges["reversed"], bool)
+        self.reversed = backward = np.asarray(coedges["reversed"], bool)
         self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
         self.sign = np.where(backward != surfaces.reversed[self.surface], -1.0, 1.0)
         drawn = pcurve_of(coedges, pcurves)
@@ -61,6 +66,35 @@ class Trims:
         t = np.concatenate([self.curves.t0[arc], self.curves.t1[arc]])
         start, end = np.split(self.evaluate(np.tile(coedges, 2), t)[0], 2)
         return np.asarray(self.sign[coedges, None] * (end - start))
+
+    def hold(self, surface: Index, u: Array, v: Array) -> npt.NDArray[np.bool_]:
+        """Whether faces `surface` (n,) hold points (n,) of their domains, their coedges taken as chords in (u, v).
+
+        Where these do not close, as around a surface without a seam, the face is taken to hold all of its domain.
+        """
+        wanted = np.unique(surface)
+        # Off the ends of the domain, where coedges meet but for a gap.
+        u0, u1, v0, v1 = self.surfaces.domain[surface].T
+        u, v = u + _OFF * ((u0 + u1) / 2 - u), v + _OFF * ((v0 + v1) / 2 - v)
+        coedge, start, end = self.pieces(np.flatnonzero(np.isin(self.surface, wanted)))
+        t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, _CHORDS + 1)
+        uv = self.evaluate(np.repeat(coedge, _CHORDS + 1), t.ravel())[0].reshape(*t.shape, 2)
+        uv = np.where(self.sign[coedge, None, None] > 0, uv, uv[:, ::-1])
+        face = np.repeat(self.surface[coedge], _CHORDS)
+        first, last = uv[:, :-1].reshape(-1, 2), uv[:, 1:].reshape(-1, 2)
+        inside = np.zeros(len(surface), bool)
+        for one in wanted.tolist():
+            own, at = np.flatnonzero(face == one), np.flatnonzero(surface == one)
+            a, b = first[own], last[own]
+            extent = self.surfaces.domain[one][1::2] - self.surfaces.domain[one][::2]
+            if np.any(np.abs((b - a).sum(axis=0)) > _GAP * extent):
+                inside[at] = True
+                continue
+            over = (a[:, :1] > u[at]) != (b[:, :1] > u[at])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                height = a[:, 1:] + (b - a)[:, 1:] * (u[at] - a[:, :1]) / (b - a)[:, :1]
+            inside[at] = np.count_nonzero(over & (height > v[at]), axis=0) % 2 == 1
+        return inside
 
     def level(self) -> npt.NDArray[np.bool_]:
         """Whether each coedge (n,) is known to run along a line of one v, where nothing adds to an integral over v."""

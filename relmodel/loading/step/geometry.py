@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from OCP.BRep import BRep_Tool
 from OCP.Geom import (
     Geom_BezierCurve,
     Geom_BezierSurface,
@@ -26,16 +28,7 @@ from OCP.Geom import (
     Geom_ToroidalSurface,
     Geom_TrimmedCurve,
 )
-from OCP.Geom2d import (
-    Geom2d_BezierCurve,
-    Geom2d_BSplineCurve,
-    Geom2d_Circle,
-    Geom2d_Ellipse,
-    Geom2d_Hyperbola,
-    Geom2d_Line,
-    Geom2d_Parabola,
-    Geom2d_TrimmedCurve,
-)
+from OCP.Geom2d import Geom2d_TrimmedCurve
 from OCP.Geom2dConvert import Geom2dConvert
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Cone, gp_Cylinder, gp_Elips, gp_Lin, gp_Pln, gp_Sphere
@@ -44,6 +37,7 @@ from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 from relmodel.geometry.curves import Curves, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.neutral import Table
+from relmodel.loading.step.boundary import Curve, Edge, Spline
 from relmodel.store.columns import Ragged
 
 # A spline is called by the name of an analytic form that lies within this of it, mm.
@@ -71,7 +65,7 @@ class CurveRows:
         self._kinds: list[str] = []
         self._recognised: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, t0, t1
-        self._splines: list[tuple[int, Any]] = []
+        self._splines: list[tuple[int, Spline]] = []
 
     def add_degenerate(self, point: tuple[float, float, float], t0: float, t1: float) -> int:
         return self._append("degenerate", "degenerate", (*point, *_NO_FRAME[3:]), _NAN, _NAN, t0, t1)
@@ -106,8 +100,30 @@ class CurveRows:
         if shape is not None:
             recognised, frame, radius, radius2 = _recognised_curve(shape)
         if kind == "spline":
-            self._splines.append((len(self._kinds), curve))
+            self._splines.append((len(self._kinds), _spline(curve)))
         return self._append(kind, recognised or kind, frame, radius, radius2, t0, t1)
+
+    def add_edge(self, edge: Edge, matrix: npt.NDArray[np.float64] | None, shape: Callable[[], Any]) -> int:
+        """Append an edge; matrix: 4x4 of its location, None the identity; shape: gives it as the kernel has it."""
+        if edge.degenerate:
+            return self.add_degenerate(edge.place, edge.t0, edge.t1)
+        curve = edge.curve
+        if curve is None or curve.kind == "offset":
+            one = shape()
+            return self.add(BRep_Tool.Curve_s(one, 0.0, 0.0), edge.t0, edge.t1, shape=one)
+        if curve.spline is not None:
+            recognised, frame, radius, radius2 = _recognised_curve(shape())
+            spline = curve.spline
+            if matrix is not None:
+                spline = spline._replace(poles=spline.poles @ matrix[:3, :3].T + matrix[:3, 3])
+            self._splines.append((len(self._kinds), spline))
+            return self._append("spline", recognised or "spline", frame, radius, radius2, edge.t0, edge.t1)
+        numbers = curve.numbers if matrix is None else _moved(curve, matrix)
+        if curve.kind == "line":
+            return self._append("line", "line", (*numbers, _NAN, _NAN, _NAN), _NAN, _NAN, edge.t0, edge.t1)
+        frame, radius = (*numbers[:3], *numbers[6:9], *numbers[3:6]), numbers[12]
+        radius2 = numbers[13] if len(numbers) > 13 else _NAN
+        return self._append(curve.kind, curve.kind, frame, radius, radius2, edge.t0, edge.t1)
 
     def _append(self, kind: str, recognised: str, frame: tuple[float, ...], *numbers: float) -> int:
         self._kinds.append(kind)
@@ -255,44 +271,24 @@ class PcurveRows:
         self._kinds: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # origin, axis, radius, radius2, t0, t1
         self._direct: list[bool] = []
-        self._splines: list[Any] = []
+        self._splines: list[Spline | None] = []
 
-    def add(self, surface_no: int, loop_no: int, coedge_no: int, curve: Any, t0: float, t1: float) -> None:
-        while isinstance(curve, Geom2d_TrimmedCurve):
-            curve = curve.BasisCurve()
-        direct, spline = True, None
-        origin = axis = (_NAN, _NAN)
-        radius = radius2 = _NAN
-        if isinstance(curve, Geom2d_Line):
-            kind, origin, axis = "line", curve.Location().Coord(), curve.Direction().Coord()
-        elif isinstance(curve, Geom2d_Circle | Geom2d_Ellipse):
-            position = curve.Position()
-            origin, axis = position.Location().Coord(), position.XDirection().Coord()
-            direct = position.XDirection().Crossed(position.YDirection()) > 0
-            if isinstance(curve, Geom2d_Circle):
-                kind, radius = "circle", curve.Radius()
-            else:
-                kind, radius, radius2 = "ellipse", curve.MajorRadius(), curve.MinorRadius()
-        elif isinstance(curve, Geom2d_Parabola | Geom2d_Hyperbola):
-            position = curve.Axis()
-            origin, axis = position.Location().Coord(), position.XDirection().Coord()
-            direct = position.XDirection().Crossed(position.YDirection()) > 0
-            if isinstance(curve, Geom2d_Parabola):
-                kind, radius = "parabola", curve.Focal()
-            else:
-                kind, radius, radius2 = "hyperbola", curve.MajorRadius(), curve.MinorRadius()
+    def add(self, key: tuple[int, int, int], curve: Curve, t0: float, t1: float) -> None:
+        """Append a pcurve; key: surface_no, loop_no, coedge_no."""
+        numbers, direct = curve.numbers, True
+        if curve.kind == "line":
+            values = (*numbers, _NAN, _NAN, t0, t1)
+        elif curve.spline is not None:
+            values = (_NAN, _NAN, _NAN, _NAN, _NAN, _NAN, t0, t1)
         else:
-            kind = "spline"
-            if isinstance(curve, Geom2d_BezierCurve):
-                curve = Geom2dConvert.CurveToBSplineCurve_s(curve)
-            elif not isinstance(curve, Geom2d_BSplineCurve):
-                curve = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(curve, t0, t1))
-            spline = curve
-        self._keys.append((surface_no, loop_no, coedge_no))
-        self._kinds.append(kind)
-        self._numbers.append((*origin, *axis, radius, radius2, t0, t1))
+            x, y = numbers[2:4], numbers[4:6]
+            direct = x[0] * y[1] - x[1] * y[0] > 0
+            values = (*numbers[:4], numbers[6], numbers[7] if len(numbers) > 7 else _NAN, t0, t1)
+        self._keys.append(key)
+        self._kinds.append(curve.kind)
+        self._numbers.append(values)
         self._direct.append(direct)
-        self._splines.append(spline)
+        self._splines.append(curve.spline)
 
     def columns(self) -> Table:
         keys = np.array(self._keys, np.int64).reshape(-1, 3)
@@ -315,27 +311,43 @@ def _frame(position: Any) -> tuple[float, ...]:
     return (*position.Location().Coord(), *position.XDirection().Coord(), *position.Direction().Coord())
 
 
-def _spline_columns(curves: list[Any]) -> Table:
-    """Columns of the spline curves (3-D or 2-D); None gives nulls."""
-    some = [c is not None for c in curves]
-    knots = [None if c is None else [c.Knot(i) for i in range(1, c.NbKnots() + 1)] for c in curves]
-    mults = [None if c is None else [c.Multiplicity(i) for i in range(1, c.NbKnots() + 1)] for c in curves]
-    poles = [None if c is None else [c.Pole(i).Coord() for i in range(1, c.NbPoles() + 1)] for c in curves]
-    rational = [c is not None and c.IsRational() for c in curves]
-    weights = [
-        [c.Weight(i) for i in range(1, c.NbPoles() + 1)] if r else None for c, r in zip(curves, rational, strict=True)
-    ]
-    whole = all(some)
-    degree = [None if c is None else c.Degree() for c in curves]
-    periodic = [None if c is None else c.IsPeriodic() for c in curves]
+def drawn_pcurve(curve: Any, t0: float, t1: float) -> Curve:
+    """A pcurve of the kernel, of whatever kind, as a spline."""
+    return Curve("spline", (), _spline(Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(curve, t0, t1))))
+
+
+def _moved(curve: Curve, matrix: npt.NDArray[np.float64]) -> tuple[float, ...]:
+    vectors = np.reshape(curve.numbers[: len(curve.numbers) // 3 * 3], (-1, 3)) @ matrix[:3, :3].T
+    vectors[0] += matrix[:3, 3]
+    return (*vectors.ravel().tolist(), *curve.numbers[vectors.size :])
+
+
+def _spline(curve: Any) -> Spline:
+    """A spline curve of the kernel, in two or three dimensions."""
+    knots, poles = range(1, curve.NbKnots() + 1), range(1, curve.NbPoles() + 1)
+    return Spline(
+        curve.Degree(),
+        curve.IsPeriodic(),
+        np.array([curve.Knot(i) for i in knots]),
+        np.array([curve.Multiplicity(i) for i in knots], np.int32),
+        np.array([curve.Pole(i).Coord() for i in poles]),
+        np.array([curve.Weight(i) for i in poles]) if curve.IsRational() else None,
+    )
+
+
+def _spline_columns(curves: Sequence[Spline | None]) -> Table:
+    """Columns of spline curves; None gives nulls."""
+    whole = all(c is not None for c in curves)
+    degree = [None if c is None else c.degree for c in curves]
+    periodic = [None if c is None else c.periodic for c in curves]
     return {
         "degree": np.array(degree, np.int64) if whole else degree,
         "periodic": np.array(periodic, bool) if whole else periodic,
-        "rational": np.array(rational, bool),
-        "knots": Ragged.pack(knots),
-        "multiplicities": Ragged.pack(mults, np.int32),
-        "poles": Ragged.pack(poles),
-        "weights": Ragged.pack(weights),
+        "rational": np.array([c is not None and c.weights is not None for c in curves], bool),
+        "knots": Ragged.pack([None if c is None else c.knots for c in curves]),
+        "multiplicities": Ragged.pack([None if c is None else c.multiplicities for c in curves], np.int32),
+        "poles": Ragged.pack([None if c is None else c.poles for c in curves]),
+        "weights": Ragged.pack([None if c is None else c.weights for c in curves]),
     }
 
 

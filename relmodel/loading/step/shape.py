@@ -5,12 +5,11 @@ Runs in the child process of `kernel.py` alone.
 
 from __future__ import annotations
 
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
-from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepGProp import BRepGProp, BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools, BRepTools_WireExplorer
@@ -23,12 +22,13 @@ from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
-from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep import bulges, loops, masses
 from relmodel.loading.brep import measures as brep
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.step import geometry as step_geometry
 from relmodel.loading.step import triangulation as step_mesh
+from relmodel.loading.step.boundary import Boundary, Coedge, Wire
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
@@ -38,33 +38,30 @@ _KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its pla
 def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
     """Columns of a shape that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
     BRepLib.BuildCurves3d_s(shape)
-    face_keys, edge_keys = face_map(shape), edge_map(shape)
+    face_keys, boundary, edges = face_map(shape), Boundary(shape), _Edges(shape)
     faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
-    edges = [TopoDS.Edge(edge_keys.FindKey(i)) for i in range(1, edge_keys.Extent() + 1)]
     basis_curve_rows = step_geometry.CurveRows()
     basis_rows = step_geometry.SurfaceRows(basis_curve_rows)
     support = step_geometry.SurfaceRows(basis_curve_rows, basis_rows)
     for face in faces:
         support.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), reversed_=_is_reversed(face), shape=face)
-    curve_rows = step_geometry.CurveRows(basis_curve_rows)
-    for edge in edges:
-        _add_edge(curve_rows, edge)
+    curve_rows = _edge_rows(boundary, basis_curve_rows, edges)
     surface_columns = support.columns()
     arc_columns = curve_rows.columns()
-    bounds, coedges, pcurves = _loops(faces, edge_keys, surface_columns["kind"])
+    bounds, coedges, pcurves = _loops(boundary, faces, surface_columns["kind"], edges)
 
     curves, surfaces = curve_rows.curves(), support.surfaces()
-    loops.outer_first(surfaces, curves, bounds, coedges, pcurves)
+    trims = loops.outer_first(Trims(surfaces, curves, coedges, pcurves), bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     box = np.stack([arc_columns[name] for name in BOX], axis=1)
     middle = (box[:, :3].min(axis=0) + box[:, 3:].max(axis=0)) / 2 if len(box) else np.zeros(3)
-    integrals = masses.face_integrals(surfaces, curves, coedges, pcurves, middle)
+    integrals = masses.face_integrals(trims, middle)
     mass_columns, volume = _masses(faces, integrals, middle)
     surface_columns |= mass_columns
-    surface_columns |= box_columns(_boxes(faces, surfaces, surface_columns["area"], coedges, arc_columns))
+    surface_columns |= box_columns(_boxes(trims, arc_columns))
     for name, values in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
-    normals = brep.ArcNormals(surfaces, curves, coedges, pcurves)
+    normals = brep.ArcNormals(trims)
     arc_columns |= brep.adjacency(normals)
     solid = _has(shape, Type.TopAbs_SOLID)
     return Shape(
@@ -132,14 +129,39 @@ def _is_reversed(shape: Any) -> bool:
     return bool(shape.Orientation() == Sense.TopAbs_REVERSED)
 
 
-def _add_edge(rows: step_geometry.CurveRows, edge: Any) -> None:
-    if BRep_Tool.Degenerated_s(edge):
-        point = BRep_Tool.Pnt_s(TopExp.FirstVertex_s(edge)).Coord()
-        t0, t1 = BRep_Tool.Range_s(edge)
-        rows.add_degenerate(point, t0, t1)
-    else:
-        t0, t1 = BRep_Tool.Range_s(edge)
-        rows.add(BRep_Tool.Curve_s(edge, 0.0, 0.0), t0, t1, shape=edge)
+def _edge_rows(boundary: Boundary, basis: step_geometry.CurveRows, edges: _Edges) -> step_geometry.CurveRows:
+    rows = step_geometry.CurveRows(basis)
+    for i, edge in enumerate(boundary.edges):
+        rows.add_edge(edge, boundary.matrix(edge.location) if edge.location else None, partial(edges.shape, i))
+    return rows
+
+
+class _Edges:
+    """The edges of a shape as the kernel has them, for what only the kernel can tell of them."""
+
+    def __init__(self, shape: Any) -> None:
+        self._shape = shape
+
+    @cached_property
+    def _keys(self) -> Any:
+        return edge_map(self._shape)
+
+    def shape(self, number: int) -> Any:
+        return TopoDS.Edge(self._keys.FindKey(number + 1))
+
+    def explored(self, wire: Wire, face: Any, position: int) -> list[Coedge] | None:
+        """Coedges of a wire, the one at a position in a face taken as forward, in the order the kernel finds in it."""
+        explorer = BRepTools_WireExplorer(_wires(face)[position], face)
+        left, out = list(wire.coedges), []
+        while explorer.More():
+            key = self._keys.FindIndex(explorer.Current()) - 1, _is_reversed(explorer.Current())
+            match = next((one for one in left if (one.edge, one.reversed) == key), None)
+            if match is None:
+                return None
+            left.remove(match)
+            out.append(match)
+            explorer.Next()
+        return None if left else out
 
 
 def _wires(face: Any) -> list[Any]:
@@ -152,59 +174,45 @@ def _wires(face: Any) -> list[Any]:
     return wires
 
 
-def _ordered_edges(wire: Any, face: Any, backwards: bool) -> list[Any]:
-    """Edges of a wire head to tail, oriented as the wire of the face has them."""
-    edges = []
-    walk = TopoDS_Iterator(wire)
-    while walk.More():
-        edges.append(TopoDS.Edge(walk.Value()))
-        walk.Next()
-    if not _is_chain(edges, _is_reversed(wire)):
-        explorer = BRepTools_WireExplorer(wire, face)
-        chain = []
-        while explorer.More():
-            chain.append(explorer.Current())
-            explorer.Next()
-        if len(chain) == len(edges):
-            return chain[::-1] if backwards else chain
-    return edges[::-1] if _is_reversed(wire) != backwards else edges
+def _is_chain(wire: Wire) -> bool:
+    coedges = wire.coedges[::-1] if wire.reversed else wire.coedges
+    following = coedges[1:] + coedges[:1]
+    return len(coedges) < 2 or all(a.head == b.tail for a, b in zip(coedges, following, strict=True))
 
 
-def _is_chain(edges: list[Any], against: bool) -> bool:
-    if len(edges) < 2:
-        return True
-    if against:
-        edges = edges[::-1]
-    tails = [TopExp.LastVertex_s(e, True) for e in edges]
-    heads = [TopExp.FirstVertex_s(e, True) for e in edges]
-    return all(tail.IsSame(head) for tail, head in zip(tails, heads[1:] + heads[:1], strict=True))
-
-
-def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, Table, Table]:
-    bounds: Table = {"surface_no": [], "loop_no": []}
-    coedges: Table = {name: [] for name in COEDGE_COLUMNS}
+def _loops(boundary: Boundary, faces: list[Any], kinds: list[str], edges: _Edges) -> tuple[Table, Table, Table]:
+    """Loops, coedges head to tail as the faces are oriented, and the pcurves of those that are not planes."""
+    bounds: list[tuple[int, int]] = []
+    coedges: list[tuple[int, int, int, int, bool]] = []
     pcurves = step_geometry.PcurveRows()
-    for surface_no, face in enumerate(faces):
-        forward = TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
-        backwards = _is_reversed(face)
-        for loop_no, wire in enumerate(_wires(forward)):
-            bounds["surface_no"].append(surface_no)
-            bounds["loop_no"].append(loop_no)
-            for coedge_no, edge in enumerate(_ordered_edges(wire, forward, backwards)):
-                coedges["surface_no"].append(surface_no)
-                coedges["loop_no"].append(loop_no)
-                coedges["coedge_no"].append(coedge_no)
-                coedges["arc_no"].append(edge_keys.FindIndex(edge) - 1)
-                coedges["reversed"].append(_is_reversed(edge) != backwards)
-                if kinds[surface_no] != "plane":
-                    curve = BRep_Tool.CurveOnSurface_s(edge, forward, 0.0, 0.0)
-                    if curve is not None:
-                        t0, t1 = BRep_Tool.Range_s(edge, forward)
-                        pcurves.add(surface_no, loop_no, coedge_no, curve, t0, t1)
-    for table in (bounds, coedges):
-        for name, values in table.items():
-            table[name] = np.array(values, bool if name == "reversed" else np.int64)
-    return bounds, coedges, pcurves.columns()
+    for surface_no, (face, wires) in enumerate(zip(faces, boundary.faces, strict=True)):
+        backwards, curved = _is_reversed(face), kinds[surface_no] != "plane"
+        for loop_no, wire in enumerate(wires):
+            bounds.append((surface_no, loop_no))
+            ordered = wire.coedges[::-1] if wire.reversed != backwards else wire.coedges
+            if not _is_chain(wire):
+                found = edges.explored(wire, TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD)), loop_no)
+                if found is not None:
+                    ordered = found[::-1] if backwards else found
+            for coedge_no, one in enumerate(ordered):
+                coedges.append((surface_no, loop_no, coedge_no, one.edge, one.reversed != backwards))
+                drawn = boundary.pcurve(one) if curved else None
+                if drawn is not None:
+                    curve, t0, t1 = drawn
+                    if curve.kind == "offset":
+                        curve = step_geometry.drawn_pcurve(_pcurve(edges.shape(one.edge), one, face), t0, t1)
+                    pcurves.add((surface_no, loop_no, coedge_no), curve, t0, t1)
+    columns = np.array(coedges, np.int64).reshape(-1, 5).T
+    table: Table = dict(zip(COEDGE_COLUMNS, (column.copy() for column in columns), strict=True))
+    table["reversed"] = table["reversed"].astype(bool)
+    surface, loop = np.array(bounds, np.int64).reshape(-1, 2).T
+    return {"surface_no": surface.copy(), "loop_no": loop.copy()}, table, pcurves.columns()
+
+
+def _pcurve(edge: Any, coedge: Coedge, face: Any) -> Any:
+    sense = Sense.TopAbs_REVERSED if coedge.reversed else Sense.TopAbs_FORWARD
+    forward = TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
+    return BRep_Tool.CurveOnSurface_s(TopoDS.Edge(edge.Oriented(sense)), forward, 0.0, 0.0)
 
 
 def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, float]:
@@ -225,19 +233,14 @@ def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, fl
     return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
 
 
-def _boxes(
-    faces: list[Any], surfaces: Surfaces, area: Array, coedges: Table, arcs: Table
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _boxes(trims: Trims, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Boxes of the faces (n, 6): of their arcs, widened where the surface bulges beyond them."""
-    low, high = np.full((len(faces), 3), np.inf), np.full((len(faces), 3), -np.inf)
+    count = len(trims.surfaces)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
     arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
-    np.minimum.at(low, coedges["surface_no"], arc_low[coedges["arc_no"]])
-    np.maximum.at(high, coedges["surface_no"], arc_high[coedges["arc_no"]])
+    np.minimum.at(low, trims.surface, arc_low[trims.arc])
+    np.maximum.at(high, trims.surface, arc_high[trims.arc])
     boxes = np.concatenate([low, high], axis=1)
-    for i in bulges.widen(boxes, surfaces, area).tolist():
-        box = Bnd_Box()
-        BRepBndLib.AddOptimal_s(faces[i], box, False, False)
-        boxes[i, :3] = np.minimum(boxes[i, :3], box.CornerMin().Coord())
-        boxes[i, 3:] = np.maximum(boxes[i, 3:], box.CornerMax().Coord())
+    bulges.widen(boxes, trims)
     return boxes
