@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generators
 
 from relmodel.loading.features import recognise
 from relmodel.loading.step import shape as step_shape
+from tests.loading.crowd import crowd
 from tests.loading.feature_scores import Scores, score
 from tests.loading.foundry import foundry
 from tests.loading.golden_features import VARIANTS, score_bulkhead
@@ -33,6 +34,7 @@ THIRD_BEFORE = "recall 0.734, precision 0.646 over 80 parts"
 FOURTH_BEFORE = "recall 0.928, precision 0.957 over 96 parts"
 FIFTH_BEFORE = "recall 0.932, precision 0.915 over 96 parts"
 SIXTH_BEFORE = "recall 0.702, precision 0.926 over 96 parts"
+CROWD_BEFORE = "recall 0.957 over 96 parts"
 
 
 def main() -> None:
@@ -43,6 +45,10 @@ def main() -> None:
     show(f"{parts} parts of the fourth generator (before it was seen: {FOURTH_BEFORE})", score(foundry, range(parts)))
     show(f"{parts} parts of the fifth generator (before it was seen: {FIFTH_BEFORE})", score(jobshop, range(parts)))
     show(f"{parts} parts of the sixth generator (before it was seen: {SIXTH_BEFORE})", score(vocabulary, range(parts)))
+    show(
+        f"{parts} crowded parts, precision without bearing (before they were seen: {CROWD_BEFORE})",
+        score(crowd, range(parts)),
+    )
     bulkheads = Scores()
     for variant in VARIANTS:
         bulkheads += score_bulkhead(variant)

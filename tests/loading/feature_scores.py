@@ -57,10 +57,12 @@ def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Score
     for seed in seeds:
         part = generate(seed)
         left = [f for f in recognise(step_shape.extract(part.body, {}, {}, {})) if f.kind not in WITHOUT_TRUTH]
+        perhaps: list[Made] = []
         if isinstance(part, Work):
+            perhaps = part.perhaps
             stated = {known.kind for known in part.features}
             left = [f for f in left if f.kind in stated or f.kind not in part.silent]
-        out.found.update(kind_of(f.kind, f.dimensions) for f in left)
+        found = Counter(kind_of(f.kind, f.dimensions) for f in left)
         for known in part.features:
             kind = kind_of(known.kind, known.dimensions)
             out.known[kind] += 1
@@ -70,6 +72,12 @@ def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Score
             else:
                 out.matched[kind] += 1
                 left = [f for f in left if f is not hit]
+        for known in perhaps:
+            hit = next((f for f in left if agree(known, f)), None)
+            if hit is not None:
+                found[kind_of(hit.kind, hit.dimensions)] -= 1
+                left = [f for f in left if f is not hit]
+        out.found.update(found)
         out.false += [(seed, f) for f in left]
     return out
 

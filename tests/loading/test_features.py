@@ -25,6 +25,7 @@ from OCP.TopoDS import TopoDS
 from relmodel.loading.features import Feature, feature_class_key, recognise, thin
 from relmodel.loading.step import shape as step_shape
 
+from .crowd import crowd
 from .feature_scores import score
 from .foundry import foundry
 from .golden_features import score_bulkhead
@@ -304,6 +305,12 @@ def test_features_of_other_hands_with_their_frames(make: Callable[[int], Work], 
     scores = score(make, seeds)
     assert scores.total_recall >= 0.95, scores.missed
     assert scores.total_precision >= 0.95, scores.false
+
+
+def test_features_that_cut_into_one_another_at_random_are_seen_where_enough_is_left() -> None:
+    """What else is found is what is left of operations that are cut away for the most part."""
+    scores = score(crowd, range(10))
+    assert scores.total_recall >= 0.95, scores.missed
 
 
 @pytest.mark.parametrize("variant", sorted("ABCDEF"))

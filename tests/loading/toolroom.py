@@ -45,13 +45,15 @@ class Made:
 
 @dataclass
 class Work:
-    """silent: kinds that the truth is silent about where it states none of them."""
+    """silent: kinds that the truth is silent about where it states none of them; perhaps: what may be found or not."""
 
     body: Any
     features: list[Made] = field(default_factory=list)
     silent: frozenset[str] = frozenset(
         ("fillet", "chamfer", "web", "linear_pattern", "circular_pattern", "grid_pattern")
     )
+
+    perhaps: list[Made] = field(default_factory=list)
 
     def cut(self, *tools: Any) -> None:
         for tool in tools:

@@ -26,6 +26,7 @@ Floats = npt.NDArray[np.float64]
 _WITHIN = 0.9  # of the way to a wall
 _ON_THE_ELLIPSE = 1e-2  # mm
 _STEEP = np.sin(np.radians(10))
+_LEAST_WALLS = 3
 
 
 def openings(b: Boundary, taken: set[int]) -> list[Feature]:
@@ -46,7 +47,47 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
             if up is not None and ring is not None:
                 used |= set(ring)
                 rings.append((up, ring))
+    rings += _cut_at_both_ends(b, used)
     return [_opening(b, sorted(i for _, ring in joined for i in ring), joined[0][0]) for joined in _in_line(b, rings)]
+
+
+def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[int]]]:
+    """Rings of walls that something has cut at each end: each wall meets the next in a hollow edge or blend, around."""
+    import networkx as nx
+
+    s, rings = b.surfaces, []
+    tried: set[tuple[int, tuple[float, ...]]] = set()
+    for i in sorted(b.sides.keys() - used):
+        if s.kind[i] != "plane" or i in used:
+            continue
+        for j in b.neighbours(i, "concave"):
+            run = cross(s.axis[i], s.axis[j])
+            if s.kind[j] != "plane" or np.linalg.norm(run) < _STEEP:
+                continue
+            up = run / np.linalg.norm(run)
+            up = -up if up[np.argmax(np.abs(up) > 1e-6)] < 0 else up
+            key = tuple(np.round(up, 3).tolist())
+            if (i, key) in tried:
+                continue
+            ring = _ring(b, [i], up, used)
+            tried |= {(k, key) for k in ring or [i]}
+            if ring is None:
+                continue
+            graph: nx.Graph[int] = nx.Graph()
+            graph.add_edges_from((k, x.other) for k in ring for x in b.sides[k] if x.other in ring and x.other != k)
+            core = sorted(nx.k_core(graph, 2))
+            if len(core) >= _LEAST_WALLS and _face_all_around(b, core, up):
+                used |= set(ring)
+                rings.append((up, ring))
+    return rings
+
+
+def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
+    """Whether the normals of walls leave no half turn about `up` free."""
+    normal = np.concatenate([b.surfaces.normals(i) for i in walls])
+    across = b.surfaces.axis[walls[0]]
+    angle = np.sort(np.arctan2(normal @ cross(up, across), normal @ across))
+    return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _STEEP)
 
 
 def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:

@@ -25,7 +25,8 @@ from relmodel.loading.features.openings import closed_slot, walls_form
 Floats = npt.NDArray[np.float64]
 
 _STEEP = np.sin(np.radians(10))  # walls may have this much draft
-_MOSTLY = 0.5  # share of the rim of a pocket that another may not have cut away
+_MOSTLY = 0.5  # share of the rim of a pocket that another may not have cut away, and of each of its sides
+_LEAST_WALLS = 4  # of a pocket with an open side
 
 
 @dataclass
@@ -55,36 +56,83 @@ def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
         pocket = _pocket(b, [floor])
         if pocket is not None:
             found.append(pocket)
-    # What is open only where a hole or another pocket cuts into it is a pocket all the same.
-    cut: dict[tuple[float, ...], list[tuple[Floor, set[int], set[tuple[float, ...]]]]] = {}
-    for floor in open_floors:
+    return sorted([*found, *_cut_open(b, open_floors, pocket_of, taken)], key=lambda feature: feature.surfaces)
+
+
+@dataclass
+class _Piece:
+    """A floor with an open side: the pockets that it falls into, and the planes of its walls; free: it falls into
+    nothing else than holes and pockets, and rises for the most part."""
+
+    floor: Floor
+    own: set[int]
+    walls: set[tuple[float, ...]]
+    free: bool
+
+
+def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken: set[int]) -> list[Feature]:
+    """What is open only where a hole or another pocket cuts into it is a pocket all the same, and what has walls on
+    all sides, whatever cuts into it."""
+    levels: dict[tuple[float, ...], list[_Piece]] = {}
+    for floor in floors:
+        walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
+        if not walls or pocket_of.keys() & set(floor.faces):
+            continue
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
         rising = [rises(b, floor, i, x) for i, x in outer]
         falls = {x.other for up, (_, x) in zip(rising, outer, strict=True) if not up}
         share = sum(x.length for up, (_, x) in zip(rising, outer, strict=True) if up) / sum(x.length for _, x in outer)
-        if falls <= pocket_of.keys() | taken and share > _MOSTLY and not pocket_of.keys() & set(floor.faces):
-            walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
-            own = {pocket_of[i] for i in falls & pocket_of.keys()}
-            cut.setdefault(b.plane_key(floor.faces[:1]), []).append((floor, own, walls))
-    for pieces in cut.values():
-        for joined in _across_another(pieces):
-            pocket = None if _is_channel(b, joined) else _pocket(b, joined)
-            if pocket is not None:
-                found.append(pocket)
-    return sorted(found, key=lambda feature: feature.surfaces)
+        own = {pocket_of[i] for i in falls & pocket_of.keys()}
+        free = falls <= pocket_of.keys() | taken and share > _MOSTLY
+        levels.setdefault(b.plane_key(floor.faces[:1]), []).append(_Piece(floor, own, walls, free))
+    found = []
+    for pieces in levels.values():
+        inside = [joined for joined in _across_another([p for p in pieces if p.free]) if not _is_channel(b, joined)]
+        done = {id(floor) for joined in inside for floor in joined}
+        rest = _across_another([p for p in pieces if id(p.floor) not in done], whatever=True)
+        made = [_pocket(b, joined) for joined in [*inside, *(floors for floors in rest if _is_walled_in(b, floors))]]
+        found += [pocket for pocket in made if pocket is not None]
+    return found
 
 
-def _across_another(pieces: list[tuple[Floor, set[int], set[tuple[float, ...]]]]) -> list[list[Floor]]:
-    """Pieces of one plane that are one floor: between walls of one plane, parted by a deeper pocket."""
+def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
+    """Whether there is a wall along the most of each side of the least rectangle around a floor, or of a slot."""
+    s, up = b.surfaces, floors[0].up
+    roles: dict[int, str] = {}
+    for floor in floors:
+        roles |= walls_of(b, floor)
+    walls = [i for i, role in roles.items() if role == "wall"]
+    if len(walls) < _LEAST_WALLS:
+        return False
+    if closed_slot(b, walls, up) is not None:
+        return True
+    points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
+    x, centre, length, width = rectangle(points, up)
+    for out, half, side in ((x, length / 2, width), (cross(up, x), width / 2, length)):
+        run = cross(up, out)
+        for d in (out, -out):
+            at = float(centre @ d) + half
+            along = [
+                s.along(i, run)
+                for i in walls
+                if s.axis[i] @ d < -1 + _STEEP**2 and abs(s.origin[i] @ d - at) < side * _STEEP
+            ]
+            if sum(high - low for low, high in along) < _MOSTLY * side:
+                return False
+    return True
+
+
+def _across_another(pieces: list[_Piece], *, whatever: bool = False) -> list[list[Floor]]:
+    """Pieces of one plane that are one floor: between walls of one plane, parted by a deeper pocket, or whatever."""
     import networkx as nx
 
     graph: nx.Graph[int] = nx.Graph()
     graph.add_nodes_from(range(len(pieces)))
-    for i, (_, own, walls) in enumerate(pieces):
-        for j, (_, others, more) in enumerate(pieces[:i]):
-            if own & others and walls & more:
+    for i, one in enumerate(pieces):
+        for j, two in enumerate(pieces[:i]):
+            if (whatever or one.own & two.own) and one.walls & two.walls:
                 graph.add_edge(i, j)
-    return [[pieces[i][0] for i in sorted(component)] for component in nx.connected_components(graph)]
+    return [[pieces[i].floor for i in sorted(component)] for component in nx.connected_components(graph)]
 
 
 def _is_channel(b: Boundary, floors: list[Floor]) -> bool:

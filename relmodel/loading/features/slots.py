@@ -28,6 +28,7 @@ _LEANING = np.sin(np.radians(60))  # walls of a slot may lean so much, back or o
 _EVEN = np.radians(1)  # walls that lean back do so alike
 _BESIDE = 0.2  # share of a floor's extent that a wall has at least
 _KEEPS = 0.9  # length of a leaning wall to that of the floor, at most the inverse of this
+_CORNERS = 2  # in which two pairs of walls may not meet: the bend of a channel is one
 _FLAT = np.radians(170)  # walls of a V that open further are a bent face
 
 
@@ -125,7 +126,17 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
                 best = gap, two
         if best is not None:
             pairs.append((min(one, best[1]), max(one, best[1])))
-    return sorted(set(pairs))
+    return _not_boxed_in(b, sorted(set(pairs)))
+
+
+def _not_boxed_in(b: Boundary, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Of pairs that meet in hollow corners, as around a pocket with a wall cut away, the one whose walls are whole."""
+    kept: list[tuple[int, int]] = []
+    for pair in sorted(pairs, key=lambda p: (-round(min(float(b.surfaces.area[i]) for i in p), 3), p)):
+        met = {i: set(b.neighbours(i, "concave")) for i in pair}
+        if all(sum(len(met[i] & set(other)) for i in pair) < _CORNERS for other in kept):
+            kept.append(pair)
+    return sorted(kept)
 
 
 def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
