@@ -405,6 +405,6 @@ def _deviations(
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]
             covariance[own, :size, :size] = covariances.of_parameters(
-                jacobian, found.distance, w[rows], first, _correlation(scale)
+                jacobian, found.distance, w[rows], sigma[rows], first, _correlation(scale)
             )
     return Deviations(*columns), covariance

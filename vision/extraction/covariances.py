@@ -8,7 +8,7 @@ as one.
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.courses import Deviations
+from vision.extraction.courses import PRIOR_FREEDOM, Deviations
 from vision.extraction.ellipses import Ellipses
 
 FloatArray = npt.NDArray[np.float64]
@@ -55,14 +55,28 @@ def of_ellipses(
 
 
 def of_parameters(
-    jacobian: FloatArray, distance: FloatArray, weight: FloatArray, first: IndexArray, correlation: float
+    jacobian: FloatArray,
+    distance: FloatArray,
+    weight: FloatArray,
+    sigma: FloatArray,
+    first: IndexArray,
+    correlation: float,
 ) -> FloatArray:
-    """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing."""
+    """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing.
+
+    The mean square error is that of the distances, but no less than what they and the standard deviations `sigma` (m,)
+    of the elements say together: a short arc may lie on few independent elements better than it is known.
+    """
     if len(first) == 0:
         return np.zeros((0, jacobian.shape[1], jacobian.shape[1]))
     total = np.add.reduceat(weight, first)
     counts = np.diff(np.append(first, len(weight)))
-    error = np.add.reduceat(weight * distance**2, first) / total * counts / np.maximum(counts - jacobian.shape[1], 1)
+    size = jacobian.shape[1]
+    seen = np.add.reduceat(weight * distance**2, first) / total
+    foretold = np.add.reduceat(weight * sigma**2, first) / total
+    independent = counts / correlation
+    together = (PRIOR_FREEDOM * foretold + independent * seen) / (PRIOR_FREEDOM + independent - size)
+    error = np.maximum(seen * counts / np.maximum(counts - size, 1), together)
     normal = np.add.reduceat(weight[:, None, None] * jacobian[:, :, None] * jacobian[:, None, :], first)
     scale = np.sqrt(np.einsum("nii->ni", normal))
     scaled = normal / (scale[:, :, None] * scale[:, None, :])

@@ -341,6 +341,8 @@ def _joined(
         _stacked(ends.curve.take(used), _curves_at(arcs, courses, met)),
     ).take(np.arange(len(used) + len(met)))
     meetings = _once_each(_one_a_place(meetings))
+    alone = np.bincount(meetings.group, minlength=meetings.count) < 2
+    meetings = meetings.take(~alone[meetings.group])
     for _ in range(_ROUNDS):
         off = meetings.misses(arcs, meetings.places()[0])
         worst = np.zeros(meetings.count)
@@ -388,10 +390,11 @@ def _one_a_place(meetings: _Meetings) -> _Meetings:
 
 
 def _once_each(meetings: _Meetings) -> _Meetings:
-    """An arc takes part once with either end, else once with its course."""
-    same = (np.diff(meetings.group) == 0) & (np.diff(meetings.arc) == 0)
-    again = same & ((meetings.at[1:] == COURSE) | (np.diff(meetings.at) == 0))
-    return meetings.take(np.concatenate([[True] * min(len(meetings.at), 1), ~again]).astype(np.bool_))
+    """An arc takes part once: with its nearer end, else with its course."""
+    along, _ = meetings.curve.locate(*meetings.places()[0][meetings.group].T)
+    order = np.lexsort((np.abs(along), meetings.at == COURSE, meetings.arc, meetings.group))
+    again = (np.diff(meetings.group[order]) == 0) & (np.diff(meetings.arc[order]) == 0)
+    return meetings.take(np.delete(order, 1 + np.flatnonzero(again)))
 
 
 def _kinds(meetings: _Meetings, away: FloatArray) -> npt.NDArray[np.int8]:

@@ -62,10 +62,10 @@ class Relations:
     a is the outer one.
 
     Values: bounds, adjacent and surrounds, the shared length; parallel, the distance of b to the left of a (the bright
-    side; negative to the right); collinear, the gap between the nearer ends; concentric, the distance of the centres;
-    equal_radius, b's less a's; all in px.  Perpendicular, the angle between the lines; junction (an end of a meets an
-    end of b), between the ways that both lead away; t_junction (an end of one meets the course of the other), between
-    the tangents; all in rad.
+    side; negative to the right); collinear, the gap between the nearer ends, whichever the bright sides; concentric,
+    the distance of the centres; equal_radius, b's less a's; all in px.  Perpendicular, the angle between the lines;
+    junction (an end of a meets an end of b), between the ways that both lead away; t_junction (an end of one meets the
+    course of the other), between the tangents; all in rad.
     """
 
     kind: npt.NDArray[np.int8]
@@ -201,9 +201,8 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
     lateral_sigma = np.sqrt(
         arcs.sigma[line][a] ** 2 + arcs.sigma[line][b] ** 2 + (arcs.angle_sigma[line][a] * lever) ** 2
     )
-    same_way = np.sum(direction[a] * direction[b], axis=1) > 0
     parallel = (overlap > _MIN_OVERLAP * np.minimum(length[a], length[b])) & (np.abs(lateral) <= radius)
-    collinear = (overlap <= 0.0) & (-overlap <= radius) & (np.abs(lateral) < _MAX_LATERAL) & same_way
+    collinear = (overlap <= 0.0) & (-overlap <= radius) & (np.abs(lateral) < _MAX_LATERAL)
     # a relation that only one of the two frames sees is none: both rows or neither
     half = len(a) // 2
     parallel &= np.roll(parallel, half)

@@ -163,16 +163,16 @@ COMMENT ON COLUMN image_arc_covariance.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_covariance.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_covariance.covariance IS 'covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle; of a free one: its offset to the right at up to eight places, as many as the matrix has rows, evenly spaced along its course from first to last edge element';
 
+-- Without keys, as the edge elements.
 CREATE TABLE image_junction (
-    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    extraction_id BIGINT NOT NULL,
     junction_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     x DOUBLE PRECISION NOT NULL,
     y DOUBLE PRECISION NOT NULL,
-    xx DOUBLE PRECISION NOT NULL,
-    xy DOUBLE PRECISION NOT NULL,
-    yy DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (extraction_id, junction_no),
+    xx REAL NOT NULL,
+    xy REAL NOT NULL,
+    yy REAL NOT NULL,
     CHECK (kind IN ('L', 'T', 'Y', 'X', 'smooth')),
     CHECK (xx > 0 AND yy > 0 AND xx * yy > xy * xy)
 );
@@ -186,14 +186,12 @@ COMMENT ON COLUMN image_junction.xx IS 'variance of x, px^2';
 COMMENT ON COLUMN image_junction.xy IS 'covariance of x and y, px^2';
 COMMENT ON COLUMN image_junction.yy IS 'variance of y, px^2';
 
+-- Without keys, as the edge elements.
 CREATE TABLE image_junction_arc (
     extraction_id BIGINT NOT NULL,
     junction_no INTEGER NOT NULL,
     arc_no INTEGER NOT NULL,
     meets_with TEXT NOT NULL,
-    PRIMARY KEY (extraction_id, junction_no, arc_no, meets_with),
-    FOREIGN KEY (extraction_id, junction_no) REFERENCES image_junction (extraction_id, junction_no),
-    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no),
     CHECK (meets_with IN ('start', 'end', 'course'))
 );
 COMMENT ON TABLE image_junction_arc IS 'The arcs that meet in a junction.';

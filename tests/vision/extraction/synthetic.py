@@ -10,6 +10,16 @@ from vision.extraction.linking import Chains, link
 
 FloatArray = npt.NDArray[np.float64]
 
+# Layouts of `sectors`: rays (degrees), greys from each on to the next; the steps are 50 to 150 high.
+JUNCTIONS = {
+    "L": ([0, 90], [160, 60]),
+    "sharp L": ([0, 60], [60, 160]),
+    "T": ([0, 75, 180], [180, 110, 40]),
+    "Y": ([0, 110, 240], [60, 130, 200]),
+    "X": ([0, 80, 180, 260], [40, 90, 190, 140]),
+    "X of a checkerboard": ([0, 90, 180, 270], [60, 160, 60, 160]),
+}
+
 _SUB = (np.arange(5) - 2) / 5.0
 
 

@@ -51,3 +51,15 @@ def test_predicted_sigma_is_plausible_and_regions_cover_the_picture(
     assert 50 < len(found.regions) < 500
     assert np.all(found.edges.sigma <= 0.5)
     assert found.noise_sigma == pytest.approx(255 / (2 * np.sqrt(7000)), rel=0.25)  # shot noise through gamma 1/2
+
+
+def test_an_arc_takes_part_in_a_junction_once_and_relations_are_of_two(
+    case: tuple[Extraction, dict[str, np.ndarray]],
+) -> None:
+    junctions, relations = case[0].junctions, case[0].relations
+    met = np.column_stack([junctions.junction, junctions.arc])
+    assert len(np.unique(met, axis=0)) == len(met) > 100
+    assert np.bincount(junctions.junction).min() > 1
+    rows = np.column_stack([relations.kind, relations.a, relations.b])
+    assert len(np.unique(rows, axis=0)) == len(rows)
+    assert np.all(relations.a != relations.b)

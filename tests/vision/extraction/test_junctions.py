@@ -11,24 +11,15 @@ from vision.extraction.extract import extract
 from vision.extraction.junctions import COURSE, END, KINDS, START, Junctions, find_junctions
 from vision.extraction.linking import fill_gaps
 
-from .synthetic import FloatArray, linked, render, sectors
+from .synthetic import JUNCTIONS, FloatArray, linked, render, sectors
 
-# rays (degrees), greys from each on to the next; the steps are 50 to 150 high, the noise 10
-LAYOUTS = {
-    "L": ([0, 90], [160, 60]),
-    "sharp L": ([0, 60], [60, 160]),
-    "T": ([0, 75, 180], [180, 110, 40]),
-    "Y": ([0, 110, 240], [60, 130, 200]),
-    "X": ([0, 80, 180, 260], [40, 90, 190, 140]),
-    "X of a checkerboard": ([0, 90, 180, 270], [60, 160, 60, 160]),
-}
 _SEEDS = 10
 
 
 def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, FloatArray]:
     rng = np.random.default_rng(seed)
     place, turn = 33.5 + rng.uniform(-2, 2, 2), rng.uniform(0, 2 * np.pi)
-    turns, greys = LAYOUTS[name]
+    turns, greys = JUNCTIONS[name]
     image = sectors((place[0], place[1]), np.deg2rad(turns) + turn, greys, (68, 68)) + rng.normal(0, noise, (68, 68))
     edges = edge_elements(image)
     arcs = fit_arcs(edges, fill_gaps(edges, linked(edges, image.shape), image), scale=1.4)
@@ -46,7 +37,7 @@ def test_sectors_are_what_blurring_and_averaging_a_finer_picture_gives() -> None
     np.testing.assert_allclose(image[3:-3, 3:-3], expected[3:-3, 3:-3], atol=0.15)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", JUNCTIONS)
 def test_a_junction_is_found_where_it_is_as_surely_as_it_says(name: str) -> None:
     errors, variances = [], []
     for seed in range(_SEEDS):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from relmodel.errors import UsageError
 from vision.extraction.arcs import LINE
@@ -85,9 +86,21 @@ def test_collinear_lines_across_a_wide_gap() -> None:
     image = render(lambda x, y: y - 50.3, (100, 260), 0.7, 60, 160)
     image[:, 100:160] = 110.0
     found = extract(image)
-    rows = found.relations.kind == COLLINEAR
+    level = np.append(np.abs(found.arcs.direction[:, 0]) > 0.99, np.zeros(len(found.regions), np.bool_))
+    rows = (found.relations.kind == COLLINEAR) & level[found.relations.a]
     assert rows.sum() == 2
     np.testing.assert_allclose(found.relations.value[rows], 60, atol=8)
+
+
+def test_the_parts_of_a_line_whose_bright_side_changes_are_collinear() -> None:
+    left = np.arange(200) < 100
+    image = np.where(np.arange(80)[:, None] < 40, 110.0, np.where(left, 40.0, 180.0))
+    found = extract(gaussian_filter(image, 0.8))
+    lines = np.flatnonzero((found.arcs.kind == LINE) & (np.abs(found.arcs.direction[:, 0]) > 0.99))
+    assert len(lines) == 2
+    assert found.arcs.direction[lines[0]] @ found.arcs.direction[lines[1]] < -0.99
+    rows = found.relations.kind == COLLINEAR
+    assert set(zip(found.relations.a[rows], found.relations.b[rows], strict=True)) == {tuple(lines), tuple(lines[::-1])}
 
 
 def test_equal_input_gives_equal_columns(ring: Extraction) -> None:
