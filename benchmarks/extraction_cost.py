@@ -84,10 +84,11 @@ def storing(data: Path) -> None:
             picture = read_picture(data / "bulkhead" / f"{name}_left.png")
             found = extract(picture.grey)
             before = _used(path)
-            with Store.open(path) as store, Run.begin(store, "extract", {}) as run, run.write() as connection:
-                image = record_picture(run, connection, picture, keep_bytes=False)
+            with Store.open(path) as store, Run.begin(store, "extract", {}) as run:
                 wall, cpu = perf_counter(), process_time()
-                record_extraction(run, connection, image, picture.sha256, found)
+                with run.write() as connection:
+                    image = record_picture(run, connection, picture, keep_bytes=False)
+                    record_extraction(run, connection, image, picture.sha256, found)
                 took = (perf_counter() - wall) * 1e3, (process_time() - cpu) * 1e3
             in_use, of_file = (after - earlier for after, earlier in zip(_used(path), before, strict=True))
             rows.append([name, *took, in_use, of_file])

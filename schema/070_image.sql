@@ -151,12 +151,11 @@ COMMENT ON COLUMN image_arc_point.x IS 'x, px';
 COMMENT ON COLUMN image_arc_point.y IS 'y, px';
 COMMENT ON COLUMN image_arc_point.sigma IS 'standard deviation of the point across the arc, px';
 
+-- Without keys, as the edge elements.
 CREATE TABLE image_arc_covariance (
     extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
-    covariance DOUBLE PRECISION[] NOT NULL,
-    PRIMARY KEY (extraction_id, arc_no),
-    FOREIGN KEY (extraction_id, arc_no) REFERENCES image_arc (extraction_id, arc_no)
+    covariance DOUBLE PRECISION[] NOT NULL
 );
 COMMENT ON TABLE image_arc_covariance IS 'What its elements leave open of an arc.';
 COMMENT ON COLUMN image_arc_covariance.extraction_id IS 'the extraction';

@@ -80,6 +80,22 @@ class Database:
             yield connection
 
     @contextmanager
+    def one_thread(self) -> Iterator[None]:
+        """Have DuckDB work in one thread while the block lasts: with more it copies what is appended twice.
+
+        For many appends in a row; heavy queries want the threads.
+        """
+        if self.dialect != "duckdb":
+            yield
+            return
+        with self.engine.connect() as settings:  # a transaction that failed refuses whatever comes after
+            settings.execute(sql.query("run/one_thread.duckdb"))
+            try:
+                yield
+            finally:
+                settings.execute(sql.query("run/all_threads.duckdb"))
+
+    @contextmanager
     def _failures(self) -> Iterator[None]:
         """What befalls a database in use (connection lost, disk full, memory out) as a sentence.
 

@@ -55,23 +55,21 @@ def record_extraction(
         return found
     extraction_id = int(run.store.new_ids(connection, "extraction", 1)[0])
     unit_set_id = int(run.store.new_ids(connection, "unit_set", 1)[0])
-    run.append(
-        connection,
-        "extraction",
-        {
-            "id": [extraction_id],
-            "image_id": image_id,
-            "content_key": content_key(image_sha256, extraction.parameters),
-            "parameters": extraction.parameters.to_json(),
-            "version": VERSION,
-            "noise_sigma": extraction.noise_sigma,
-        },
-    )
-    for table, columns in _primitives(extraction).items():
-        run.append(connection, table, {"extraction_id": extraction_id, **columns})
-    run.append(connection, "unit_set", {"id": [unit_set_id], "kind": "image", "extraction_id": extraction_id})
-    for table, columns in _units(extraction).items():
-        run.append(connection, table, {"unit_set_id": unit_set_id, **columns})
+    head: Columns = {
+        "id": [extraction_id],
+        "image_id": image_id,
+        "content_key": content_key(image_sha256, extraction.parameters),
+        "parameters": extraction.parameters.to_json(),
+        "version": VERSION,
+        "noise_sigma": extraction.noise_sigma,
+    }
+    with run.store.one_thread():
+        run.append(connection, "extraction", head)
+        for table, columns in _primitives(extraction).items():
+            run.append(connection, table, {"extraction_id": extraction_id, **columns})
+        run.append(connection, "unit_set", {"id": [unit_set_id], "kind": "image", "extraction_id": extraction_id})
+        for table, columns in _units(extraction).items():
+            run.append(connection, table, {"unit_set_id": unit_set_id, **columns})
     return RecordedExtraction(extraction_id, unit_set_id)
 
 

@@ -1,0 +1,11 @@
+-- What a picture gives stands in tables without keys (070_image.sql).  DuckDB finds an extraction's rows by the least and
+-- greatest identity of each row group; PostgreSQL wants an index.
+CREATE INDEX edge_element_extraction ON edge_element (extraction_id);
+CREATE INDEX image_arc_mark_extraction ON image_arc_mark (extraction_id);
+CREATE INDEX image_arc_point_extraction ON image_arc_point (extraction_id);
+CREATE INDEX image_arc_covariance_extraction ON image_arc_covariance (extraction_id);
+CREATE INDEX image_junction_arc_extraction ON image_junction_arc (extraction_id);
+CREATE INDEX region_outline_extraction ON region_outline (extraction_id);
+CREATE INDEX region_arc_extraction ON region_arc (extraction_id);
+CREATE INDEX region_topography_extraction ON region_topography (extraction_id);
+CREATE INDEX unit_relation_unit_set ON unit_relation (unit_set_id);

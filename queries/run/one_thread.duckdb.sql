@@ -1,0 +1,3 @@
+-- From here on all queries of this process run in one thread.
+-- Takes and gives nothing.
+SET threads = 1

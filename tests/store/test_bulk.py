@@ -1,0 +1,65 @@
+"""Appending by columns: decimals, and DuckDB's threads."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.store import Store
+
+POINTS: dict[str, Any] = {
+    "extraction_id": 1,
+    "arc_no": 0,
+    "point_no": np.arange(4, dtype=np.int32),
+    "sigma": np.full(4, 0.00006),
+}
+
+
+@pytest.fixture
+def duckdb_store(duckdb_template: Path, tmp_path: Path) -> Iterator[Store]:
+    file = tmp_path / "store.duckdb"
+    shutil.copy(duckdb_template, file)
+    with Store.open(file) as store:
+        yield store
+
+
+def test_numbers_are_rounded_to_the_decimals_of_their_columns(fresh_store: str) -> None:
+    x = np.array([944.05123, -0.00049, 1e-9, 6000.9996])
+    with Store.open(fresh_store) as store, store.write() as connection:
+        store.append(connection, "image_arc_point", {**POINTS, "x": x, "y": x.astype(np.float32)})
+        points = store.table("image_arc_point")
+        rows = connection.execute(sa.select(points.c.x, points.c.y, points.c.sigma).order_by(points.c.point_no)).all()
+    truth = [Decimal(text) for text in ("944.051", "0", "0", "6001")]
+    assert [row.x for row in rows] == truth
+    assert [row.y for row in rows] == truth
+    assert {row.sigma for row in rows} == {Decimal("0.0001")}
+
+
+def test_numbers_beyond_their_columns_are_refused(duckdb_store: Store) -> None:
+    x = np.array([0.0, 1.0, -1e6, 3.0])
+    with pytest.raises(ValueError, match="9 digits"), duckdb_store.write() as connection:
+        duckdb_store.append(connection, "image_arc_point", {**POINTS, "x": x, "y": x})
+
+
+def threads(store: Store) -> int:
+    with store.read() as connection:
+        return int(connection.execute(sa.text("SELECT current_setting('threads')")).scalar_one())
+
+
+def test_duckdb_has_its_threads_again_after_a_failure(duckdb_store: Store) -> None:
+    def fail() -> None:
+        with duckdb_store.write() as connection, duckdb_store.one_thread():
+            assert threads(duckdb_store) == 1
+            connection.execute(sa.text("SELECT no_such_column FROM image"))
+
+    usual = threads(duckdb_store)
+    with pytest.raises(sa.exc.DBAPIError):
+        fail()
+    assert threads(duckdb_store) == usual
