@@ -23,6 +23,7 @@ _BOUNDED_BY_ARCS = ("plane", "cylinder", "cone", "extrusion")
 _INSIDE = 1e-9  # rad, mm: what lies nearer to the boundary than this adds nothing to the box
 _GRID = 8  # steps along u and v of a smooth part of a surface
 _STEPS = 8  # towards a summit
+_STILL = 1e-7  # of a smooth part: an error of a place is one of its square in the height
 _DIFFERENCE = 1e-4  # of a step, for second derivatives
 _LEVEL = 1e-6  # of the greater curvature: along a ridge with less than this one stays where one is
 
@@ -161,6 +162,8 @@ def _climbed(
         along = np.einsum("nij,ni->nj", ways, slope)
         step = np.einsum("nij,nj->ni", ways, np.where(firm, along / np.where(firm, size, 1.0), 0.0))
         length = np.linalg.norm(step, axis=1)
+        if length.max() < _STILL:
+            break
         step *= (np.minimum(length, longest) / np.where(length > 0, length, 1.0))[:, None]
         next_u, next_v = np.clip(u + step[:, 0] * width, u0, u1), np.clip(v + step[:, 1] * height, v0, v1)
         found = _slopes(surfaces, row, axis, sign, next_u, next_v, width, height)

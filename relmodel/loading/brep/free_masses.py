@@ -59,14 +59,12 @@ class Antiderivatives:
 
     def __init__(self, surfaces: Surfaces, rows: Index, about: Array) -> None:
         self._grids: list[_Grid] = []
-        integrals, befores = [], []
+        resolved, befores = [], []
         pending = [_Grid(row, *surfaces.cuts(row, *surfaces.domain[row])) for row in rows.tolist()]
         while pending:
             grids, pending = pending, []
             series = _series(surfaces, grids, about)
             unresolved = _unresolved(grids, series)
-            integral = _INTEGRAL @ series
-            whole = integral.sum(axis=2)  # at the right side, where every Legendre polynomial is 1
             ends = np.cumsum([len(grid) for grid in grids]).tolist()
             for grid, first, last in zip(grids, [0, *ends[:-1]], ends, strict=True):
                 flags = unresolved[:, first:last]
@@ -74,12 +72,11 @@ class Antiderivatives:
                     pending.append(grid.halved(flags))
                     continue
                 self._grids.append(grid)
-                along = whole[:, first:last].reshape(_DENSITIES, len(grid.u) - 1, -1, _TERMS)
-                before = (np.cumsum(along, axis=1) - along).reshape(_DENSITIES, -1, _TERMS)
-                integrals.append(integral[:, first:last].transpose(1, 2, 0, 3))
-                befores.append(before.transpose(1, 0, 2))
-        self._integral = np.concatenate(integrals).reshape(-1, _TERMS + 1, _DENSITIES * _TERMS)
-        self._before = np.concatenate(befores).reshape(-1, _DENSITIES * _TERMS)
+                resolved.append(series[:, first:last])
+                # Over the width of a cell only the constant term of a series counts.
+                whole = 2 * series[:, first:last, 0].reshape(_DENSITIES, len(grid.u) - 1, -1, _TERMS)
+                befores.append((np.cumsum(whole, axis=1) - whole).reshape(_DENSITIES, -1, _TERMS))
+        self._series, self._before = np.concatenate(resolved, axis=1), np.concatenate(befores, axis=1)
         count = np.array([len(grid) for grid in self._grids])
         self._first = dict(zip((grid.row for grid in self._grids), (np.cumsum(count) - count).tolist(), strict=True))
 
@@ -91,11 +88,20 @@ class Antiderivatives:
             grid = grids[row]
             (i, local[0, at]), (j, local[1, at]) = _local(grid.u, u[at]), _local(grid.v, v[at])
             cell[at] = self._first[row] + i * (len(grid.v) - 1) + j
-        p, q = legendre.legvander(local[0], _TERMS), legendre.legvander(local[1], _TERMS - 1)
+        touched = groups(cell)
+        cells, order = [one for one, _ in touched], np.concatenate([at for _, at in touched])
+        integral = (
+            (_INTEGRAL @ self._series[:, cells]).transpose(1, 2, 0, 3).reshape(-1, _TERMS + 1, _DENSITIES * _TERMS)
+        )
+        integral[:, 0] += self._before[:, cells].transpose(1, 0, 2).reshape(-1, _DENSITIES * _TERMS)
+        p, q = (legendre.legvander(t, terms) for t, terms in zip(local[:, order], (_TERMS, _TERMS - 1), strict=True))
+        along_u = np.empty((len(u), _DENSITIES * _TERMS))
+        last = 0
+        for one, (_, at) in zip(integral, touched, strict=True):
+            first, last = last, last + len(at)
+            np.matmul(p[first:last], one, out=along_u[first:last])
         out = np.empty((len(u), _DENSITIES))
-        for one, at in groups(cell):
-            along_u = (p[at] @ self._integral[one] + self._before[one]).reshape(-1, _DENSITIES, _TERMS)
-            out[at] = (along_u @ q[at][:, :, None])[:, :, 0]
+        out[order] = np.einsum("ncj,nj->nc", along_u.reshape(-1, _DENSITIES, _TERMS), q)
         return out
 
 
@@ -128,11 +134,10 @@ def _unresolved(grids: list[_Grid], series: Array) -> Bools:
     """Whether the last terms in u and in v do not vanish (2, cells), held against all cells of the surface."""
     count = [len(grid) for grid in grids]
     height = np.concatenate([np.tile(np.diff(grid.v), len(grid.u) - 1) for grid in grids])
-    size = np.abs(series) * height[:, None, None]
     first = np.cumsum([0, *count[:-1]])
-    least = _TOLERANCE * np.repeat(np.add.reduceat(size[:, :, 0, 0], first, axis=1), count, axis=1)
-    tails = size[:, :, -_TAIL:].max(axis=(2, 3)), size[:, :, :, -_TAIL:].max(axis=(2, 3))
-    return np.stack([np.any(tail > least, axis=0) for tail in tails])
+    least = _TOLERANCE * np.repeat(np.add.reduceat(np.abs(series[:, :, 0, 0]) * height, first, axis=1), count, axis=1)
+    tails = series[:, :, -_TAIL:], series[:, :, :, -_TAIL:]
+    return np.stack([np.any(np.abs(tail).max(axis=(2, 3)) * height > least, axis=0) for tail in tails])
 
 
 def _halved(cuts: Array, which: Bools) -> Array:

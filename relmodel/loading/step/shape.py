@@ -38,7 +38,8 @@ _KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its pla
 def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
     """Columns of a shape that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
     BRepLib.BuildCurves3d_s(shape)
-    face_keys, boundary, edges = face_map(shape), Boundary(shape), _Edges(shape)
+    face_keys, boundary = face_map(shape), Boundary(shape)
+    edges = _Edges(shape, face_keys)
     faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
     basis_curve_rows = step_geometry.CurveRows()
     basis_rows = step_geometry.SurfaceRows(basis_curve_rows)
@@ -110,10 +111,10 @@ def solids(shape: Any) -> list[Any]:
     return found if count == face_map(shape).Extent() else []
 
 
-def edge_map(shape: Any) -> Any:
-    """Edges of the faces of a shape; loose edges are left out."""
+def edge_map(shape: Any, faces: Any = None) -> Any:
+    """Edges of the faces of a shape; loose edges are left out.  faces: their `face_map`, where it is at hand."""
     keys = ShapeMap()
-    faces = face_map(shape)
+    faces = faces or face_map(shape)
     for i in range(1, faces.Extent() + 1):
         TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, keys)
     return keys
@@ -139,12 +140,12 @@ def _edge_rows(boundary: Boundary, basis: step_geometry.CurveRows, edges: _Edges
 class _Edges:
     """The edges of a shape as the kernel has them, for what only the kernel can tell of them."""
 
-    def __init__(self, shape: Any) -> None:
-        self._shape = shape
+    def __init__(self, shape: Any, faces: Any) -> None:
+        self._shape, self._faces = shape, faces
 
     @cached_property
     def _keys(self) -> Any:
-        return edge_map(self._shape)
+        return edge_map(self._shape, self._faces)
 
     def shape(self, number: int) -> Any:
         return TopoDS.Edge(self._keys.FindKey(number + 1))
