@@ -92,9 +92,7 @@ def even_shares(total: Array, unit: Index, density: Array, t: Array) -> tuple[In
 
 def _dense(curves: Curves, free: Index, chord_mm: float, chord_rad: float) -> tuple[Index, Array]:
     """Arcs and parameters of the ends of chords by density; smooth pieces that meet in a kink are cut apart."""
-    row, start, end = curves.spans()
-    here = np.isin(row, free)
-    row, start, end = row[here], start[here], end[here]
+    row, start, end = curves.spans(free)
     t = (start[:, None] + (end - start)[:, None] * np.linspace(0, 1, _SAMPLES + 1)).ravel()
     points, by = curves.evaluate(np.repeat(row, _SAMPLES + 1), t)
     speed = np.linalg.norm(by, axis=1, keepdims=True)

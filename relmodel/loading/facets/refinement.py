@@ -107,7 +107,8 @@ class Fit:
         """Means over a free-form surface, by differences."""
         u0, u1, v0, v1 = self.surfaces.domain[face]
         h, k = (u1 - u0) / (_GRID - 1), (v1 - v0) / (_GRID - 1)
-        at = self.surfaces.evaluate_grid(face, np.linspace(u0, u1, _GRID), np.linspace(v0, v1, _GRID))
+        u, v = np.meshgrid(np.linspace(u0, u1, _GRID), np.linspace(v0, v1, _GRID), indexing="ij")
+        at = self.surfaces.evaluate(np.full(u.size, face), u.ravel(), v.ravel())
         by_u, by_v = (x.reshape(_GRID, _GRID, 3) for x in (at.by_u, at.by_v))
         normal = np.cross(by_u, by_v)
         length = np.linalg.norm(normal, axis=2, keepdims=True)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.spline_curves import Runs
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, SurfacePoints, Surfaces
 from relmodel.loading.facets.chords import numbered
 
 Array = npt.NDArray[np.float64]
@@ -44,8 +44,9 @@ def cuts(surfaces: Surfaces, row: Index, box: Array, chord_mm: float, chord_rad:
     steps = _angles(surfaces, row, box, allowed, chord_rad)
     totals = [(box[:, 2 * k + 1] - box[:, 2 * k]) / steps[k] for k in (0, 1)]
     densities: list[list[tuple[Array, Array] | None]] = [[None] * len(row), [None] * len(row)]
-    for i in np.flatnonzero(~np.isin(surfaces.kind[row].astype(str), ANALYTIC_KINDS)).tolist():
-        measured = _measured(surfaces, int(row[i]), box[i], allowed, chord_rad)
+    free = np.flatnonzero(~np.isin(surfaces.kind[row].astype(str), ANALYTIC_KINDS))
+    for i, sampled in zip(free.tolist(), _samples(surfaces, row[free], box[free]), strict=True):
+        measured = _measured(*sampled, allowed, chord_rad)
         for k in (0, 1):
             densities[k][i] = measured[k]
             totals[k][i] = measured[k][1][-1]
@@ -86,17 +87,28 @@ def _angle(radius: Array, allowed: float, chord_rad: float) -> Array:
         return np.asarray(np.fmin(chord_rad, 2 * np.arccos(np.clip(1 - allowed / radius, -1, 1))))
 
 
+def _samples(surfaces: Surfaces, row: Index, box: Array) -> list[tuple[Array, Array, SurfacePoints]]:
+    """Samples u (n,) and v (m,) over rectangles of surfaces (f,), and points at all of u with all of v (n, m, 3)."""
+    ways = [tuple(_finer(one) for one in surfaces.cuts(i, *b)) for i, b in zip(row.tolist(), box.tolist(), strict=True)]
+    size = np.array([len(u) * len(v) for u, v in ways], np.int64)
+    all_u = np.concatenate([np.empty(0), *(np.repeat(u, len(v)) for u, v in ways)])
+    all_v = np.concatenate([np.empty(0), *(np.tile(v, len(u)) for u, v in ways)])
+    at = surfaces.evaluate(np.repeat(row, size), all_u, all_v)
+    out = []
+    for (u, v), end in zip(ways, np.cumsum(size).tolist(), strict=True):
+        here = slice(end - len(u) * len(v), end)
+        out.append((u, v, SurfacePoints(*(x[here].reshape(len(u), len(v), 3) for x in (at.points, at.by_u, at.by_v)))))
+    return out
+
+
 def _measured(
-    surfaces: Surfaces, row: int, box: Array, allowed: float, chord_rad: float
+    u: Array, v: Array, at: SurfacePoints, allowed: float, chord_rad: float
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Places along u and along v with the number of steps that lead to each: by samples of the surface.
 
     What counts are turns of the normal and of the lines of u and v, and the twist of cells.
     """
-    u, v = (_finer(one) for one in surfaces.cuts(row, *box.tolist()))
-    at = surfaces.evaluate_grid(row, u, v)
-    shape = len(u), len(v), 3
-    points, by_u, by_v = at.points.reshape(shape), at.by_u.reshape(shape), at.by_v.reshape(shape)
+    points, by_u, by_v = at.points, at.by_u, at.by_v
     across = np.cross(by_u, by_v)
     speeds = [np.linalg.norm(x, axis=2, keepdims=True) for x in (across, by_u, by_v)]
     good = speeds[0] > 1e-6 * np.max(speeds[1], initial=0.0) * np.max(speeds[2], initial=0.0)
