@@ -59,13 +59,14 @@ def facets(
     surfaces = trims.surfaces
     border = rims(trims, coedges, chords, wanted)
     fit = Fit(surfaces, chord_mm, chord_rad)
-    kind, pinched = surfaces.kind.astype(str), bool((trims.curves.kind == "degenerate").any())
-    flat = border.taken(kind == "plane")
+    plane = np.asarray(surfaces.kind == "plane")
+    pinched = _among(trims.surface[trims.curves.kind[trims.arc] == "degenerate"], surfaces)
+    flat = border.taken(plane)
     corners, failed = polygons.triangles(flat, len(surfaces))
-    made = [_outward(surfaces, _made(flat, corners), ~failed, False)]
+    made = [_outward(surfaces, _made(flat, corners), ~failed, pinched)]
 
     straight, done = ruled.triangles(surfaces, border)
-    left = wanted & (kind != "plane") & ~_among(done, surfaces)
+    left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
     filled = Triangulation(
         np.concatenate([border.points, surfaces.evaluate(inner_face, *inner_uv.T).points]),
@@ -75,7 +76,7 @@ def facets(
     )
     left &= ~_among(also_done, surfaces)
     failed = _check(filled, np.append(np.ones(len(straight), bool), strip), fit)
-    made.append(_outward(surfaces, filled, wanted & (kind != "plane") & ~left & ~failed, pinched))
+    made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
 
     rest = border.taken(left)
     corners, failed = polygons.triangles(rest, len(surfaces))
@@ -87,7 +88,7 @@ def facets(
 def _check(filled: Triangulation, strip: Bools, fit: Fit) -> Bools:
     """Refine, in place, free-form faces that strips of triangles leave; the faces (n,) where that does not succeed."""
     corners = filled.corners
-    free = ~np.isin(fit.surfaces.kind.astype(str), ANALYTIC_KINDS)
+    free = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
     free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
@@ -108,15 +109,17 @@ def _among(faces: Index, surfaces: Surfaces) -> Bools:
     return out
 
 
-def _outward(surfaces: Surfaces, made: Triangulation, done: Bools, pinched: bool) -> Facets:
-    """Triangles of faces counter-clockwise from outside, less those of no extent where there are degenerate arcs."""
+def _outward(surfaces: Surfaces, made: Triangulation, done: Bools, pinched: Bools) -> Facets:
+    """Triangles of faces counter-clockwise from outside, less those of no extent on faces with degenerate arcs."""
     corners, face = made.corners, made.face[made.corners[:, 0]]
     if not done.all():
         corners, face = corners[done[face]], face[done[face]]
-    if pinched:
-        a, b, c = (made.points[corners[:, k]] for k in range(3))
-        small = [np.einsum("nd,nd->n", x - y, x - y) < _NO_LENGTH**2 for x, y in ((a, b), (b, c), (c, a))]
-        whole = ~np.logical_or.reduce(small)
+    at = np.flatnonzero(pinched[face])
+    if len(at):
+        a, b, c = (made.points[corners[at, k]] for k in range(3))
+        small = [np.square(x - y).sum(axis=1) < _NO_LENGTH**2 for x, y in ((a, b), (b, c), (c, a))]
+        whole = np.ones(len(face), bool)
+        whole[at] = ~np.logical_or.reduce(small)
         corners, face = corners[whole], face[whole]
     corners = np.where(surfaces.reversed[face][:, None], corners[:, ::-1], corners)
     used = done[made.face]

@@ -105,9 +105,10 @@ def _bent(uv: Array, ends: Index, following: Index, sign: Array) -> Array:
     """
     before = np.empty_like(following)
     before[following] = np.arange(len(following))
-    come, go = uv - uv[before], uv[following] - uv
-    within = np.abs(_cross(come, go)) <= _STRAIGHT * np.linalg.norm(come, axis=1) * np.linalg.norm(go, axis=1)
-    straight = within & (np.einsum("nd,nd->n", come, go) > 0)
+    x, y = uv.T
+    come_x, come_y, go_x, go_y = x - x[before], y - y[before], x[following] - x, y[following] - y
+    turn, along = come_x * go_y - come_y * go_x, come_x * go_x + come_y * go_y
+    straight = (np.abs(turn) <= _STRAIGHT * along) & (along > 0)  # of a small turn the tangent is the sine
     if not straight.any():
         return uv
     ring = np.repeat(np.arange(len(ends)), np.diff(ends, prepend=0))
