@@ -15,21 +15,26 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.GProp import GProp_GProps
 from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
 from OCP.TopAbs import TopAbs_Orientation as Sense
+from OCP.TopAbs import TopAbs_ShapeEnum as ShapeType
+from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS_Compound, TopoDS_Face
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face
 
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.normals import normals_at
 from relmodel.geometry.surfaces import Surfaces
+from relmodel.loading.brep.trims import Trims
+from relmodel.loading.facets import chords
+from relmodel.loading.facets.facets import Facets, facets
 from relmodel.loading.neutral import Mesh, Table
-from relmodel.loading.step import analytic_triangulation as analytic_mesh
 from relmodel.loading.step import geometry as step_geometry
-from relmodel.loading.step.analytic_triangulation import Facets
 
 Array = npt.NDArray[np.float64]
+Bools = npt.NDArray[np.bool_]
 Triangulation = tuple[Array, Array, npt.NDArray[np.int32]]
 
 CHORD_MM = 0.05
@@ -51,11 +56,19 @@ def mesh(
     BRepBndLib.Add_s(shape, box, False)
     chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
     BRepTools.Clean_s(shape)
-    made = analytic_mesh.facets(surfaces, curves, coedges, pcurves, area, chord, CHORD_RAD)
+    trims, cuts = Trims(surfaces, curves, coedges, pcurves), chords.cut(curves, chord / 2, CHORD_RAD / 2)
     rest = np.ones(len(faces), bool)
-    for facets in made:
-        rest[facets.face] = False
-    made.append(_kernel_facets(faces, np.flatnonzero(rest).tolist(), area, chord))
+    made = facets(trims, coedges, cuts, rest, chord, CHORD_RAD)
+    for some in made:
+        rest[some.face] = False
+    if rest.any():
+        kernels = _kernel_facets(faces, np.flatnonzero(rest).tolist(), area, chord)
+        beside, cuts = _recut(faces, rest, trims, cuts)
+        again = facets(trims, coedges, cuts, beside, chord, CHORD_RAD) if beside.any() else []
+        for some in again:
+            beside[some.face] = False
+            rest[some.face] = True
+        made = [kernels, *(some.without(rest) for some in made), *again]
     face, corners = np.concatenate([one.face for one in made]), _joined_corners(made)
     if not len(face):
         raise ValueError("the kernel made no triangle of any face")
@@ -73,6 +86,28 @@ def mesh(
         triangles=corners[order].astype(np.int32),
         triangle_surfaces=face[order].astype(np.int32),
     )
+
+
+def _recut(faces: list[Any], rest: Bools, trims: Trims, cuts: chords.Chords) -> tuple[Bools, chords.Chords]:
+    """Faces (n,) beside those that the kernel made (`rest`) whose common arcs it cut otherwise, and its chords."""
+    keys = ShapeMap()
+    for face in faces:
+        TopExp.MapShapes_s(face, ShapeType.TopAbs_EDGE, keys)
+    even = np.isin(trims.curves.kind.astype(str), chords.EVEN)
+    found: dict[int, Array] = {}
+    for i in np.flatnonzero(rest).tolist():
+        place = TopLoc_Location()
+        triangulation = BRep_Tool.Triangulation_s(faces[i], place)
+        for arc in np.flatnonzero(np.bincount(trims.arc[trims.surface == i])).tolist():
+            if triangulation is not None and not even[arc]:
+                polygon = BRep_Tool.PolygonOnTriangulation_s(TopoDS.Edge(keys.FindKey(arc + 1)), triangulation, place)
+                if polygon is not None and polygon.HasParameters():
+                    found[arc] = np.sort([polygon.Parameter(k) for k in range(1, polygon.NbNodes() + 1)])
+    beside = np.zeros(len(faces), bool)
+    if not found:
+        return beside, cuts
+    beside[trims.surface[np.isin(trims.arc, list(found))]] = True
+    return beside & ~rest, cuts.replaced(trims.curves, found)
 
 
 def _joined_corners(made: list[Facets]) -> npt.NDArray[np.int64]:

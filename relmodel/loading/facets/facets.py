@@ -1,0 +1,127 @@
+"""Triangles of faces from rows alone: planes, curved faces that fill a rectangle of (u, v), and others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.loading.brep.trims import Trims
+from relmodel.loading.facets import lattices, polygons, ruled
+from relmodel.loading.facets.chords import Chords
+from relmodel.loading.facets.refinement import Fit, Triangulation, refined
+from relmodel.loading.facets.rims import Rims, rims
+from relmodel.loading.neutral import Table
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_NO_LENGTH = 1e-6  # mm
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Triangles of some faces, vertices apart for each face.
+
+    points (n, 3), mm; uv (n, 2) their parameters; point_face (n,); corners (m, 3) into the points, counter-clockwise
+    from outside; face (m,) of each triangle.
+    """
+
+    points: Array
+    uv: Array
+    point_face: Index
+    corners: Index
+    face: Index
+
+    def without(self, faces: Bools) -> Facets:
+        """Less the triangles of some faces (n,)."""
+        used, keep = ~faces[self.point_face], ~faces[self.face]
+        place = np.cumsum(used) - 1
+        corners = place[self.corners[keep]]
+        return Facets(self.points[used], self.uv[used], self.point_face[used], corners, self.face[keep])
+
+    @classmethod
+    def none(cls) -> Facets:
+        nothing = np.empty(0, np.int64)
+        return cls(np.empty((0, 3)), np.empty((0, 2)), nothing, np.empty((0, 3), np.int64), nothing)
+
+
+def facets(
+    trims: Trims, coedges: Table, chords: Chords, wanted: Bools, chord_mm: float, chord_rad: float
+) -> list[Facets]:
+    """Triangles of the wanted faces (n,), planes first; none of those whose boundary is not known or crosses itself.
+
+    chord_mm, chord_rad: greatest distance and angle between triangles and surface.
+    """
+    surfaces = trims.surfaces
+    border = rims(trims, coedges, chords, wanted)
+    fit = Fit(surfaces, chord_mm, chord_rad)
+    plane = np.asarray(surfaces.kind == "plane")
+    pinched = _among(trims.surface[trims.curves.kind[trims.arc] == "degenerate"], surfaces)
+    flat = border.taken(plane)
+    corners, failed = polygons.triangles(flat, len(surfaces))
+    made = [_outward(surfaces, _made(flat, corners), ~failed, pinched)]
+
+    straight, done = ruled.triangles(surfaces, border)
+    left = wanted & ~plane & ~_among(done, surfaces)
+    crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
+    filled = Triangulation(
+        np.concatenate([border.points, surfaces.evaluate(inner_face, *inner_uv.T).points]),
+        np.concatenate([border.uv, inner_uv]),
+        np.append(border.face, inner_face),
+        np.concatenate([straight, crossed]),
+    )
+    left &= ~_among(also_done, surfaces)
+    failed = _check(filled, np.append(np.ones(len(straight), bool), strip), fit)
+    made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
+
+    rest = border.taken(left)
+    corners, failed = polygons.triangles(rest, len(surfaces))
+    trimmed, also_failed = refined(_made(rest, corners), fit)
+    made.append(_outward(surfaces, trimmed, ~failed & ~also_failed, pinched))
+    return made
+
+
+def _check(filled: Triangulation, strip: Bools, fit: Fit) -> Bools:
+    """Refine, in place, free-form faces that strips of triangles leave; the faces (n,) where that does not succeed."""
+    corners = filled.corners
+    free = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
+    free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
+    sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
+    wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
+    again = _among(filled.face[sides[wide, 0]], fit.surfaces)[filled.face[corners[:, 0]]]
+    filled.corners = corners[again]
+    _, failed = refined(filled, fit)
+    filled.corners = np.concatenate([corners[~again], filled.corners])
+    return failed
+
+
+def _made(border: Rims, corners: Index) -> Triangulation:
+    return Triangulation(border.points, border.uv, border.face, corners)
+
+
+def _among(faces: Index, surfaces: Surfaces) -> Bools:
+    out = np.zeros(len(surfaces), bool)
+    out[faces] = True
+    return out
+
+
+def _outward(surfaces: Surfaces, made: Triangulation, done: Bools, pinched: Bools) -> Facets:
+    """Triangles of faces counter-clockwise from outside, less those of no extent on faces with degenerate arcs."""
+    corners, face = made.corners, made.face[made.corners[:, 0]]
+    if not done.all():
+        corners, face = corners[done[face]], face[done[face]]
+    at = np.flatnonzero(pinched[face])
+    if len(at):
+        a, b, c = (made.points[corners[at, k]] for k in range(3))
+        small = [np.square(x - y).sum(axis=1) < _NO_LENGTH**2 for x, y in ((a, b), (b, c), (c, a))]
+        whole = np.ones(len(face), bool)
+        whole[at] = ~np.logical_or.reduce(small)
+        corners, face = corners[whole], face[whole]
+    corners = np.where(surfaces.reversed[face][:, None], corners[:, ::-1], corners)
+    used = done[made.face]
+    place = np.cumsum(used) - 1
+    return Facets(made.points[used], made.uv[used], made.face[used], place[corners], face)

@@ -1,0 +1,266 @@
+"""Triangles brought nearer to their surfaces: sides that leave them are flipped, then halved, until none does.
+
+Of the two diagonals of two triangles that one stands which, by the curvature of the surface, keeps nearer to it (Dyn,
+Levin and Rippa 1990: data dependent triangulations), so that on ruled surfaces sides come to lie along the rulings;
+sides that still leave the surface are cut at their middle in (u, v).  Sides on the boundary of a face stay as they are.
+All faces are worked on at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.geometry.normals import normals_at
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.loading.facets.chords import beside
+from relmodel.loading.facets.net import Net, following
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_SHARE = 0.7  # of the chord's error for a side: amid a triangle it may be a third more than at its sides
+_FLIPS, _HALVINGS = 600, 8
+_LONG = 0.7  # what a side must be off by, in parts of what is allowed, to be looked at for a flip
+_BETTER = 0.999
+_THIN = 1e-9  # share of two triangles' area that each must have after a flip
+_FLAT = 1e-12  # share of the domain's area that it must have
+_FOLDED, _LESS_FOLDED = 0.7, 0.05  # cosine between a triangle and the surface, and what a flip must add to it
+_UNFOLDINGS = 30
+_TURNED = -0.2  # beside a pole a triangle may stand upright on the surface
+_NO_AREA = 1e-9  # mm2
+_PLACES = (0.25, 0.75)  # besides the middle, where the surface may be wavy
+_GRID = 7  # samples of a free-form surface along u and along v for its curvature
+
+
+@dataclass
+class Triangulation:
+    """points (n, 3), uv (n, 2), face (n,) of vertices; corners (m, 3), counter-clockwise in (u, v)."""
+
+    points: Array
+    uv: Array
+    face: Index
+    corners: Index
+
+
+class Fit:
+    """How far sides of triangles leave their surfaces, in parts of what is allowed."""
+
+    def __init__(self, surfaces: Surfaces, chord_mm: float, chord_rad: float) -> None:
+        self.surfaces, self.chord_mm = surfaces, chord_mm
+        # The angle between a chord and the surface is half of the turn of its normal.
+        self.allowed_mm, self.allowed_rad = _SHARE * chord_mm, 2 * chord_rad
+        self._one_look = np.isin(surfaces.kind.astype(str), ANALYTIC_KINDS)
+        self._bends: dict[int, Array] = {}
+
+    def normals(self, face: Index, uv: Array, points: Array) -> Array:
+        """Outward unit normals (n, 3) of the surfaces."""
+        out = normals_at(self.surfaces, face, points)
+        bare = np.flatnonzero(np.isnan(out[:, 0]))
+        out[bare] = self.surfaces.normals(face[bare], uv[bare, 0], uv[bare, 1])
+        return out
+
+    def off(self, made: Triangulation, normals: Array, a: Index, b: Index) -> Array:
+        """Of the sides from vertices a to b (n,): 1 is as much as is allowed."""
+        worst = self.off_at(made, a, b, 0.5)
+        more = np.flatnonzero(~self._one_look[made.face[a]])
+        for place in _PLACES if len(more) else ():
+            worst[more] = np.maximum(worst[more], self.off_at(made, a[more], b[more], place))
+        far = np.linalg.norm(made.points[a] - made.points[b], axis=1) > self.chord_mm
+        turn = 2 * np.arcsin(np.clip(np.linalg.norm(normals[a] - normals[b], axis=1) / 2, 0, 1))
+        return np.maximum(worst, np.where(far, turn / self.allowed_rad, 0.0))
+
+    def off_at(self, made: Triangulation, a: Index, b: Index, place: float) -> Array:
+        """Distances (n,) of the surface from sides at one place of them, in parts of what is allowed."""
+        u, v = ((1 - place) * made.uv[a] + place * made.uv[b]).T
+        on = self.surfaces.evaluate(made.face[a], u, v).points
+        return beside(made.points[a], made.points[b], on) / self.allowed_mm
+
+    def bends(self, faces: Index) -> Array:
+        """How much surfaces bend away from their tangent planes: |N . S| for S_uu, S_uv, S_vv, mm (n, 3)."""
+        surfaces = self.surfaces
+        for one in np.flatnonzero(np.bincount(faces)).tolist():
+            if one in self._bends:
+                continue
+            kind, radius, tube = surfaces.kind[one], abs(surfaces.radius[one]), surfaces.radius2[one]
+            if kind == "cylinder":
+                bend = (radius, 0.0, 0.0)
+            elif kind == "cone":
+                angle = surfaces.semi_angle[one]
+                widest = np.abs(surfaces.radius[one] + surfaces.domain[one, 2:] * np.sin(angle)).max()
+                bend = (widest * np.cos(angle), 0.0, 0.0)
+            elif kind == "sphere":
+                bend = (radius * np.cos(surfaces.domain[one, 2:].mean()) ** 2, 0.0, radius)
+            elif kind == "torus":
+                bend = (radius + tube, 0.0, tube)
+            else:
+                bend = self._measured(one)
+            self._bends[one] = np.array(bend)
+        table = np.zeros((len(surfaces), 3))
+        table[list(self._bends)] = list(self._bends.values())
+        return table[faces]
+
+    def _measured(self, face: int) -> tuple[float, float, float]:
+        """Means over a free-form surface, by differences."""
+        u0, u1, v0, v1 = self.surfaces.domain[face]
+        h, k = (u1 - u0) / (_GRID - 1), (v1 - v0) / (_GRID - 1)
+        u, v = np.meshgrid(np.linspace(u0, u1, _GRID), np.linspace(v0, v1, _GRID), indexing="ij")
+        at = self.surfaces.evaluate(np.full(u.size, face), u.ravel(), v.ravel())
+        by_u, by_v = (x.reshape(_GRID, _GRID, 3) for x in (at.by_u, at.by_v))
+        normal = np.cross(by_u, by_v)
+        length = np.linalg.norm(normal, axis=2, keepdims=True)
+        normal /= np.where(length > 0, length, 1.0)
+        pairs = ((by_u, 0, h), (by_u, 1, k), (by_v, 1, k))
+        out = []
+        for by, axis, step in pairs:
+            first = normal[:-1] if axis == 0 else normal[:, :-1]
+            out.append(float(np.abs(np.einsum("nmd,nmd->nm", np.diff(by, axis=axis), first)).mean() / step))
+        return out[0], out[1], out[2]
+
+
+def refined(made: Triangulation, fit: Fit) -> tuple[Triangulation, Bools]:
+    """Triangles whose sides keep to their surfaces, and the faces (n,) where that was not reached.
+
+    Sides on the boundaries of faces are the same as before.
+    """
+    failed = np.zeros(len(fit.surfaces), bool)
+    if not len(made.corners):
+        return made, failed
+    normals = np.zeros((len(made.face), 3))
+    used = np.flatnonzero(np.bincount(made.corners.ravel(), minlength=len(made.face)))
+    normals[used] = fit.normals(made.face[used], made.uv[used], made.points[used])
+    done: list[Index] = []
+    for _ in range(_HALVINGS):
+        net = _flipped(made, fit)
+        made.corners = net.corners.reshape(-1, 3)
+        side = net.inner()
+        wide = side[fit.off(made, normals, *net.ends(side)) > 1.0]
+        busy = np.zeros(len(fit.surfaces), bool)
+        busy[made.face[made.corners[wide // 3, 0]]] = True
+        active = busy[made.face[made.corners[:, 0]]]
+        done.append(made.corners[~active])
+        if not len(wide):
+            made.corners = made.corners[:0]
+            break
+        middle = np.full(len(net.mate), -1)
+        middle[wide] = middle[net.mate[wide]] = len(made.face) + np.arange(len(wide))
+        new = _middles(made, *net.ends(wide), fit)
+        made.corners = _halved(made.corners[active], middle.reshape(-1, 3)[active])
+        normals = np.concatenate([normals, new])
+    failed[made.face[made.corners[:, 0]]] = True  # still at work
+    made.corners = np.concatenate([*done, made.corners])
+    return made, failed | _unfolded(made, normals, fit)
+
+
+def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
+    """Flip, in place, sides of triangles that do not face as their surface does; the faces (n,) where some are left.
+
+    There are such beside a boundary that bends one way in space and the other way in (u, v).
+    """
+    hand = np.where(fit.surfaces.reversed, -1.0, 1.0)
+    facing = _facing(made, normals, hand, *made.corners.T)
+    busy = np.zeros(len(fit.surfaces), bool)
+    busy[made.face[made.corners[facing < _FOLDED, 0]]] = True
+    active = busy[made.face[made.corners[:, 0]]]
+    if not active.any():
+        return busy
+    net = Net(made.corners[active], made.uv)
+    for _ in range(_UNFOLDINGS):
+        corners = net.corners.reshape(-1, 3)
+        facing = _facing(made, normals, hand, *corners.T)
+        side = net.inner()
+        before = np.minimum(facing[side // 3], facing[net.mate[side] // 3])
+        side, before = side[before < _FOLDED], before[before < _FOLDED]
+        (a, b), (c, d) = net.ends(side), net.other_ends(side)
+        after = np.minimum(_facing(made, normals, hand, c, a, d), _facing(made, normals, hand, d, b, c))
+        better = (after > before + _LESS_FOLDED) & (net.areas_after(side).min(axis=0) > 0)
+        if not better.any():
+            break
+        net.flip(side[better], (after - before)[better])
+    corners = net.corners.reshape(-1, 3)
+    made.corners = np.concatenate([made.corners[~active], corners])
+    busy[:] = False
+    busy[made.face[corners[_facing(made, normals, hand, *corners.T) < _TURNED, 0]]] = True
+    return busy
+
+
+def _facing(made: Triangulation, normals: Array, hand: Array, a: Index, b: Index, c: Index) -> Array:
+    """Cosines between triangles and the normals at their vertices, at best; 1 for those of no extent."""
+    across = np.cross(made.points[b] - made.points[a], made.points[c] - made.points[a]) * hand[made.face[a], None]
+    length = np.linalg.norm(across, axis=1)
+    cosines = [np.einsum("nd,nd->n", across, normals[x]) for x in (a, b, c)]
+    extent = length > _NO_AREA
+    return np.where(extent, np.maximum.reduce(cosines) / np.where(extent, length, 1.0), 1.0)
+
+
+def _flipped(made: Triangulation, fit: Fit) -> Net:
+    """Triangles after flips to diagonals along which the surface bends less."""
+    net = Net(made.corners, made.uv)
+    face = made.face[made.corners[:, 0]]
+    bend = fit.bends(face) / (8 * fit.allowed_mm)
+    u0, u1, v0, v1 = fit.surfaces.domain[face].T
+    least = _FLAT * (u1 - u0) * (v1 - v0)
+
+    def sag(side: Index, a: Index, b: Index) -> Array:
+        du, dv = np.abs(made.uv[a] - made.uv[b]).T
+        by_uu, by_uv, by_vv = bend[side // 3].T
+        return np.asarray(by_uu * du * du + 2 * by_uv * du * dv + by_vv * dv * dv)
+
+    side = net.inner()
+    for _ in range(_FLIPS):
+        now = sag(side, *net.ends(side))
+        side, now = side[now > _LONG], now[now > _LONG]
+        then = sag(side, *net.other_ends(side))
+        better = then < _BETTER * now
+        side, gain = side[better], (now - then)[better]
+        after = net.areas_after(side)
+        open_ = after.min(axis=0) > np.maximum(_THIN * after.sum(axis=0), least[side // 3])
+        if not open_.any():
+            break
+        flipped = net.flip(side[open_], gain[open_])
+        # What lies about a flipped side is looked at again.
+        about = np.zeros(len(net.mate), bool)
+        about[side[open_]] = True
+        for triangle in (flipped // 3, net.mate[following(flipped)] // 3):
+            for k in range(3):
+                place = 3 * triangle + k
+                about[place] = True
+        about[net.mate < 0] = False
+        either = np.flatnonzero(about)
+        about[:] = False
+        about[np.minimum(either, net.mate[either])] = True
+        side = np.flatnonzero(about)
+    return net
+
+
+def _middles(made: Triangulation, a: Index, b: Index, fit: Fit) -> Array:
+    """Add vertices at the middles in (u, v) of sides from a to b (n,), in place; their normals."""
+    uv, face = (made.uv[a] + made.uv[b]) / 2, made.face[a]
+    points = fit.surfaces.evaluate(face, uv[:, 0], uv[:, 1]).points
+    made.points, made.uv = np.concatenate([made.points, points]), np.concatenate([made.uv, uv])
+    made.face = np.append(made.face, face)
+    return fit.normals(face, uv, points)
+
+
+def _halved(corners: Index, middle: Index) -> Index:
+    """Triangles (m, 3) cut at the middles of some sides: middle (m, 3) the vertex on the side across, or -1."""
+    count = (middle >= 0).sum(axis=1)
+    pieces = [corners[count == 0]]
+    # Turned so that the one cut side, or the one left whole, lies across the first corner.
+    for cuts in (1, 2):
+        at = np.flatnonzero(count == cuts)
+        k = np.argmax((middle[at] >= 0) == (cuts == 1), axis=1)
+        turned = (k[:, None] + np.arange(3)) % 3
+        a, b, c = np.take_along_axis(corners[at], turned, axis=1).T
+        ma, mb, mc = np.take_along_axis(middle[at], turned, axis=1).T
+        if cuts == 1:
+            pieces += [np.stack(x, axis=1) for x in ((a, b, ma), (a, ma, c))]
+        else:
+            pieces += [np.stack(x, axis=1) for x in ((a, mc, mb), (mc, b, mb), (b, c, mb))]
+    at = np.flatnonzero(count == 3)
+    (a, b, c), (ma, mb, mc) = corners[at].T, middle[at].T
+    pieces += [np.stack(x, axis=1) for x in ((a, mc, mb), (mc, b, ma), (mb, ma, c), (ma, mb, mc))]
+    return np.concatenate(pieces)
