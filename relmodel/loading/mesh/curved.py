@@ -62,7 +62,9 @@ def curved_surfaces(
     simplest(told, owner, kinds, rows, max(EXACT_MM, fine))
     owner = united(vertices, triangles, patches, owner, kinds, rows, gaps[:number], near)
     owner = fitted_together(told, patches, owner, kinds, rows, near)
-    owner = without_chance(vertices, triangles, edges, patches, owner, kinds, rows, np.arange(number) >= exact, near)
+    owner = without_chance(
+        vertices, triangles, edges, patches, owner, kinds, rows, np.arange(number) >= exact, tolerance
+    )
     return patches, owner, kinds, rows
 
 

@@ -19,7 +19,7 @@ _SHARE_OF_GAP = 0.5  # how near the vertices of a piece are to the surface of an
 _STRICT_SHARE = 0.1  # the same, to one of another kind,
 _MOST_GAP = 2.0  # and how far, at most, the piece's own facets then stand off
 RULED = (1, 2)
-_ALIKE = 0.1  # radii that differ by less, in the lesser, are about one
+ALIKE = 0.1  # radii that differ by less, in the lesser, are about one
 
 
 def united(
@@ -115,5 +115,5 @@ def simplest(told: Any, owner: Ints, kind: Ints, row: Floats, near: float) -> No
 def alike(kind: Ints, row: Floats, one: Ints, two: Ints) -> Bools:
     """Whether pairs of surfaces are cylinders or cones of about one radius and axis."""
     ruled = np.isin(kind[one], RULED) & np.isin(kind[two], RULED)
-    near = np.abs(row[one, 6] - row[two, 6]) < _ALIKE * np.minimum(row[one, 6], row[two, 6])
+    near = np.abs(row[one, 6] - row[two, 6]) < ALIKE * np.minimum(row[one, 6], row[two, 6])
     return np.asarray(ruled & near & (np.abs(np.sum(row[one, 3:6] * row[two, 3:6], axis=1)) > np.cos(FREE_RAD)))
