@@ -25,7 +25,6 @@ START, END, COURSE = range(3)
 
 _REACH = 8.0  # px that an end is prolonged
 _OVERRUN = 3.0  # px that it may have run on beyond the junction
-_STEP = 0.5  # px between the places of a prolongation at which another course is looked for
 _END_SIGMA = 3.0  # px along an arc: where linking stopped says little of where the edge ends
 _SAME = 1.5  # px between two junctions that are one
 _OFF, _OFF_SIGMAS = 0.6, 3.0  # px, standard deviations: an arc that passes by farther than both has no part in it
@@ -76,14 +75,15 @@ class _Ends:
 
 @dataclass(frozen=True)
 class _Courses:
-    """Places of all courses at most a pixel apart, bridges too: the arc of each, its nearest point, where it is; and
-    the number of the place in each pixel (rows, columns), or -1."""
+    """Places of all courses at most a pixel apart, bridges too: the arc of each, its nearest point, where it is, its
+    pixel; and the number of the place in each pixel of the picture of `shape` (rows, columns), or -1."""
 
     arc: IndexArray
     point: IndexArray
     place: FloatArray
     pixel: IndexArray
     holder: IntArray
+    shape: tuple[int, ...]
 
 
 def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
@@ -121,33 +121,38 @@ def _courses(arcs: Arcs, shape: tuple[int, ...]) -> _Courses:
     begin = np.repeat(np.arange(len(arcs.x)), parts)
     share = (np.arange(len(begin)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[begin]
     place = np.column_stack([arcs.x, arcs.y])[begin] + share[:, None] * step[begin]
-    pixel = np.rint(place[:, ::-1]).astype(np.intp).clip(0, np.subtract(shape, 1))
-    holder = np.full(shape, -1, np.int32)
-    holder[pixel[:, 0], pixel[:, 1]] = np.arange(len(pixel))
-    return _Courses(arcs.chains.chain_of_member[begin], begin + (share > 0.5), place, pixel, holder)
+    pixel = _pixels(place, shape)
+    holder = np.full(shape[0] * shape[1], -1, np.int32)
+    holder[pixel] = np.arange(len(pixel))
+    return _Courses(arcs.chains.chain_of_member[begin], begin + (share > 0.5), place, pixel, holder, shape)
+
+
+def _pixels(place: FloatArray, shape: tuple[int, ...]) -> IndexArray:
+    """Flat index of the pixel of each place (..., 2), or of that nearest to it a pixel inside the border."""
+    column, row = (np.rint(place[..., i]).astype(np.intp).clip(1, shape[1 - i] - 2) for i in (0, 1))
+    return np.asarray(row * shape[1] + column)
 
 
 def _first_courses(arcs: Arcs, ends: _Ends, courses: _Courses) -> tuple[IndexArray, FloatArray]:
     """The place on another course that each end comes by first, not running beside it, and how far on; -1, infinity."""
-    holder, shape = courses.holder, courses.holder.shape
-    way = np.arange(-_OVERRUN, _REACH + 0.5 * _STEP, _STEP)
-    ray = ends.curve.points(np.tile(way, (len(ends.arc), 1)))
-    around = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], indexing="ij"), axis=-1).reshape(-1, 2)
-    pixel = (np.rint(ray[..., ::-1]).astype(np.intp)[:, :, None] + around).clip(0, np.subtract(shape, 1))
-    at = holder[pixel[..., 0], pixel[..., 1]]
-    chord = _chords(arcs, courses.point[at])
-    normals = ends.curve.normals(np.tile(way, (len(ends.arc), 1)))[:, :, None]
-    across = np.abs(np.sum(chord * normals, axis=-1)) > _CROSS * np.hypot(chord[..., 0], chord[..., 1])
-    apart = courses.place[at] - ray[:, :, None]
-    distance = np.hypot(apart[..., 0], apart[..., 1])
-    met = (at >= 0) & (courses.arc[at] != ends.arc[:, None, None]) & across
-    distance = np.where(met, distance, np.inf)
-    nearest = distance.argmin(axis=2)[..., None]
-    distance, at = np.take_along_axis(distance, nearest, 2)[..., 0], np.take_along_axis(at, nearest, 2)[..., 0]
-    first = (distance < 1.0).argmax(axis=1)
-    each = np.arange(len(first))
-    found = distance[each, first] < 1.0
-    return np.where(found, at[each, first], -1), np.where(found, way[first], np.inf)
+    count = len(ends.arc)
+    way = np.arange(-_OVERRUN, _REACH + 1.0)
+    ray = ends.curve.points(np.tile(way, (count, 1)))
+    around = np.add.outer(np.array([-1, 0, 1]) * courses.shape[1], [-1, 0, 1]).ravel()
+    at = courses.holder.take(_pixels(ray, courses.shape)[..., None] + around)
+    end, step, which = np.nonzero(at >= 0)
+    at = at[end, step, which]
+    other = courses.arc[at] != ends.arc[end]
+    end, step, at = end[other], step[other], at[other]
+    chord, normal = _chords(arcs, courses.point[at]), ends.curve.normals(np.tile(way, (count, 1)))[end, step]
+    distance = np.hypot(*(courses.place[at] - ray[end, step]).T)
+    met = (np.abs(np.sum(chord * normal, axis=1)) > _CROSS * np.hypot(*chord.T)) & (distance < 1.0)
+    end, step, at, distance = end[met], step[met], at[met], distance[met]
+    order = np.lexsort((at, distance, step, end))
+    found, first = np.unique(end[order], return_index=True)
+    hit, far = np.full(count, -1, np.intp), np.full(count, np.inf)
+    hit[found], far[found] = at[order[first]], way[step[order[first]]]
+    return hit, far
 
 
 def _chords(arcs: Arcs, point: IndexArray) -> FloatArray:
@@ -218,11 +223,14 @@ def _crossings(arcs: Arcs, courses: _Courses) -> IndexArray:
     point, arc = courses.point, courses.arc
     inner = np.minimum(point - arcs.offsets[arc], arcs.offsets[arc + 1] - 1 - point) > _OVERRUN
     inner |= arcs.closed[arc]
-    around = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [1, -1]])
-    near = (courses.pixel[:, None] + around).clip(0, np.subtract(courses.holder.shape, 1))
-    other = courses.holder[near[..., 0], near[..., 1]]
-    at, which = np.nonzero((other >= 0) & (arc[other] != arc[:, None]) & inner[other] & inner[:, None])
-    pair = np.column_stack([at, other[at, which]])
+    found = []
+    for around in (0, 1, courses.shape[1] - 1, courses.shape[1], courses.shape[1] + 1):
+        other = courses.holder.take(courses.pixel + around)
+        at = np.flatnonzero(other >= 0)
+        at = at[arc[other[at]] != arc[at]]
+        found.append(np.column_stack([at, other[at]]))
+    pair = np.concatenate(found)
+    pair = pair[inner[pair].all(axis=1)]
     one, two = (_chords(arcs, point[pair[:, i]]) for i in (0, 1))
     cross = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
     pair = pair[cross > _CROSS * np.hypot(*one.T) * np.hypot(*two.T)]
@@ -253,7 +261,8 @@ def _places(
                 pull[:, i] += np.bincount(group, weight * distance * axis[:, i], count)
                 for j in range(2):
                     information[:, i, j] += np.bincount(group, weight * axis[:, i] * axis[:, j], count)
-        covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
+        (xx, xy), (_, yy) = np.moveaxis(information, 0, -1)
+        covariance = np.moveaxis(np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy), -1, 0)
         move = np.einsum("nij,nj->ni", covariance, pull)
         place = place - move / np.maximum(np.linalg.norm(move, axis=1, keepdims=True) / _REACH, 1.0)
     return place, covariance
@@ -347,6 +356,8 @@ def _joined(
         off = meetings.misses(arcs, meetings.places()[0])
         worst = np.zeros(meetings.count)
         np.maximum.at(worst, meetings.group, off)
+        if not worst.any():
+            break
         fits = (off == 0.0) | (off < worst[meetings.group])
         enough = np.bincount(meetings.group[fits], minlength=meetings.count) > 1
         meetings = meetings.take(fits & enough[meetings.group])
