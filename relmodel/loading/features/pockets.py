@@ -61,8 +61,10 @@ def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
 
 @dataclass
 class _Piece:
-    """A floor with an open side: the pockets that it falls into, and the planes of its walls; free: it falls into
-    nothing else than holes and pockets, and rises for the most part."""
+    """A floor with an open side: the pockets that it falls into, and the planes of its walls.
+
+    free: it falls into nothing else than holes and pockets, and rises for the most part.
+    """
 
     floor: Floor
     own: set[int]
@@ -71,20 +73,24 @@ class _Piece:
 
 
 def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken: set[int]) -> list[Feature]:
-    """What is open only where a hole or another pocket cuts into it is a pocket all the same, and what has walls on
-    all sides, whatever cuts into it."""
+    """What is open only where a hole or another pocket cuts into it is a pocket all the same.
+
+    So is what has walls on all sides, whatever cuts into it.
+    """
     levels: dict[tuple[float, ...], list[_Piece]] = {}
     for floor in floors:
-        walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
-        if not walls or pocket_of.keys() & set(floor.faces):
-            continue
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
         rising = [rises(b, floor, i, x) for i, x in outer]
+        beside = {x.other for up, (_, x) in zip(rising, outer, strict=True) if up}
         falls = {x.other for up, (_, x) in zip(rising, outer, strict=True) if not up}
         share = sum(x.length for up, (_, x) in zip(rising, outer, strict=True) if up) / sum(x.length for _, x in outer)
-        own = {pocket_of[i] for i in falls & pocket_of.keys()}
         free = falls <= pocket_of.keys() | taken and share > _MOSTLY
-        levels.setdefault(b.plane_key(floor.faces[:1]), []).append(_Piece(floor, own, walls, free))
+        if not beside or (len(beside) == 1 and not free) or pocket_of.keys() & set(floor.faces):
+            continue
+        walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
+        own = {pocket_of[i] for i in falls & pocket_of.keys()}
+        if walls:
+            levels.setdefault(b.plane_key(floor.faces[:1]), []).append(_Piece(floor, own, walls, free))
     found = []
     for pieces in levels.values():
         inside = [joined for joined in _across_another([p for p in pieces if p.free]) if not _is_channel(b, joined)]
