@@ -20,8 +20,9 @@ COMMENT ON COLUMN image.height IS 'height, px';
 COMMENT ON COLUMN image.depth IS 'bits a pixel and channel';
 COMMENT ON COLUMN image.channels IS 'number of channels';
 
+-- Without keys: a checkpoint writes the last rows of tables with keys anew, whatever their size.
 CREATE TABLE image_blob (
-    image_id BIGINT PRIMARY KEY REFERENCES image (id),
+    image_id BIGINT NOT NULL,
     bytes BYTEA NOT NULL
 );
 COMMENT ON TABLE image_blob IS 'The bytes of an image, kept so that a run can be looked at months later.';
@@ -49,13 +50,13 @@ COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noi
 -- decimals that end well below their sigma: these pack to a third of floating-point numbers.
 CREATE TABLE edge_element (
     extraction_id BIGINT NOT NULL,
-    x DECIMAL(9, 3) NOT NULL,
-    y DECIMAL(9, 3) NOT NULL,
-    normal_x DECIMAL(9, 4) NOT NULL,
-    normal_y DECIMAL(9, 4) NOT NULL,
-    contrast DECIMAL(9, 2) NOT NULL,
-    width DECIMAL(9, 3) NOT NULL,
-    sigma DECIMAL(9, 4) NOT NULL,
+    x DECIMAL(9, 2) NOT NULL,
+    y DECIMAL(9, 2) NOT NULL,
+    normal_x DECIMAL(9, 3) NOT NULL,
+    normal_y DECIMAL(9, 3) NOT NULL,
+    contrast DECIMAL(9, 1) NOT NULL,
+    width DECIMAL(9, 2) NOT NULL,
+    sigma DECIMAL(9, 3) NOT NULL,
     arc_no INTEGER NOT NULL
 );
 COMMENT ON TABLE edge_element IS 'Edge elements that were linked: facet zero-crossings with sub-pixel position.';
@@ -69,8 +70,9 @@ COMMENT ON COLUMN edge_element.width IS 'width of the step, px';
 COMMENT ON COLUMN edge_element.sigma IS 'standard deviation of the position along the normal, px';
 COMMENT ON COLUMN edge_element.arc_no IS 'the image arc it belongs to; -1 where none';
 
+-- Without a reference to the extraction, as junctions and regions: it would be an index of its own.
 CREATE TABLE image_arc (
-    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     topography TEXT NOT NULL,
@@ -200,7 +202,7 @@ COMMENT ON COLUMN image_junction_arc.arc_no IS 'the arc';
 COMMENT ON COLUMN image_junction_arc.meets_with IS 'what of the arc lies there: start, end or course';
 
 CREATE TABLE image_region (
-    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    extraction_id BIGINT NOT NULL,
     region_no INTEGER NOT NULL,
     area DOUBLE PRECISION NOT NULL,
     centroid_x DOUBLE PRECISION NOT NULL,

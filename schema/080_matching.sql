@@ -57,7 +57,7 @@ COMMENT ON COLUMN unit_set.run_id IS 'the run of the view';
 COMMENT ON COLUMN unit_set.view_no IS 'the view whose arcs and surfaces they are';
 
 CREATE TABLE unit (
-    unit_set_id BIGINT NOT NULL REFERENCES unit_set (id),
+    unit_set_id BIGINT NOT NULL,
     unit_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     ref_no INTEGER NOT NULL,

@@ -1,5 +1,6 @@
 -- What a picture gives stands in tables without keys (070_image.sql).  DuckDB finds an extraction's rows by the least and
 -- greatest identity of each row group; PostgreSQL wants an index.
+CREATE INDEX image_blob_image ON image_blob (image_id);
 CREATE INDEX edge_element_extraction ON edge_element (extraction_id);
 CREATE INDEX image_arc_mark_extraction ON image_arc_mark (extraction_id);
 CREATE INDEX image_arc_point_extraction ON image_arc_point (extraction_id);
