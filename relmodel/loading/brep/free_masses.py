@@ -25,7 +25,9 @@ _TAIL = 3  # terms that are to vanish
 _TOLERANCE = 1e-9  # of a term that vanishes in a cell, to the first of all cells together
 _MOST_CELLS = 512  # of a surface
 _DENSITIES = 5
-_BLOCK = 64  # cells at a time, so that what is worked on stays in the cache
+# At a time, so that what is worked on stays in the cache.
+_BLOCK = 64  # cells
+_POINTS = 2048
 
 _NODES, _WEIGHTS = legendre.leggauss(_TERMS)
 # Coefficients of a series from its values at the nodes.
@@ -88,21 +90,26 @@ class Antiderivatives:
             grid = grids[row]
             (i, local[0, at]), (j, local[1, at]) = _local(grid.u, u[at]), _local(grid.v, v[at])
             cell[at] = self._first[row] + i * (len(grid.v) - 1) + j
-        touched = groups(cell)
-        cells, order = [one for one, _ in touched], np.concatenate([at for _, at in touched])
+        order = np.argsort(cell, kind="stable")
+        out = np.empty((len(u), _DENSITIES))
+        for begin in range(0, len(u), _POINTS):
+            at = order[begin : begin + _POINTS]
+            out[at] = self._integrals(cell[at], local[:, at])
+        return out
+
+    def _integrals(self, cell: Index, local: Array) -> Array:
+        """Integrals (n, 5) at places (2, n) in cells (n,) of rising number."""
+        first = np.flatnonzero(np.diff(cell, prepend=-1))
+        cells = cell[first]
         integral = (
             (_INTEGRAL @ self._series[:, cells]).transpose(1, 2, 0, 3).reshape(-1, _TERMS + 1, _DENSITIES * _TERMS)
         )
         integral[:, 0] += self._before[:, cells].transpose(1, 0, 2).reshape(-1, _DENSITIES * _TERMS)
-        p, q = (legendre.legvander(t, terms) for t, terms in zip(local[:, order], (_TERMS, _TERMS - 1), strict=True))
-        along_u = np.empty((len(u), _DENSITIES * _TERMS))
-        last = 0
-        for one, (_, at) in zip(integral, touched, strict=True):
-            first, last = last, last + len(at)
-            np.matmul(p[first:last], one, out=along_u[first:last])
-        out = np.empty((len(u), _DENSITIES))
-        out[order] = np.einsum("ncj,nj->nc", along_u.reshape(-1, _DENSITIES, _TERMS), q)
-        return out
+        p, q = legendre.legvander(local[0], _TERMS), legendre.legvander(local[1], _TERMS - 1)
+        along_u = np.empty((len(cell), _DENSITIES * _TERMS))
+        for one, begin, end in zip(integral, first.tolist(), [*first[1:].tolist(), len(cell)], strict=True):
+            np.matmul(p[begin:end], one, out=along_u[begin:end])
+        return np.asarray(np.einsum("ncj,nj->nc", along_u.reshape(-1, _DENSITIES, _TERMS), q))
 
 
 def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> Array:

@@ -22,7 +22,7 @@ Index = npt.NDArray[np.int64]
 _POLYNOMIAL_NODES = 4  # exact to the seventh degree
 _MOST_NODES = 16
 # Fewer do, to the last digits, for pieces that go as far as this at most (`Trims.pace`).
-_NODES = ((6, 0.15), (8, 0.4))
+_NODES = ((5, 0.06), (6, 0.15), (8, 0.4))
 _GAP = 0.01  # between the ends of a loop that closes, of the domain's extent
 
 
