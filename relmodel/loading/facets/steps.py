@@ -18,8 +18,7 @@ Index = npt.NDArray[np.int64]
 # Of the chord's error: for each of the two directions, and for the twist where there is one.
 _SHARE_ROUND, _SHARE = 0.35, 0.25
 _BEND_RAD = 0.4  # turn of a line of u or v within the surface, step by step
-_SAMPLES = 3  # intervals of a smooth piece in which turns are measured
-_MOST = 200  # intervals of a direction
+_MOST = 96  # samples of a direction, less one
 _FLAT = 1e-6  # steps: what asks for fewer is straight
 
 
@@ -100,7 +99,7 @@ def _measured(
     pieces = np.array(
         [[len(one) - 1 for one in surfaces.cuts(i, *b)] for i, b in zip(row.tolist(), box.tolist(), strict=True)]
     )
-    size = _SAMPLES * 2 ** np.ceil(np.log2(np.clip(pieces, 1, _MOST // _SAMPLES))).astype(np.int64) + 1
+    size = np.where(pieces <= 4, 12, 8 * -(np.minimum(pieces, _MOST // 2) // -4)) + 1  # at least two to a piece
     nothing = np.empty(0), np.empty(0)
     u_steps, v_steps = [nothing] * len(row), [nothing] * len(row)
     key = size[:, 0] * (2 * _MOST + 2) + size[:, 1]
