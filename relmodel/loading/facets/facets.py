@@ -11,7 +11,7 @@ from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import lattices, polygons, ruled
 from relmodel.loading.facets.chords import Chords
-from relmodel.loading.facets.refinement import Fit, Triangulation, refined
+from relmodel.loading.facets.refinement import Fit, Triangulation, folded, refined
 from relmodel.loading.facets.rims import Rims, rims
 from relmodel.loading.neutral import Table
 
@@ -86,15 +86,18 @@ def facets(
 
 
 def _check(filled: Triangulation, strip: Bools, fit: Fit) -> Bools:
-    """Refine, in place, free-form faces that strips of triangles leave; the faces (n,) where that does not succeed."""
+    """Refine, in place, faces that strips of triangles leave or fold over; the faces (n,) where that fails."""
     corners = filled.corners
     free = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
     free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
-    again = _among(filled.face[sides[wide, 0]], fit.surfaces)[filled.face[corners[:, 0]]]
+    bent = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ("cylinder", "extrusion")])
+    strips = corners[strip & bent[filled.face[corners[:, 0]]]]
+    busy = _among(filled.face[sides[wide, 0]], fit.surfaces) | folded(filled, strips, fit)
+    again = busy[filled.face[corners[:, 0]]]
     filled.corners = corners[again]
-    _, failed = refined(filled, fit)
+    _, failed = refined(filled, fit, flips=False)
     filled.corners = np.concatenate([corners[~again], filled.corners])
     return failed
 

@@ -23,7 +23,8 @@ Index = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 _SHARE = 0.7  # of the chord's error for a side: amid a triangle it may be a third more than at its sides
-_FLIPS, _HALVINGS = 600, 8
+_FLIPS, _HALVINGS = 600, 14
+_FLIPPED = 6  # rounds of halving with flips before each: later ones could undo what halving does
 _LONG = 0.7  # what a side must be off by, in parts of what is allowed, to be looked at for a flip
 _BETTER = 0.999
 _THIN = 1e-9  # share of two triangles' area that each must have after a flip
@@ -31,6 +32,7 @@ _FLAT = 1e-12  # share of the domain's area that it must have
 _FOLDED, _LESS_FOLDED = 0.7, 0.05  # cosine between a triangle and the surface, and what a flip must add to it
 _UNFOLDINGS = 30
 _TURNED = -0.2  # beside a pole a triangle may stand upright on the surface
+_HIGH = 0.5  # of the chord: what is less high is a fold of no account
 _NO_AREA = 1e-9  # mm2
 _PLACES = (0.25, 0.75)  # besides the middle, where the surface may be wavy
 _GRID = 7  # samples of a free-form surface along u and along v for its curvature
@@ -121,10 +123,10 @@ class Fit:
         return out[0], out[1], out[2]
 
 
-def refined(made: Triangulation, fit: Fit) -> tuple[Triangulation, Bools]:
+def refined(made: Triangulation, fit: Fit, flips: bool = True) -> tuple[Triangulation, Bools]:
     """Triangles whose sides keep to their surfaces, and the faces (n,) where that was not reached.
 
-    Sides on the boundaries of faces are the same as before.
+    Sides on the boundaries of faces are the same as before.  flips: whether diagonals are to be chosen anew.
     """
     failed = np.zeros(len(fit.surfaces), bool)
     if not len(made.corners):
@@ -133,8 +135,8 @@ def refined(made: Triangulation, fit: Fit) -> tuple[Triangulation, Bools]:
     used = np.flatnonzero(np.bincount(made.corners.ravel(), minlength=len(made.face)))
     normals[used] = fit.normals(made.face[used], made.uv[used], made.points[used])
     done: list[Index] = []
-    for _ in range(_HALVINGS):
-        net = _flipped(made, fit)
+    for turn in range(_HALVINGS):
+        net = _flipped(made, fit) if flips and turn < _FLIPPED else Net(made.corners, made.uv)
         made.corners = net.corners.reshape(-1, 3)
         side = net.inner()
         wide = side[fit.off(made, normals, *net.ends(side)) > 1.0]
@@ -153,6 +155,16 @@ def refined(made: Triangulation, fit: Fit) -> tuple[Triangulation, Bools]:
     failed[made.face[made.corners[:, 0]]] = True  # still at work
     made.corners = np.concatenate([*done, made.corners])
     return made, failed | _unfolded(made, normals, fit)
+
+
+def folded(made: Triangulation, corners: Index, fit: Fit) -> Bools:
+    """Faces (n,) with some of the triangles (m, 3) that do not face as their surface does."""
+    hand, normals = np.where(fit.surfaces.reversed, -1.0, 1.0), np.zeros((len(made.face), 3))
+    used = np.flatnonzero(np.bincount(corners.ravel(), minlength=len(made.face)))
+    normals[used] = fit.normals(made.face[used], made.uv[used], made.points[used])
+    out = np.zeros(len(fit.surfaces), bool)
+    out[made.face[corners[_facing(made, normals, hand, *corners.T) < _FOLDED, 0]]] = True
+    return out
 
 
 def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
@@ -183,7 +195,11 @@ def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
     corners = net.corners.reshape(-1, 3)
     made.corners = np.concatenate([made.corners[~active], corners])
     busy[:] = False
-    busy[made.face[corners[_facing(made, normals, hand, *corners.T) < _TURNED, 0]]] = True
+    left = corners[_facing(made, normals, hand, *corners.T) < _TURNED]
+    edge = [made.points[left[:, k]] - made.points[left[:, k - 1]] for k in range(3)]
+    longest = np.sqrt(np.maximum.reduce([np.square(one).sum(axis=1) for one in edge]))
+    high = np.sqrt(np.square(np.cross(edge[0], edge[1])).sum(axis=1)) > _HIGH * fit.chord_mm * longest
+    busy[made.face[left[high, 0]]] = True
     return busy
 
 

@@ -7,17 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.curves import groups
 from relmodel.geometry.spline_curves import Runs
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, SurfacePoints, Surfaces
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.facets.chords import numbered
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-_SHARE = 0.25  # of the chord's error for each of the two directions and for the twist
+# Of the chord's error: for each of the two directions, and for the twist where there is one.
+_SHARE_ROUND, _SHARE = 0.35, 0.25
 _BEND_RAD = 0.4  # turn of a line of u or v within the surface, step by step
-_SAMPLES = 3  # intervals of a smooth piece in which turns are measured
-_MOST = 200  # intervals of a direction
+_MOST = 96  # samples of a direction, less one
 _FLAT = 1e-6  # steps: what asks for fewer is straight
 
 
@@ -40,16 +41,16 @@ class Cuts:
 
 def cuts(surfaces: Surfaces, row: Index, box: Array, chord_mm: float, chord_rad: float) -> tuple[Cuts, Cuts]:
     """Cuts along u and along v over rectangles u0 u1 v0 v1 (f, 4) of surfaces (f,)."""
-    allowed = _SHARE * chord_mm
-    steps = _angles(surfaces, row, box, allowed, chord_rad)
+    steps = _angles(surfaces, row, box, _SHARE_ROUND * chord_mm, chord_rad)
     totals = [(box[:, 2 * k + 1] - box[:, 2 * k]) / steps[k] for k in (0, 1)]
     densities: list[list[tuple[Array, Array] | None]] = [[None] * len(row), [None] * len(row)]
-    free = np.flatnonzero(~np.isin(surfaces.kind[row].astype(str), ANALYTIC_KINDS))
-    for i, sampled in zip(free.tolist(), _samples(surfaces, row[free], box[free]), strict=True):
-        measured = _measured(*sampled, allowed, chord_rad)
+    free = np.flatnonzero(~np.logical_or.reduce([surfaces.kind[row] == kind for kind in ANALYTIC_KINDS]))
+    if len(free):
+        measured = _measured(surfaces, row[free], box[free], _SHARE * chord_mm, chord_rad)
         for k in (0, 1):
-            densities[k][i] = measured[k]
-            totals[k][i] = measured[k][1][-1]
+            for i, one in zip(free.tolist(), measured[k], strict=True):
+                densities[k][i] = one
+                totals[k][i] = one[1][-1]
     out = []
     for k in (0, 1):
         count = np.maximum(np.ceil(totals[k] - _FLAT), 1).astype(np.int64)
@@ -87,60 +88,60 @@ def _angle(radius: Array, allowed: float, chord_rad: float) -> Array:
         return np.asarray(np.fmin(chord_rad, 2 * np.arccos(np.clip(1 - allowed / radius, -1, 1))))
 
 
-def _samples(surfaces: Surfaces, row: Index, box: Array) -> list[tuple[Array, Array, SurfacePoints]]:
-    """Samples u (n,) and v (m,) over rectangles of surfaces (f,), and points at all of u with all of v (n, m, 3)."""
-    ways = [tuple(_finer(one) for one in surfaces.cuts(i, *b)) for i, b in zip(row.tolist(), box.tolist(), strict=True)]
-    size = np.array([len(u) * len(v) for u, v in ways], np.int64)
-    all_u = np.concatenate([np.empty(0), *(np.repeat(u, len(v)) for u, v in ways)])
-    all_v = np.concatenate([np.empty(0), *(np.tile(v, len(u)) for u, v in ways)])
-    at = surfaces.evaluate(np.repeat(row, size), all_u, all_v)
-    out = []
-    for (u, v), end in zip(ways, np.cumsum(size).tolist(), strict=True):
-        here = slice(end - len(u) * len(v), end)
-        out.append((u, v, SurfacePoints(*(x[here].reshape(len(u), len(v), 3) for x in (at.points, at.by_u, at.by_v)))))
-    return out
-
-
 def _measured(
-    u: Array, v: Array, at: SurfacePoints, allowed: float, chord_rad: float
-) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Places along u and along v with the number of steps that lead to each: by samples of the surface.
+    surfaces: Surfaces, row: Index, box: Array, allowed: float, chord_rad: float
+) -> tuple[list[tuple[Array, Array]], list[tuple[Array, Array]]]:
+    """Of each free-form surface (f,), places along u and along v with the number of steps that lead to each.
 
-    What counts are turns of the normal and of the lines of u and v, and the twist of cells.
+    By samples of the surface, of as many at once as have as many samples: what counts are turns of the normal and of
+    the lines of u and v, and the twist of cells.
     """
-    points, by_u, by_v = at.points, at.by_u, at.by_v
+    pieces = np.array(
+        [[len(one) - 1 for one in surfaces.cuts(i, *b)] for i, b in zip(row.tolist(), box.tolist(), strict=True)]
+    )
+    size = np.where(pieces <= 4, 12, 8 * -(np.minimum(pieces, _MOST // 2) // -4)) + 1  # at least two to a piece
+    nothing = np.empty(0), np.empty(0)
+    u_steps, v_steps = [nothing] * len(row), [nothing] * len(row)
+    key = size[:, 0] * (2 * _MOST + 2) + size[:, 1]
+    for one, at in groups(key):
+        n, m = divmod(one, 2 * _MOST + 2)
+        u, v = (np.linspace(box[at, 2 * k], box[at, 2 * k + 1], c, axis=1) for k, c in ((0, n), (1, m)))
+        found = surfaces.evaluate(np.repeat(row[at], n * m), np.repeat(u, m, axis=1).ravel(), np.tile(v, n).ravel())
+        points, by_u, by_v = (x.reshape(len(at), n, m, 3) for x in (found.points, found.by_u, found.by_v))
+        u_along, v_along = _along(points, by_u, by_v, allowed, chord_rad)
+        for j, i in enumerate(at.tolist()):
+            u_steps[i], v_steps[i] = (u[j], u_along[j]), (v[j], v_along[j])
+    return u_steps, v_steps
+
+
+def _along(points: Array, by_u: Array, by_v: Array, allowed: float, chord_rad: float) -> tuple[Array, Array]:
+    """Steps along u (f, n) and along v (f, m) by samples of surfaces (f, n, m, 3) and their derivatives."""
     across = np.cross(by_u, by_v)
-    speeds = [np.linalg.norm(x, axis=2, keepdims=True) for x in (across, by_u, by_v)]
-    good = speeds[0] > 1e-6 * np.max(speeds[1], initial=0.0) * np.max(speeds[2], initial=0.0)
+    speeds = [np.sqrt(np.square(x).sum(axis=3, keepdims=True)) for x in (across, by_u, by_v)]
+    most = [np.max(x, axis=(1, 2), keepdims=True) for x in speeds]
+    good = speeds[0] > 1e-6 * most[1] * most[2]
     normal, u_way, v_way = (
         np.where(good & (n > 0), x / np.where(n > 0, n, 1.0), np.nan)
         for x, n in zip((across, by_u, by_v), speeds, strict=True)
     )
     densities = []
-    for axis, way in ((0, u_way), (1, v_way)):
-        length = np.linalg.norm(np.diff(points, axis=axis), axis=2)
+    for axis, way in ((1, u_way), (2, v_way)):
+        length = np.sqrt(np.square(np.diff(points, axis=axis)).sum(axis=3))
         turn, bend = (_turn(np.diff(x, axis=axis)) for x in (normal, way))
         density = np.maximum.reduce([turn / chord_rad, np.sqrt(turn * length / (8 * allowed)), bend / _BEND_RAD])
-        densities.append(np.nan_to_num(density).max(axis=1 - axis))
-    cell = points[1:, 1:] - points[1:, :-1] - points[:-1, 1:] + points[:-1, :-1]
-    twist = np.nan_to_num(np.abs(np.einsum("nmd,nmd->nm", cell, normal[:-1, :-1])))
-    least = [np.maximum(one, 1.0 / len(one)) for one in densities]
-    worst = float((twist / (4 * least[0][:, None] * least[1])).max(initial=0.0)) / allowed
-    if worst > 1:
-        densities = [one * np.sqrt(worst) for one in least]
-    u_along, v_along = (np.append(0.0, np.cumsum(one)) for one in densities)
-    return (u, u_along), (v, v_along)
-
-
-def _finer(ends: Array) -> Array:
-    """Samples of an interval (n,) from the ends of its smooth pieces."""
-    if len(ends) > _MOST // _SAMPLES:
-        t = np.sort(np.append(ends[1:], np.linspace(ends[0], ends[-1], _MOST)[:-1]))
-        return np.asarray(t[np.append(True, np.diff(t) > 0)])
-    shares = np.arange(_SAMPLES) / _SAMPLES
-    return np.append((ends[:-1, None] + np.diff(ends)[:, None] * shares).ravel(), ends[-1])
+        densities.append(np.nan_to_num(density).max(axis=3 - axis))
+    cell = points[:, 1:, 1:] - points[:, 1:, :-1] - points[:, :-1, 1:] + points[:, :-1, :-1]
+    twist = np.nan_to_num(np.abs((cell * normal[:, :-1, :-1]).sum(axis=3)))
+    least = [np.maximum(one, 1.0 / one.shape[1]) for one in densities]
+    worst = (twist / (4 * least[0][:, :, None] * least[1][:, None, :])).max(axis=(1, 2), initial=0.0) / allowed
+    stretch, twisted = np.sqrt(worst)[:, None], (worst > 1)[:, None]
+    u_along, v_along = (
+        np.pad(np.cumsum(np.where(twisted, low * stretch, one), axis=1), ((0, 0), (1, 0)))
+        for one, low in zip(densities, least, strict=True)
+    )
+    return u_along, v_along
 
 
 def _turn(chord: Array) -> Array:
     """Angles between unit vectors that differ by so much."""
-    return np.asarray(2 * np.arcsin(np.clip(np.linalg.norm(chord, axis=2) / 2, 0, 1)))
+    return np.asarray(2 * np.arcsin(np.clip(np.sqrt(np.square(chord).sum(axis=-1)) / 2, 0, 1)))

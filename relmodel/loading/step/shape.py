@@ -83,7 +83,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         arc_offsets=curve_rows.offsets(),
         basis_arc_offsets=basis_curve_rows.offsets(),
         basis_surface_swept=basis_rows.swept(),
-        mesh=step_mesh.mesh(shape, faces, surfaces, curves, coedges, pcurves, surface_columns["area"]),
+        mesh=step_mesh.mesh(faces, trims, coedges, surface_columns),
         samples=brep.samples(normals, arc_columns["length"]),
     )
 

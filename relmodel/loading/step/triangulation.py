@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from OCP.BinTools import BinTools, BinTools_FormatVersion
-from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Builder, BRep_Tool
-from OCP.BRepBndLib import BRepBndLib
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -24,9 +22,8 @@ from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face
 
-from relmodel.geometry.curves import Curves
+from relmodel.geometry.curves import BOX
 from relmodel.geometry.normals import normals_at
-from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import chords
 from relmodel.loading.facets.facets import Facets, facets
@@ -45,18 +42,17 @@ CHORD_SHARE = 1e-5
 _VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
 
 
-def mesh(
-    shape: Any, faces: list[Any], surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table, area: Array
-) -> Mesh:
+def mesh(faces: list[Any], trims: Trims, coedges: Table, columns: Table) -> Mesh:
     """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices.
 
-    Only faces that need a mesher go through the kernel's.
+    Only faces whose boundaries cross, or that are not brought near to their surfaces, go through the kernel's mesher.
+    trims: of the coedges.  columns: areas and boxes of the faces.
     """
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box, False)
-    chord = CHORD_MM if box.IsVoid() else max(CHORD_MM, CHORD_SHARE * float(np.sqrt(box.SquareExtent())))
-    BRepTools.Clean_s(shape)
-    trims, cuts = Trims(surfaces, curves, coedges, pcurves), chords.cut(curves, chord / 2, CHORD_RAD / 2)
+    surfaces, area = trims.surfaces, columns["area"]
+    low, high = (np.stack([columns[name] for name in names], axis=1) for names in (BOX[:3], BOX[3:]))
+    size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(faces) else 0.0
+    chord = max(CHORD_MM, CHORD_SHARE * size)
+    cuts = chords.cut(trims.curves, chord / 2, CHORD_RAD / 2)
     rest = np.ones(len(faces), bool)
     made = facets(trims, coedges, cuts, rest, chord, CHORD_RAD)
     for some in made:
@@ -158,7 +154,9 @@ def _triangulate(faces: list[Any], chord: float) -> None:
     for algorithm in ("Delabella", "Watson"):
         if faces:
             settings.MeshAlgo = getattr(IMeshTools_MeshAlgoType, f"IMeshTools_MeshAlgoType_{algorithm}")
-            BRepMesh_IncrementalMesh(_compound(faces), settings)
+            whole = _compound(faces)
+            BRepTools.Clean_s(whole)
+            BRepMesh_IncrementalMesh(whole, settings)
             faces = [face for face in faces if BRep_Tool.Triangulation_s(face, TopLoc_Location()) is None]
 
 
