@@ -33,6 +33,7 @@ from relmodel.loading.step import triangulation as step_mesh
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
 _KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its plain ones are rough
+_NO_TURN = 1e-6  # rad, of a degenerate edge
 
 
 def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
@@ -114,11 +115,16 @@ def solids(shape: Any) -> list[Any]:
 
 
 def edge_map(shape: Any) -> Any:
-    """Edges of the faces of a shape; loose edges are left out."""
-    keys = ShapeMap()
+    """Edges of the faces of a shape; loose edges are left out, and those that stand for no turn about a pole or apex:
+    kernels put them where round-off leaves a gap between two edges."""
+    every, keys = ShapeMap(), ShapeMap()
     faces = face_map(shape)
     for i in range(1, faces.Extent() + 1):
-        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, keys)
+        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
+    for i in range(1, every.Extent() + 1):
+        edge = TopoDS.Edge(every.FindKey(i))
+        if not (BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < _NO_TURN):
+            keys.Add(edge)
     return keys
 
 
@@ -190,7 +196,8 @@ def _loops(faces: list[Any], edge_keys: Any, kinds: list[str]) -> tuple[Table, T
         for loop_no, wire in enumerate(_wires(forward)):
             bounds["surface_no"].append(surface_no)
             bounds["loop_no"].append(loop_no)
-            for coedge_no, edge in enumerate(_ordered_edges(wire, forward, backwards)):
+            edges = [edge for edge in _ordered_edges(wire, forward, backwards) if edge_keys.Contains(edge)]
+            for coedge_no, edge in enumerate(edges):
                 coedges["surface_no"].append(surface_no)
                 coedges["loop_no"].append(loop_no)
                 coedges["coedge_no"].append(coedge_no)
