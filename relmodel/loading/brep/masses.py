@@ -86,7 +86,10 @@ def _closed(trims: Trims, loop: Index) -> npt.NDArray[np.bool_]:
 
 def _plane(surfaces: Surfaces, row: Index, u: Array, v: Array, about: Array) -> Array:
     o, x, y = surfaces.origin[row], surfaces.x[row], surfaces.y[row]
-    moment = u[:, None] * (o + u[:, None] / 2 * x + v[:, None] * y)
+    # From the middle of the domain on: what is left open by round-off counts by its distance from there.
+    middle = (surfaces.domain[row, 0] + surfaces.domain[row, 1]) / 2
+    halfway, u = (u + middle) / 2, u - middle
+    moment = u[:, None] * (o + halfway[:, None] * x + v[:, None] * y)
     flux = u * np.einsum("nd,nd->n", o - about, np.cross(x, y))
     return np.column_stack([u, moment, flux])
 
