@@ -1,10 +1,11 @@
 """Surfaces and arcs found in tessellations, beside the faces and edges of the B-rep that they were made from.
 
-    RELMODEL_TEST_DATA=... python benchmarks/mesh_segmentation.py [--held-out] [--parts]
+    RELMODEL_TEST_DATA=... python benchmarks/mesh_segmentation.py [--held-out | --splined] [--parts]
 
 The kernel tessellates real parts, and parts composed of cones, spheres, tori and blends, to several deflections;
 coordinates are rounded to single precision as STL holds them.  --held-out: parts, seeds and deflections that nobody
-looked at while the cutting was written.  --parts: a table of the parts, too.
+looked at while the cutting was written.  --splined: composed parts of lofts, sweeps, extruded and revolved splines
+instead.  --parts: a table of the parts, too.
 
 Truth: faces, those of one surface that meet taken together.  A face is found, and a surface true, where kinds are
 equal and the triangles of both have 0.8 of their common area; facets are free-form.  False cylinders are those whose
@@ -16,9 +17,10 @@ that keep within 2 micrometres of a line, circle or ellipse are that, all others
 import os
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import process_time
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -34,7 +36,7 @@ from relmodel.loading.neutral import Shape
 from relmodel.loading.step import document as step_document
 from relmodel.loading.step import shape as step_shape
 from relmodel.loading.step import triangulation as step_mesh
-from tests.loading.curved_parts import generate
+from tests.loading import curved_parts, splined_parts
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -67,6 +69,7 @@ HELD_PARTS = (
 SEEDS, HELD_SEEDS = range(20), range(100, 120)
 DEFLECTIONS = ((0.1, 0.3), (0.05, 0.15), (0.3, 0.4))  # mm, rad
 HELD_DEFLECTIONS = ((0.02, 0.1), (0.15, 0.2), (0.2, 0.35))
+SPLINED_SEEDS, SPLINED_DEFLECTIONS = range(300, 330), ((0.07, 0.25), (0.03, 0.5), (0.5, 0.2))
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 CURVES = ("line", "circle", "ellipse", "free")
 OVERLAP = 0.8
@@ -216,7 +219,9 @@ def _runs_along(p: Floats, along: Floats, q: Floats, other: Floats, chord: float
     return np.asarray(np.any((beside <= 2 * chord) & (np.abs(reach) <= ALONG_MM) & parallel, axis=1), bool)
 
 
-def bodies(parts: tuple[str, ...], seeds: range) -> Iterator[tuple[str, list[Shape]]]:
+def bodies(
+    parts: tuple[str, ...], seeds: range, generate: Callable[[int], Any] = curved_parts.generate
+) -> Iterator[tuple[str, list[Shape]]]:
     """Name and exact shapes, tessellated, of the files and of the composed parts."""
     folder = Path(os.environ.get("RELMODEL_TEST_DATA", ""))
     for name in parts if "RELMODEL_TEST_DATA" in os.environ else ():
@@ -227,16 +232,21 @@ def bodies(parts: tuple[str, ...], seeds: range) -> Iterator[tuple[str, list[Sha
 
 
 def main() -> None:
-    held = "--held-out" in sys.argv
+    parts: tuple[str, ...] = PARTS
+    seeds, generate, deflections = SEEDS, curved_parts.generate, DEFLECTIONS
+    if "--held-out" in sys.argv:
+        parts, seeds, deflections = HELD_PARTS, HELD_SEEDS, HELD_DEFLECTIONS
+    elif "--splined" in sys.argv:
+        parts, seeds, generate, deflections = (), SPLINED_SEEDS, splined_parts.generate, SPLINED_DEFLECTIONS
     tetrahedron = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     began = process_time()
     shape_from_triangles(tetrahedron, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
     print(f"compiling or loading the kernels: {process_time() - began:.1f} s of CPU\n")
     everything = Counter[tuple[str, str]]()
-    for chord, angle in HELD_DEFLECTIONS if held else DEFLECTIONS:
+    for chord, angle in deflections:
         step_mesh.CHORD_MM, step_mesh.CHORD_RAD = chord, angle
         rows, total, triangles, seconds = [], Counter[tuple[str, str]](), 0, 0.0
-        for name, shapes in bodies(*((HELD_PARTS, HELD_SEEDS) if held else (PARTS, SEEDS))):
+        for name, shapes in bodies(parts, seeds, generate):
             one, began = Counter[tuple[str, str]](), seconds
             for truth in shapes:
                 vertices = truth.mesh.vertices.astype(np.float32).astype(float)

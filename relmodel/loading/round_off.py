@@ -225,6 +225,10 @@ def _tolerances(level: _Level, mine: Table) -> dict[str, Floats]:
     box = np.stack([np.asarray(mine[c], float) for c in BOX], axis=1)
     size = np.maximum(np.linalg.norm(box[:, 3:] - box[:, :3], axis=1), _LEAST_SIZE)
     out = dict.fromkeys(level.lengths, np.full(len(size), ROUND_OFF_MM))
+    if level is _ARCS:  # the origin of a line may be far from it, and turns with its direction
+        far = np.fmax(np.abs(np.asarray(mine["t0"], float)), np.abs(np.asarray(mine["t1"], float)))
+        lean = np.where(np.asarray(mine["kind"], str) == "line", far / size, 0.0)
+        out |= dict.fromkeys((f"origin_{c}" for c in "xyz"), ROUND_OFF_MM * (1 + lean))
     out |= dict.fromkeys((f"centroid_{c}" for c in "xyz" if level is _SURFACES), np.full(len(size), _PLACE_MM))
     out |= dict.fromkeys(level.angles, ROUND_OFF_MM / size)
     for low, high in level.intervals:

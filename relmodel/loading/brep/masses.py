@@ -99,7 +99,10 @@ def _closed(trims: Trims) -> npt.NDArray[np.bool_]:
 
 def _plane(surfaces: Surfaces, row: Index, u: Array, v: Array, about: Array) -> Array:
     o, x, y = (taken(axis, row) for axis in (surfaces.origin, surfaces.x, surfaces.y))
-    moment = u * (o + u / 2 * x + v * y)
+    # From the middle of the domain on: what is left open by round-off counts by its distance from there.
+    middle = surfaces.domain[row, :2].mean(axis=1)
+    halfway, u = (u + middle) / 2, u - middle
+    moment = u * (o + halfway * x + v * y)
     flux = (surfaces.hand * dot((surfaces.origin - about).T, surfaces.z.T))[row]
     return np.stack([u, *moment, u * flux])
 

@@ -25,6 +25,8 @@ _REVERSED = 1  # of the orientations forward, reversed, internal and external
 _FLAGS = 7  # bytes after what a shape holds
 _END = ord("*")  # of the pieces of a shape
 
+NO_TURN = 1e-6  # rad, of a degenerate edge: kernels put such where round-off leaves a gap between two edges
+
 _PIECE = Struct("<Bii")  # orientation, shape, location
 _IN_SPACE = Struct("<iidd")  # curve, location, range
 _ON_SURFACE = Struct("<iiidd")  # pcurve, surface, location, range
@@ -87,7 +89,7 @@ class Boundary:
     """What a shape is bounded by.
 
     faces: of each face that has edges, in the kernel's order, its wires as they are stored.
-    edges: in the order in which they occur there.
+    edges: in the order in which they occur there, without those of no turn about a pole or apex.
     """
 
     def __init__(self, shape: Any) -> None:
@@ -245,6 +247,8 @@ class Boundary:
     def _wire(self, turn: int, number: int, location: Location, surface: int, place: Location) -> Wire:
         out = []
         for own, edge, inner in self._shapes[number][2]:
+            if self._is_no_turn(edge):
+                continue
             at = _joined(location, inner) if location else inner
             known = self._known.get((edge, at))
             if known is None:
@@ -258,6 +262,10 @@ class Boundary:
             else:
                 out.append(Coedge(ordinal, False, first, last, seat))
         return Wire(turn == _REVERSED, out)
+
+    def _is_no_turn(self, edge: int) -> bool:
+        degenerate, drawn = self._shapes[edge][1]
+        return bool(degenerate and drawn and drawn[0][-1] - drawn[0][-2] < NO_TURN)
 
     def _ends(self, edge: int, location: Location) -> tuple[Any, Any]:
         """The vertices, with their locations, that an edge, taken as forward, runs from and to."""

@@ -28,7 +28,7 @@ from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.step import geometry as step_geometry
 from relmodel.loading.step import triangulation as step_mesh
-from relmodel.loading.step.boundary import Boundary, Coedge, Wire
+from relmodel.loading.step.boundary import NO_TURN, Boundary, Coedge, Wire
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
@@ -112,11 +112,16 @@ def solids(shape: Any) -> list[Any]:
 
 
 def edge_map(shape: Any, faces: Any = None) -> Any:
-    """Edges of the faces of a shape; loose edges are left out.  faces: their `face_map`, where it is at hand."""
-    keys = ShapeMap()
+    """Edges of the faces of a shape; loose edges are left out, and those of no turn about a pole or apex, as `Boundary`
+    does.  faces: their `face_map`, where it is at hand."""
+    every, keys = ShapeMap(), ShapeMap()
     faces = faces or face_map(shape)
     for i in range(1, faces.Extent() + 1):
-        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, keys)
+        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
+    for i in range(1, every.Extent() + 1):
+        edge = TopoDS.Edge(every.FindKey(i))
+        if not (BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN):
+            keys.Add(edge)
     return keys
 
 
@@ -155,13 +160,16 @@ class _Edges:
         explorer = BRepTools_WireExplorer(_wires(face)[position], face)
         left, out = list(wire.coedges), []
         while explorer.More():
-            key = self._keys.FindIndex(explorer.Current()) - 1, _is_reversed(explorer.Current())
+            number = self._keys.FindIndex(explorer.Current()) - 1
+            key = number, _is_reversed(explorer.Current())
+            explorer.Next()
+            if number < 0:
+                continue
             match = next((one for one in left if (one.edge, one.reversed) == key), None)
             if match is None:
                 return None
             left.remove(match)
             out.append(match)
-            explorer.Next()
         return None if left else out
 
 
