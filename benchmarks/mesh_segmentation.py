@@ -42,7 +42,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Names = npt.NDArray[np.str_]
 
-PARTS = (
+PARTS: tuple[str, ...] = (
     "step/featuretype.STEP",
     "step/2-2-3-3-10-23.step",
     "step/3-3-3-3-3-23.step",
@@ -232,8 +232,8 @@ def bodies(
 
 
 def main() -> None:
-    parts: tuple[str, ...] = PARTS
-    seeds, generate, deflections = SEEDS, curved_parts.generate, DEFLECTIONS
+    parts, seeds, deflections = PARTS, SEEDS, DEFLECTIONS
+    generate = curved_parts.generate
     if "--held-out" in sys.argv:
         parts, seeds, deflections = HELD_PARTS, HELD_SEEDS, HELD_DEFLECTIONS
     elif "--splined" in sys.argv:
