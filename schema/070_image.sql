@@ -70,7 +70,7 @@ COMMENT ON COLUMN edge_element.width IS 'width of the step, px';
 COMMENT ON COLUMN edge_element.sigma IS 'standard deviation of the position along the normal, px';
 COMMENT ON COLUMN edge_element.arc_no IS 'the image arc it belongs to; -1 where none';
 
--- Without a reference to the extraction, as junctions and regions: it would be an index of its own.
+-- Without a reference to the extraction, as regions: it would be an index of its own.
 CREATE TABLE image_arc (
     extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,

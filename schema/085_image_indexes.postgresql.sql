@@ -5,6 +5,7 @@ CREATE INDEX edge_element_extraction ON edge_element (extraction_id);
 CREATE INDEX image_arc_mark_extraction ON image_arc_mark (extraction_id);
 CREATE INDEX image_arc_point_extraction ON image_arc_point (extraction_id);
 CREATE INDEX image_arc_covariance_extraction ON image_arc_covariance (extraction_id);
+CREATE INDEX image_junction_extraction ON image_junction (extraction_id);
 CREATE INDEX image_junction_arc_extraction ON image_junction_arc (extraction_id);
 CREATE INDEX region_outline_extraction ON region_outline (extraction_id);
 CREATE INDEX region_arc_extraction ON region_arc (extraction_id);

@@ -1,16 +1,10 @@
--- Arcs, junctions and regions of extractions that are not there, and units of sets that are not.
+-- Arcs and regions of extractions that are not there, and units of sets that are not.
 -- Takes nothing; gives relation, identity of the extraction or set, and how many rows.
 SELECT 'image_arc' AS relation, a.extraction_id AS id, count(*) AS primitives
 FROM image_arc AS a
 LEFT JOIN extraction AS e ON e.id = a.extraction_id
 WHERE e.id IS NULL
 GROUP BY a.extraction_id
-UNION ALL
-SELECT 'image_junction', j.extraction_id, count(*)
-FROM image_junction AS j
-LEFT JOIN extraction AS e ON e.id = j.extraction_id
-WHERE e.id IS NULL
-GROUP BY j.extraction_id
 UNION ALL
 SELECT 'image_region', r.extraction_id, count(*)
 FROM image_region AS r
