@@ -303,9 +303,9 @@ def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> N
     [
         (toolroom, range(16)),
         (foundry, range(6, 18)),
-        (jobshop, range(9)),
-        (vocabulary, range(10)),
-        (welded, range(4)),
+        (jobshop, range(4)),
+        (vocabulary, range(8)),
+        (welded, range(3)),
     ],
 )
 def test_features_of_other_hands_with_their_frames(make: Callable[[int], Work], seeds: range) -> None:
