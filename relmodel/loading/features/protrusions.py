@@ -25,6 +25,7 @@ Ints = npt.NDArray[np.int64]
 _GAP = 0.5  # rad without a point, more than a facet spans
 _END_OF_A_LUG = np.pi * np.array([0.6, 1.9])  # turn of the rounded end; a full turn is a boss
 _WHOLE_TURN = np.pi * 1.9
+_SQUARE = 1 - ANGLE_TOLERANCE
 _LONG = 5.0  # length to width of an island that is a rib, however low
 
 
@@ -44,7 +45,7 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
                 ear
                 for ear in _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
                 if _END_OF_A_LUG[0] < s.turn(ear[0]) < _END_OF_A_LUG[1] and ear[1] < deep[0] and ear[2] > deep[1]
-                if _is_one_arc(b, ear[0])
+                if _is_one_arc(b, ear[0]) and not _stands_upright(b, ear[0], z)
             ]
             if ears:
                 found += [_lug(b, hole, *ear) for ear in ears]
@@ -64,6 +65,13 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
     wide = int((gaps > _GAP).sum())
     return wide == 1 or (wide == 0 and not beside)
+
+
+def _stands_upright(b: Boundary, ends: list[int], z: Floats) -> bool:
+    """Whether a round end rises from a face: it is that of a pad."""
+    s = b.surfaces
+    feet = [j for i in ends for j in b.neighbours(i, "concave") if s.kind[j] == "plane"]
+    return any(abs(s.axis[j] @ z) > 1 - ANGLE_TOLERANCE for j in feet)
 
 
 def _ears(b: Boundary, ends: list[int], z: Floats) -> list[tuple[list[int], float, float]]:
@@ -122,7 +130,10 @@ def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, i
         for loop, crossed in sorted(loops.items()):
             walls = sorted({i for _, others, _ in crossed for i in others})
             rises = rim[loop] > 0 and all(kind == "concave" for kind, _, _ in crossed)
-            if rises and walls and not standing & set(walls):
+            askew = (
+                len(walls) == 1 and s.kind[walls[0]] == "cylinder" and abs(s.axis[walls[0]] @ s.axis[plane]) < _SQUARE
+            )
+            if rises and walls and not standing & set(walls) and not askew:
                 feet = {foot for _, _, foot in crossed}
                 boss = _boss(b, plane, walls, sorted(feet - set(walls)), beyond)
                 if boss is not None:

@@ -81,7 +81,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
     rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     slotted = {i for f in [*rounds, *notches] for i, _ in f.surfaces}
-    cut_off = steps(b, ledges, used | slotted, thin)
+    cut_off = steps(b, ledges, used | slotted | taken, thin)
     return sorted([*found, *rounds, *notches, *cut_off], key=lambda feature: feature.surfaces)
 
 

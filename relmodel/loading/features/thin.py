@@ -69,11 +69,15 @@ def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
 
 
 def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: Floats) -> Floats:
-    """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane."""
-    sides = [x for i in members.tolist() for x in b.sides.get(i, []) if not np.isnan(arc_direction[x.arc, 0])]
+    """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane.
+
+    Rather a hollow one, which is a foot, than the slope of a gusset.
+    """
+    sides = [(i, x) for i in members.tolist() for x in b.sides.get(i, []) if not np.isnan(arc_direction[x.arc, 0])]
     u = np.zeros(3)
     if sides:
-        longest = max(sides, key=lambda x: (round(x.length, 6), -x.arc))
+        hollow = [x for i, x in sides if b.across(i, x)[0] == "concave"]
+        longest = max(hollow or [x for _, x in sides], key=lambda x: (round(x.length, 6), -x.arc))
         u = arc_direction[longest.arc]
         u = u - (u @ normal) * normal
     if not np.linalg.norm(u) > 1e-9:  # no straight edge, or in a damaged face one that does not lie in it
@@ -208,13 +212,15 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
         return None
     feet = [_feet(b, i) for i in planes]
     crests = [[*b.neighbours(i, "convex"), *_round_crest(b, i)] for i in planes]
-    for foot in sorted(feet[0] or feet[1], key=lambda j: (j in slender, -(feet[0] or feet[1])[j], j)):
+    own = feet[0] or feet[1]
+    # A sheet is slender too, but greater than the ribs on it.
+    for foot in sorted(own, key=lambda j: (j in slender, -float(s.area[j]) if j in slender else -own[j], j)):
         up = s.axis[foot]
         if abs(up @ pair.normal) > ANGLE_TOLERANCE:
             continue
         if not all(any(_tops(b, j, up) for j in crest) for crest in crests):
             continue
-        firm = [i for i, own in zip(planes, feet, strict=True) if _contact(b, i, own, up)]
+        firm = [i for i, on in zip(planes, feet, strict=True) if _contact(b, i, on, up)]
         if len(firm) == 2:
             return _Standing(pair, up, firm)
         if (
