@@ -90,7 +90,11 @@ def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> boo
 
     def leads_in(i: int, j: int) -> bool:
         along = abs(float(s.axis[j] @ axis))
-        beside = along < ANGLE_TOLERANCE if s.kind[j] == "plane" else s.kind[j] == "cylinder" and along > 1 - _SKEW
+        if s.kind[j] == "plane":  # a facet of a bore passes its axis by at the radius
+            off = abs(float((s.origin[j] - s.origin[i]) @ s.axis[j]))
+            beside = along < ANGLE_TOLERANCE and off < _WITHIN * s.radius[i]
+        else:
+            beside = s.kind[j] == "cylinder" and along > 1 - _SKEW
         ways = {edge["convexity"] for edge in graph.get_edge_data(i, j).values()}
         return bool(beside and not ways <= {"convex"} and not _on_axis(s, i, j))
 

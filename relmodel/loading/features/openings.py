@@ -44,7 +44,12 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
                 continue
             up = _out_of(b, face, walls)
             ring = None if up is None else _ring(b, walls, up, used)
-            if up is not None and ring is not None:
+            # A bore that no seam cuts open has an inner loop around its axis, which is the rim of no opening.
+            if (
+                up is not None
+                and ring is not None
+                and (b.surfaces.kind[face] == "plane" or _face_all_around(b, ring, up))
+            ):
                 used |= set(ring)
                 rings.append((up, ring))
     rings += _cut_at_both_ends(b, used)
@@ -85,7 +90,7 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
     """Whether the normals of walls leave no half turn about `up` free."""
     normal = np.concatenate([b.surfaces.normals(i) for i in walls])
-    across = b.surfaces.axis[walls[0]]
+    across = cross(up, np.eye(3)[np.argmin(np.abs(up))])
     angle = np.sort(np.arctan2(normal @ cross(up, across), normal @ across))
     return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _STEEP)
 
