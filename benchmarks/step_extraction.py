@@ -136,13 +136,14 @@ def walk(file: Path) -> dict[str, float]:
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
-    from relmodel.loading.step import shape as step_shape
+    from relmodel.loading.step import maps
 
     shapes = _shapes(file)
     began = time.process_time()
     rows = 0
     for shape in shapes:
-        keys, edge_keys = step_shape.face_map(shape), step_shape.edge_map(shape)
+        keys = maps.face_map(shape)
+        edge_keys = maps.edge_map(keys)
         faces = [TopoDS.Face(keys.FindKey(i)) for i in range(1, keys.Extent() + 1)]
         around: dict[int, list[Any]] = {}
         props, volume = GProp_GProps(), GProp_GProps()
@@ -150,7 +151,7 @@ def walk(file: Path) -> dict[str, float]:
             surface, box = BRepAdaptor_Surface(face), Bnd_Box()
             BRepGProp.SurfaceProperties_s(face, props)
             BRepBndLib.AddOptimal_s(face, box, False, False)
-            own = step_shape.edge_map(face)
+            own = maps.edge_map(maps.face_map(face))
             for i in range(1, own.Extent() + 1):
                 around.setdefault(edge_keys.FindIndex(own.FindKey(i)), []).append((face, surface))
             rows += 1

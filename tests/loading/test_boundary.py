@@ -131,10 +131,12 @@ def shuffled() -> Any:
 
 def assert_boundary(shape: Any) -> None:
     """As the kernel says: which faces and edges, every curve and pcurve; loops run head to tail."""
+    from relmodel.loading.step import maps
     from relmodel.loading.step import shape as step_shape
 
     got = step_shape.extract(shape, {}, {}, {})
-    faces, edges = step_shape.face_map(shape), step_shape.edge_map(shape)
+    faces = maps.face_map(shape)
+    edges = maps.edge_map(faces)
     assert (faces.Extent(), edges.Extent()) == (len(got.surfaces["kind"]), len(got.arcs["kind"]))
     assert_edges_equal(edges, got)
     assert_pcurves_equal(faces, edges, got)

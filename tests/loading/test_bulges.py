@@ -12,6 +12,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
+    from relmodel.loading.step import maps
     from relmodel.loading.step import shape as step_shape
 
     rng = np.random.default_rng(4)
@@ -37,7 +38,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
                     assert (mine.min(0) > np.array(box[:3]) - got.mesh.chord_mm).all()
                     assert (mine.max(0) < np.array(box[3:]) + got.mesh.chord_mm).all()
                     bound = Bnd_Box()
-                    BRepBndLib.AddOptimal_s(step_shape.face_map(shape).FindKey(i + 1), bound, False, False)
+                    BRepBndLib.AddOptimal_s(maps.face_map(shape).FindKey(i + 1), bound, False, False)
                     kernel = np.array([*bound.CornerMin().Coord(), *bound.CornerMax().Coord()])
                     same += np.abs(kernel - box).max() < 1e-4
                     # The kernel's own may be too large, where the range of a face's parameters is.

@@ -51,9 +51,10 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
 
 def assert_equal(kernel: Any, shape: Shape) -> None:
     """Every face and edge to 1e-9 mm, its first derivatives to 1e-9 of the greatest, pcurves to 1e-9."""
-    from relmodel.loading.step import shape as step_shape
+    from relmodel.loading.step import maps
 
-    faces, edges = step_shape.face_map(kernel), step_shape.edge_map(kernel)
+    faces = maps.face_map(kernel)
+    edges = maps.edge_map(faces)
     assert (faces.Extent(), edges.Extent()) == (len(shape.surfaces["kind"]), len(shape.arcs["kind"]))
     assert_faces_equal(faces, shape)
     assert_edges_equal(edges, shape)

@@ -13,6 +13,7 @@ from relmodel.geometry.curves import Curves
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.loops import outer_loops
 from relmodel.loading.brep.trims import Trims
+from relmodel.loading.step import maps
 from relmodel.loading.step import shape as step_shape
 
 from . import parts_generator
@@ -47,7 +48,7 @@ def test_the_outer_loop_is_the_one_around_the_others(seed: int) -> None:
 
     part = parts_generator.generate(seed).body
     shape = step_shape.extract(part, {}, {}, {})
-    faces = step_shape.face_map(part)
+    faces = maps.face_map(part)
     several = 0
     for i in np.flatnonzero(np.bincount(shape.loops["surface_no"]) > 1).tolist():
         face = TopoDS.Face(TopoDS.Face(faces.FindKey(i + 1)).Oriented(TopAbs_Orientation.TopAbs_FORWARD))
@@ -69,7 +70,7 @@ def arcs_of(part: Any, wire: Any) -> list[int]:
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 
-    edges = step_shape.edge_map(part)
+    edges = maps.edge_map(maps.face_map(part))
     found = []
     walk = TopExp_Explorer(wire, TopAbs_ShapeEnum.TopAbs_EDGE)
     while walk.More():

@@ -11,6 +11,7 @@ import pytest
 
 from relmodel.loading import sharing
 from relmodel.loading.neutral import LoadedModel, Shape
+from relmodel.loading.step import maps
 from relmodel.loading.step import shape as step_shape
 from relmodel.loading.step.read import read_step
 
@@ -146,7 +147,7 @@ def kernel_corners(solid: Any) -> Floats:
 
     from .test_step import start_of
 
-    edges = step_shape.edge_map(solid)
+    edges = maps.edge_map(maps.face_map(solid))
     return in_order(np.array([start_of(TopoDS.Edge(edges.FindKey(i))) for i in range(1, edges.Extent() + 1)]))
 
 

@@ -16,6 +16,7 @@ from relmodel.loading.brep.measures import surfaces_of
 from relmodel.loading.facets import polygons
 from relmodel.loading.facets.rims import Rims
 from relmodel.loading.neutral import Mesh, Shape
+from relmodel.loading.step import maps
 from relmodel.loading.step import shape as step_shape
 
 from .step_parts import loaded
@@ -112,7 +113,7 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
     from OCP.TopoDS import TopoDS
 
     solid = cut_solids()[name]
-    keys = step_shape.face_map(solid)
+    keys = maps.face_map(solid)
     shape = step_shape.extract(solid, {}, {}, {})
     mesh = shape.mesh
     assert is_closed(mesh)

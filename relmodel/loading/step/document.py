@@ -31,6 +31,7 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTo
 from relmodel.loading.neutral import Assembly, Attribute, Instance, LoadedModel, Part, Shape
 from relmodel.loading.step import drawn as step_drawn
 from relmodel.loading.step import geometry as step_geometry
+from relmodel.loading.step import maps
 from relmodel.loading.step import shape as step_shape
 from relmodel.loading.step import supplemental as step_supplemental
 from relmodel.loading.step import tessellated as step_tessellated
@@ -262,9 +263,9 @@ class _Walk:
 
     def _body(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
         """The part of a product; where it has several solids an assembly of them, as the kernel makes of others."""
-        if not step_shape.face_map(shape).Extent():
+        if not maps.face_map(shape).Extent():
             return None
-        solids = step_shape.solids(shape)
+        solids = maps.solids(shape)
         attributes = attributes_of(label)
         if len(solids) < 2:
             child = self._faced(label, shape, scale, name, located)
@@ -279,7 +280,7 @@ class _Walk:
 
     def _faced(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child:
         """The part of a label's shape, or of a piece of it, that has faces; without attributes."""
-        faces = step_shape.face_map(shape)
+        faces = maps.face_map(shape)
         key = (self._solids.Add(shape), scale)
         if key not in self._shape_of:
             marks = self._marks(label, faces)
@@ -343,7 +344,7 @@ class _Walk:
         for shape, one in sorted(subs, key=lambda pair: int(pair[0].ShapeType().value)):
             if shape.ShapeType().value > Type.TopAbs_FACE.value:
                 continue
-            own = step_shape.face_map(shape)
+            own = maps.face_map(shape)
             ordinals = [o for i in range(1, own.Extent() + 1) if (o := faces.FindIndex(own.FindKey(i)))]
             if shape.ShapeType() == Type.TopAbs_FACE and (name := name_of(one)):
                 names.update(dict.fromkeys(ordinals, name))

@@ -18,7 +18,7 @@ from OCP.gp import gp_Pnt
 from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
-from OCP.TopExp import TopExp, TopExp_Explorer
+from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
 from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
@@ -28,7 +28,8 @@ from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.step import geometry as step_geometry
 from relmodel.loading.step import triangulation as step_mesh
-from relmodel.loading.step.boundary import NO_TURN, Boundary, Coedge, Wire
+from relmodel.loading.step.boundary import Boundary, Coedge, Wire
+from relmodel.loading.step.maps import edge_map, face_map
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
@@ -39,7 +40,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     """Columns of a shape that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
     BRepLib.BuildCurves3d_s(shape)
     face_keys, boundary = face_map(shape), Boundary(shape)
-    edges = _Edges(shape, face_keys)
+    edges = _Edges(face_keys)
     faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
     basis_curve_rows = step_geometry.CurveRows()
     basis_rows = step_geometry.SurfaceRows(basis_curve_rows)
@@ -88,43 +89,6 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     )
 
 
-def face_map(shape: Any) -> Any:
-    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
-
-    A face that lost its boundary to damage has no extent, and is none; one of triangles alone has none by nature.
-    """
-    every, keys = ShapeMap(), ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
-    for i in range(1, every.Extent() + 1):
-        face = every.FindKey(i)
-        if TopExp_Explorer(face, Type.TopAbs_EDGE).More() or BRep_Tool.Surface_s(TopoDS.Face(face)) is None:
-            keys.Add(face)
-    return keys
-
-
-def solids(shape: Any) -> list[Any]:
-    """Solids that all faces of a shape belong to, in the kernel's order; none where there are others."""
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_SOLID, keys)
-    found = [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
-    count = sum(face_map(solid).Extent() for solid in found)
-    return found if count == face_map(shape).Extent() else []
-
-
-def edge_map(shape: Any, faces: Any = None) -> Any:
-    """Edges of the faces of a shape; loose edges are left out, and those of no turn about a pole or apex, as `Boundary`
-    does.  faces: their `face_map`, where it is at hand."""
-    every, keys = ShapeMap(), ShapeMap()
-    faces = faces or face_map(shape)
-    for i in range(1, faces.Extent() + 1):
-        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
-    for i in range(1, every.Extent() + 1):
-        edge = TopoDS.Edge(every.FindKey(i))
-        if not (BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN):
-            keys.Add(edge)
-    return keys
-
-
 def _has(shape: Any, kind: Any) -> bool:
     keys = ShapeMap()
     TopExp.MapShapes_s(shape, kind, keys)
@@ -145,12 +109,12 @@ def _edge_rows(boundary: Boundary, basis: step_geometry.CurveRows, edges: _Edges
 class _Edges:
     """The edges of a shape as the kernel has them, for what only the kernel can tell of them."""
 
-    def __init__(self, shape: Any, faces: Any) -> None:
-        self._shape, self._faces = shape, faces
+    def __init__(self, faces: Any) -> None:
+        self._faces = faces
 
     @cached_property
     def _keys(self) -> Any:
-        return edge_map(self._shape, self._faces)
+        return edge_map(self._faces)
 
     def shape(self, number: int) -> Any:
         return TopoDS.Edge(self._keys.FindKey(number + 1))

@@ -19,7 +19,7 @@ from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.loading.brep import measures as brep
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
 from relmodel.loading.step import geometry as step_geometry
-from relmodel.loading.step import shape as step_shape
+from relmodel.loading.step import maps
 from relmodel.store.columns import Ragged
 
 
@@ -29,7 +29,7 @@ def without_loose_faces(shape: Any) -> tuple[Any, Any]:
     bounding = ShapeMap()
     for solid in solids:
         TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
-    faces = step_shape.face_map(shape)
+    faces = maps.face_map(shape)
     loose = [faces.FindKey(i) for i in range(1, faces.Extent() + 1) if not bounding.Contains(faces.FindKey(i))]
     return (_compound(solids), _compound(loose)) if solids and loose else (shape, None)
 
@@ -50,7 +50,9 @@ def _compound(shapes: list[Any]) -> Any:
 
 def loose_edges(shape: Any) -> list[Any]:
     """Edges of a shape that bound no face."""
-    bounding = step_shape.edge_map(shape)
+    bounding, faces = ShapeMap(), maps.face_map(shape)
+    for i in range(1, faces.Extent() + 1):
+        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, bounding)
     return [edge for edge in _sub_shapes(shape, Type.TopAbs_EDGE) if not bounding.Contains(edge)]
 
 

@@ -18,7 +18,7 @@ from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.mesh.triangles import area_normals, weld
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import geometry as step_geometry
-from relmodel.loading.step import shape as step_shape
+from relmodel.loading.step import maps
 
 Floats = npt.NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def extract(
 
     names, colours, layers: of faces, by their ordinal in the map of faces (from 1).
     """
-    keys = step_shape.face_map(shape)
+    keys = maps.face_map(shape)
     vertices, triangles, owner = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     normals = [np.empty((0, 3))]
     start = 0

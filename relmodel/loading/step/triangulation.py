@@ -1,4 +1,4 @@
-"""Triangles of a shape by the CAD kernel's mesher; runs in the child process of `kernel.py` alone."""
+"""Triangles of a shape, by the CAD kernel where ours fail; runs in the child process of `kernel.py` alone."""
 
 from __future__ import annotations
 
@@ -17,8 +17,6 @@ from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as S
 from OCP.GProp import GProp_GProps
 from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
 from OCP.TopAbs import TopAbs_Orientation as Sense
-from OCP.TopAbs import TopAbs_ShapeEnum as ShapeType
-from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face
 
@@ -29,6 +27,7 @@ from relmodel.loading.facets import chords
 from relmodel.loading.facets.facets import Facets, facets
 from relmodel.loading.neutral import Mesh, Table
 from relmodel.loading.step import geometry as step_geometry
+from relmodel.loading.step import maps
 
 Array = npt.NDArray[np.float64]
 Bools = npt.NDArray[np.bool_]
@@ -86,9 +85,10 @@ def mesh(faces: list[Any], trims: Trims, coedges: Table, columns: Table) -> Mesh
 
 def _recut(faces: list[Any], rest: Bools, trims: Trims, cuts: chords.Chords) -> tuple[Bools, chords.Chords]:
     """Faces (n,) beside those that the kernel made (`rest`) whose common arcs it cut otherwise, and its chords."""
-    keys = ShapeMap()
+    numbers = ShapeMap()
     for face in faces:
-        TopExp.MapShapes_s(face, ShapeType.TopAbs_EDGE, keys)
+        numbers.Add(face)
+    keys = maps.edge_map(numbers)
     even = np.isin(trims.curves.kind.astype(str), chords.EVEN)
     found: dict[int, Array] = {}
     for i in np.flatnonzero(rest).tolist():
