@@ -35,8 +35,8 @@ from relmodel.loading.mesh.triangles import components
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import document as step_document
 from relmodel.loading.step import shape as step_shape
-from relmodel.loading.step import triangulation as step_mesh
 from tests.loading import curved_parts, splined_parts
+from tests.loading.tessellations import meshed_by_kernel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -244,9 +244,10 @@ def main() -> None:
     print(f"compiling or loading the kernels: {process_time() - began:.1f} s of CPU\n")
     everything = Counter[tuple[str, str]]()
     for chord, angle in deflections:
-        step_mesh.CHORD_MM, step_mesh.CHORD_RAD = chord, angle
         rows, total, triangles, seconds = [], Counter[tuple[str, str]](), 0, 0.0
-        for name, shapes in bodies(parts, seeds, generate):
+        with meshed_by_kernel(chord, angle):
+            bodies_of_parts = list(bodies(parts, seeds, generate))
+        for name, shapes in bodies_of_parts:
             one, began = Counter[tuple[str, str]](), seconds
             for truth in shapes:
                 vertices = truth.mesh.vertices.astype(np.float32).astype(float)

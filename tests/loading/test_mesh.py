@@ -15,10 +15,10 @@ from relmodel.loading.features import recognise
 from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.mesh.read import read_mesh
 from relmodel.loading.neutral import Shape
-from relmodel.loading.step import shape as step_shape
 from relmodel.loading.step.read import read_step
 
 from .curved_parts import generate
+from .tessellations import extracted
 
 
 def shape_of(mesh: trimesh.Trimesh) -> Shape:
@@ -300,7 +300,7 @@ def test_a_mesh_without_area_is_refused(faces: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", [0, 4, 13])
 def test_round_parts_have_the_areas_by_kind_of_their_exact_model(seed: int) -> None:
-    exact = step_shape.extract(generate(seed), {}, {}, {})
+    exact = extracted(generate(seed))
     shape = shape_from_triangles(
         exact.mesh.vertices.astype(np.float32).astype(float), exact.mesh.triangles.astype(np.int64)
     )

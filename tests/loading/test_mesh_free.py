@@ -7,9 +7,9 @@ import pytest
 from relmodel.loading.mesh.chains import chain_edges, without_lines
 from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.neutral import Shape
-from relmodel.loading.step import shape as step_shape
 
 from . import splined_parts
+from .tessellations import extracted
 
 Floats = npt.NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def test_a_wall_along_an_ellipse_is_free_form(strips: int) -> None:
 
 @pytest.mark.parametrize("seed", [6, 102])
 def test_parts_of_splines_have_no_cylinders_but_their_own(seed: int) -> None:
-    exact = step_shape.extract(splined_parts.generate(seed), {}, {}, {})
+    exact = extracted(splined_parts.generate(seed))
     vertices = exact.mesh.vertices.astype(np.float32).astype(float)
     mesh = shape_from_triangles(vertices, exact.mesh.triangles.astype(np.int64))
     assert mesh is not None

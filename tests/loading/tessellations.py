@@ -1,0 +1,25 @@
+"""Shapes with the triangles of the CAD kernel's mesher, as they are exported elsewhere, in place of our own."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Any
+from unittest import mock
+
+from relmodel.loading.neutral import Shape
+from relmodel.loading.step import shape as step_shape
+from relmodel.loading.step import triangulation
+
+
+def meshed_by_kernel(
+    chord_mm: float = triangulation.CHORD_MM, chord_rad: float = triangulation.CHORD_RAD
+) -> AbstractContextManager[Any]:
+    """While it lasts the kernel makes the triangles of all faces, to that distance and angle."""
+    own: Any = {"CHORD_MM": chord_mm, "CHORD_RAD": chord_rad, "facets": lambda *_: []}
+    return mock.patch.multiple(triangulation, **own)
+
+
+def extracted(part: Any) -> Shape:
+    """A shape of the kernel's with its triangles."""
+    with meshed_by_kernel():
+        return step_shape.extract(part, {}, {}, {})
