@@ -15,8 +15,7 @@ def meshed_by_kernel(
     chord_mm: float = triangulation.CHORD_MM, chord_rad: float = triangulation.CHORD_RAD
 ) -> AbstractContextManager[Any]:
     """While it lasts the kernel makes the triangles of all faces, to that distance and angle."""
-    own: Any = {"CHORD_MM": chord_mm, "CHORD_RAD": chord_rad, "facets": lambda *_: []}
-    return mock.patch.multiple(triangulation, **own)
+    return mock.patch.multiple(triangulation, CHORD_MM=chord_mm, CHORD_RAD=chord_rad, facets=lambda *_: [])
 
 
 def extracted(part: Any) -> Shape:
