@@ -6,6 +6,8 @@ from contextlib import AbstractContextManager
 from typing import Any
 from unittest import mock
 
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import shape as step_shape
 from relmodel.loading.step import triangulation
@@ -14,8 +16,13 @@ from relmodel.loading.step import triangulation
 def meshed_by_kernel(
     chord_mm: float = triangulation.CHORD_MM, chord_rad: float = triangulation.CHORD_RAD
 ) -> AbstractContextManager[Any]:
-    """While it lasts the kernel makes the triangles of all faces, to that distance and angle."""
-    return mock.patch.multiple(triangulation, CHORD_MM=chord_mm, CHORD_RAD=chord_rad, facets=lambda *_: [])
+    """While it lasts the kernel makes the triangles of all faces, to that distance and angle, as it does by default."""
+
+    def triangulate(faces: list[Any], chord: float) -> None:
+        for face in faces:
+            BRepMesh_IncrementalMesh(face, chord, False, chord_rad, False)
+
+    return mock.patch.multiple(triangulation, CHORD_MM=chord_mm, facets=lambda *_: [], _triangulate=triangulate)
 
 
 def extracted(part: Any) -> Shape:
