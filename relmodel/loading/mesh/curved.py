@@ -25,9 +25,9 @@ _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it sta
 
 def curved_surfaces(
     vertices: Floats, triangles: Ints, edges: Edges, patches: Patches, tolerance: float
-) -> tuple[Patches, Ints, Ints, Floats]:
-    """Patches, some cut finer; owner of each (-1 none) among the curved surfaces; their kinds (index into KINDS) and
-    numbers."""
+) -> tuple[Patches, Ints, Ints, Ints, Floats]:
+    """Patches, some cut finer; owner of each (-1 none) among the curved surfaces, and among those that were dropped as
+    chance; their kinds (index into KINDS) and numbers."""
     from relmodel.loading.mesh.growth_kernels import absorb, grow_surfaces
 
     count = len(patches.area)
@@ -62,10 +62,10 @@ def curved_surfaces(
     simplest(told, owner, kinds, rows, max(EXACT_MM, fine))
     owner = united(vertices, triangles, patches, owner, kinds, rows, gaps[:number], near)
     owner = fitted_together(told, patches, owner, kinds, rows, near)
-    owner = without_chance(
+    kept = without_chance(
         vertices, triangles, edges, patches, owner, kinds, rows, np.arange(number) >= exact, tolerance
     )
-    return patches, owner, kinds, rows
+    return patches, kept, np.where(kept < 0, owner, -1), kinds, rows
 
 
 def _by_size(patches: Patches) -> Ints:

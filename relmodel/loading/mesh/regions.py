@@ -30,13 +30,13 @@ class Regions:
 def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
     """Cut a mesh into planes, spheres, cylinders, cones, tori and free-form regions, numbered by first triangle."""
     patches = cut_patches(vertices, triangles, edges, tolerance)
-    patches, owner, kind, row = curved_surfaces(vertices, triangles, edges, patches, tolerance)
+    patches, owner, dropped, kind, row = curved_surfaces(vertices, triangles, edges, patches, tolerance)
     owner, plane = _rest(vertices, triangles, patches, owner, len(kind), tolerance)
     flat = np.zeros(int(owner.max()) + 1 - len(kind), bool)
     flat[owner[plane] - len(kind)] = True
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 10), np.nan)])
-    fit_whole(vertices, triangles, patches, owner, kind, row, tolerance)
+    fit_whole(vertices, triangles, patches, owner, dropped, kind, row, tolerance)
     owner = without_scraps(patches, owner, kind)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)

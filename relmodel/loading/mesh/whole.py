@@ -23,13 +23,15 @@ _SCRAP_RIM = 0.5  # share of its rim along which it then runs into that
 
 
 def fit_whole(
-    vertices: Floats, triangles: Ints, patches: Patches, owner: Ints, kind: Ints, row: Floats, tolerance: float
-) -> None:
+    vertices: Floats, triangles: Ints, patches: Patches, owner: Ints, dropped: Ints, kind: Ints, row: Floats,
+    tolerance: float,
+) -> None:  # fmt: skip
     """Turn free-form regions that are, as a whole, one surface into that, and cones of no taper to speak of into
     cylinders (`kind` and `row` of each owner, in place).
 
     Where the edges of a part are less exact than its mesh is fine, no few strips tell of the surface any more, but all
-    strips of a face do.
+    strips of a face do.  What one surface held that was `dropped` as chance (its number, -1 none, of each patch) is as
+    a whole no more than it was.
     """
     from relmodel.loading.mesh.region_kernels import fit_region
 
@@ -41,6 +43,9 @@ def fit_whole(
     groups = np.split(order, np.flatnonzero(np.diff(owner[order])) + 1)
     for members, depth in zip(groups, deep.tolist(), strict=True):
         o = owner[members[0]]
+        was = dropped[members]
+        if was[0] >= 0 and np.all(was == was[0]):
+            continue
         if kind[o] == FREE and len(members) >= _LEAST and depth > _LEAST_DEEP * inexact:
             near = inexact
         elif kind[o] == CONE:
