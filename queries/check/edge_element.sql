@@ -1,9 +1,12 @@
--- Edge elements of no extraction, or of an image arc that it lacks.
--- Takes nothing; gives extraction_id, arc_no and how many elements.
-SELECT e.extraction_id, e.arc_no, count(*) AS elements
+-- Edge elements of no extraction, of an image arc that it lacks, or not numbered one by one from 0.
+-- Takes nothing; gives extraction_id, and how many elements it has.
+SELECT e.extraction_id, count(*) AS elements
 FROM edge_element AS e
 LEFT JOIN extraction AS x ON x.id = e.extraction_id
-LEFT JOIN image_arc AS a ON a.extraction_id = e.extraction_id AND a.arc_no = e.arc_no
-WHERE x.id IS NULL OR (e.arc_no >= 0 AND a.arc_no IS NULL)
-GROUP BY e.extraction_id, e.arc_no
-ORDER BY e.extraction_id, e.arc_no
+LEFT JOIN (
+    SELECT DISTINCT extraction_id, arc_no FROM image_arc
+) AS a ON a.extraction_id = e.extraction_id AND a.arc_no = e.arc_no
+GROUP BY e.extraction_id
+HAVING count(x.id) < count(*) OR count(CASE WHEN e.arc_no >= 0 AND a.arc_no IS NULL THEN 1 END) > 0
+    OR min(e.element_no) < 0 OR max(e.element_no) >= count(*) OR count(DISTINCT e.element_no) < count(*)
+ORDER BY e.extraction_id

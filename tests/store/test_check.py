@@ -170,7 +170,7 @@ ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", 
 
 
 FAULTS = {
-    "edge_element": add("edge_element", extraction_id=7, arc_no=-1, **ELEMENT),
+    "edge_element": add("edge_element", extraction_id=7, element_no=0, arc_no=-1, **ELEMENT),
     "image_arc_covariance": add("image_arc_covariance", extraction_id=7, arc_no=0, covariance=[1.0]),
     "image_arc_mark": add("image_arc_mark", extraction_id=7, arc_no=0, name="texture", value=1.0),
     "image_arc_point": add("image_arc_point", extraction_id=7, arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),

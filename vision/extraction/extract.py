@@ -25,7 +25,7 @@ from vision.extraction.topography import Crests, crest_arcs, label_histogram, to
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "9"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "10"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)

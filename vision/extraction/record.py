@@ -90,6 +90,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     borders, junctions = extraction.region_arcs, extraction.junctions
     return {
         "edge_element": {
+            "element_no": np.arange(len(linked), dtype=np.int32),
             "x": edges.x[linked],
             "y": edges.y[linked],
             "normal_x": edges.nx[linked],
@@ -186,15 +187,17 @@ def _arcs(extraction: Extraction) -> Columns:
 
 
 def _points(extraction: Extraction) -> Columns:
+    """Courses of the free arcs; those of other kinds have a formula."""
     arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     course, offsets = closed_courses(arcs, extraction.junctions)
     arc_no, point_no = _members(offsets)
+    free = arcs.kind[arc_no] == arc_columns.FREE
     return {
-        "arc_no": arc_no,
-        "point_no": point_no,
-        "x": course.x,
-        "y": course.y,
-        "sigma": course.sigma,
+        "arc_no": arc_no[free],
+        "point_no": point_no[free],
+        "x": course.x[free],
+        "y": course.y[free],
+        "sigma": course.sigma[free],
     }
 
 

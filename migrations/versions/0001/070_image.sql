@@ -50,6 +50,7 @@ COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noi
 -- decimals that end well below their sigma: these pack to a third of floating-point numbers.
 CREATE TABLE edge_element (
     extraction_id BIGINT NOT NULL,
+    element_no INTEGER NOT NULL,
     x DECIMAL(9, 2) NOT NULL,
     y DECIMAL(9, 2) NOT NULL,
     normal_x DECIMAL(9, 3) NOT NULL,
@@ -61,6 +62,7 @@ CREATE TABLE edge_element (
 );
 COMMENT ON TABLE edge_element IS 'Edge elements that were linked: facet zero-crossings with sub-pixel position.';
 COMMENT ON COLUMN edge_element.extraction_id IS 'the extraction';
+COMMENT ON COLUMN edge_element.element_no IS 'ordinal in the extraction, from 0: the elements of an arc follow each other along it';
 COMMENT ON COLUMN edge_element.x IS 'x, px';
 COMMENT ON COLUMN edge_element.y IS 'y, px';
 COMMENT ON COLUMN edge_element.normal_x IS 'x of the unit normal, towards the bright side';
@@ -70,31 +72,30 @@ COMMENT ON COLUMN edge_element.width IS 'width of the step, px';
 COMMENT ON COLUMN edge_element.sigma IS 'standard deviation of the position along the normal, px';
 COMMENT ON COLUMN edge_element.arc_no IS 'the image arc it belongs to; -1 where none';
 
--- Without a reference to the extraction, as regions: it would be an index of its own.
+-- Without keys, as the edge elements.
 CREATE TABLE image_arc (
     extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     topography TEXT NOT NULL,
-    start_x DOUBLE PRECISION NOT NULL,
-    start_y DOUBLE PRECISION NOT NULL,
-    end_x DOUBLE PRECISION NOT NULL,
-    end_y DOUBLE PRECISION NOT NULL,
+    start_x REAL NOT NULL,
+    start_y REAL NOT NULL,
+    end_x REAL NOT NULL,
+    end_y REAL NOT NULL,
     centre_x DOUBLE PRECISION,
     centre_y DOUBLE PRECISION,
     radius DOUBLE PRECISION,
     radius2 DOUBLE PRECISION,
     axis_angle DOUBLE PRECISION,
-    length DOUBLE PRECISION NOT NULL,
+    length REAL NOT NULL,
     closed BOOLEAN NOT NULL,
     bright_side TEXT NOT NULL,
-    contrast DOUBLE PRECISION NOT NULL,
-    width DOUBLE PRECISION NOT NULL,
-    sigma DOUBLE PRECISION NOT NULL,
-    residual DOUBLE PRECISION NOT NULL,
-    significance DOUBLE PRECISION,
+    contrast REAL NOT NULL,
+    width REAL NOT NULL,
+    sigma REAL NOT NULL,
+    residual REAL NOT NULL,
+    significance REAL,
     element_count INTEGER NOT NULL,
-    PRIMARY KEY (extraction_id, arc_no),
     CHECK (kind IN ('line', 'circular', 'elliptic', 'free')),
     CHECK (topography IN ('edge', 'ridge', 'ravine')),
     CHECK (bright_side IN ('left', 'right'))
@@ -128,7 +129,7 @@ CREATE TABLE image_arc_mark (
     extraction_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
     name TEXT NOT NULL,
-    value DOUBLE PRECISION NOT NULL
+    value REAL NOT NULL
 );
 COMMENT ON TABLE image_arc_mark IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
 COMMENT ON COLUMN image_arc_mark.extraction_id IS 'the extraction';
@@ -145,7 +146,7 @@ CREATE TABLE image_arc_point (
     y DECIMAL(9, 3) NOT NULL,
     sigma DECIMAL(9, 4) NOT NULL
 );
-COMMENT ON TABLE image_arc_point IS 'The course of an image arc: its edge elements in order, each moved across the arc to where its neighbours along it agree; from junction to junction where its ends are closed.';
+COMMENT ON TABLE image_arc_point IS 'The course of a free arc, which no formula gives: its edge elements in order, each moved across the arc to where its neighbours along it agree; from junction to junction where its ends are closed.';
 COMMENT ON COLUMN image_arc_point.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_point.arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_point.point_no IS 'ordinal along the arc, from 0';
@@ -169,8 +170,8 @@ CREATE TABLE image_junction (
     extraction_id BIGINT NOT NULL,
     junction_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
-    x DOUBLE PRECISION NOT NULL,
-    y DOUBLE PRECISION NOT NULL,
+    x REAL NOT NULL,
+    y REAL NOT NULL,
     xx REAL NOT NULL,
     xy REAL NOT NULL,
     yy REAL NOT NULL,
@@ -201,23 +202,23 @@ COMMENT ON COLUMN image_junction_arc.junction_no IS 'the junction';
 COMMENT ON COLUMN image_junction_arc.arc_no IS 'the arc';
 COMMENT ON COLUMN image_junction_arc.meets_with IS 'what of the arc lies there: start, end or course';
 
+-- Without keys, as the edge elements.
 CREATE TABLE image_region (
     extraction_id BIGINT NOT NULL,
     region_no INTEGER NOT NULL,
     area DOUBLE PRECISION NOT NULL,
-    centroid_x DOUBLE PRECISION NOT NULL,
-    centroid_y DOUBLE PRECISION NOT NULL,
-    x0 DOUBLE PRECISION NOT NULL,
-    y0 DOUBLE PRECISION NOT NULL,
-    x1 DOUBLE PRECISION NOT NULL,
-    y1 DOUBLE PRECISION NOT NULL,
-    mean DOUBLE PRECISION NOT NULL,
-    variance DOUBLE PRECISION NOT NULL,
-    slope_x DOUBLE PRECISION NOT NULL,
-    slope_y DOUBLE PRECISION NOT NULL,
-    saturated_share DOUBLE PRECISION NOT NULL,
-    hole_count INTEGER NOT NULL,
-    PRIMARY KEY (extraction_id, region_no)
+    centroid_x REAL NOT NULL,
+    centroid_y REAL NOT NULL,
+    x0 REAL NOT NULL,
+    y0 REAL NOT NULL,
+    x1 REAL NOT NULL,
+    y1 REAL NOT NULL,
+    mean REAL NOT NULL,
+    variance REAL NOT NULL,
+    slope_x REAL NOT NULL,
+    slope_y REAL NOT NULL,
+    saturated_share REAL NOT NULL,
+    hole_count INTEGER NOT NULL
 );
 COMMENT ON TABLE image_region IS 'Regions of an image: connected sets of pixels that edges enclose.';
 COMMENT ON COLUMN image_region.extraction_id IS 'the extraction';
@@ -259,7 +260,7 @@ CREATE TABLE region_arc (
     region_no INTEGER NOT NULL,
     arc_no INTEGER NOT NULL,
     side TEXT NOT NULL,
-    length DOUBLE PRECISION NOT NULL,
+    length REAL NOT NULL,
     CHECK (side IN ('left', 'right'))
 );
 COMMENT ON TABLE region_arc IS 'The arcs that bound a region.';

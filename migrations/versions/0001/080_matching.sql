@@ -56,12 +56,12 @@ COMMENT ON COLUMN unit_set.extraction_id IS 'the extraction whose arcs and regio
 COMMENT ON COLUMN unit_set.run_id IS 'the run of the view';
 COMMENT ON COLUMN unit_set.view_no IS 'the view whose arcs and surfaces they are';
 
+-- Without keys, as the arcs and regions of images.
 CREATE TABLE unit (
     unit_set_id BIGINT NOT NULL,
     unit_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     ref_no INTEGER NOT NULL,
-    PRIMARY KEY (unit_set_id, unit_no),
     CHECK (kind IN ('arc', 'region', 'view_arc', 'view_surface'))
 );
 COMMENT ON TABLE unit IS 'A primitive as a matcher sees it.';
@@ -70,7 +70,7 @@ COMMENT ON COLUMN unit.unit_no IS 'ordinal in the set, from 0';
 COMMENT ON COLUMN unit.kind IS 'arc, region, view_arc or view_surface';
 COMMENT ON COLUMN unit.ref_no IS 'arc_no, region_no, view_arc_no or view_surface_no of what it stands for';
 
--- Without keys: some 4,000 rows a picture, whose three keys would take most of the time of storing it.
+-- Without keys, as the units: some 4,000 rows a picture.
 CREATE TABLE unit_relation (
     unit_set_id BIGINT NOT NULL,
     kind TEXT NOT NULL,

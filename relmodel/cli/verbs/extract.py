@@ -41,6 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"
     )
+    parser.add_argument(
+        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
+    )
     add_format(parser)
 
 
@@ -61,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     parameters = ExtractionParameters(scales=args.scales, regions=args.regions)
     found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
     if args.store:
-        _keep(args.store, pictures, found)
+        _keep(args.store, pictures, found, keep_bytes=not args.no_keep_images)
     if args.picture:
         drawn = [draw_stage(p.grey, extraction, args.stage) for p, extraction in zip(pictures, found, strict=True)]
         save_side_by_side(args.picture, drawn)
@@ -75,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _keep(target: str, pictures: list[Picture], extractions: list[Extraction]) -> None:
+def _keep(target: str, pictures: list[Picture], extractions: list[Extraction], *, keep_bytes: bool) -> None:
     """Write the rows of all extractions in one run."""
     from relmodel.store import Run, Store
     from vision.extraction.record import record_extraction
@@ -88,5 +91,5 @@ def _keep(target: str, pictures: list[Picture], extractions: list[Extraction]) -
         stored.write() as connection,
     ):
         for picture, extraction in zip(pictures, extractions, strict=True):
-            image = record_picture(stored, connection, picture, keep_bytes=True)
+            image = record_picture(stored, connection, picture, keep_bytes=keep_bytes)
             record_extraction(stored, connection, image, picture.sha256, extraction)
