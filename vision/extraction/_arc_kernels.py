@@ -147,7 +147,29 @@ def _break_points(
     return count
 
 
-@kernel("Tuple((i4[:, ::1], i4[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8, f8, f8)")
+@kernel("void(f8[::1], f8[::1], f8[::1], i8, i8, i8, f8[::1])", helper=True)
+def _roughness(
+    x: FloatArray, y: FloatArray, weight: FloatArray, begin: int, end: int, reach: int, out: FloatArray
+) -> None:
+    """Running sums `out[: end - begin + 1]` of the weighted squares of how far, across the chain, its members lie from
+    the cubic through the `reach` members on either side (Savitzky and Golay, 1964); through fewer next to its ends."""
+    out[0] = 0.0
+    for i in range(begin, end):
+        m = min(reach, i - begin, end - 1 - i)
+        scale = 1.0 / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))
+        middle = 3.0 * (3.0 * m * m + 3.0 * m - 1.0)
+        dx, dy = x[i] * (1.0 - middle * scale), y[i] * (1.0 - middle * scale)
+        for k in range(1, m + 1):
+            share = (middle - 15.0 * k * k) * scale
+            dx -= share * (x[i - k] + x[i + k])
+            dy -= share * (y[i - k] + y[i + k])
+        before, after = max(i - 4, begin), min(i + 4, end - 1)
+        tx, ty = x[after] - x[before], y[after] - y[before]
+        across = dx * ty - dy * tx
+        out[i - begin + 1] = out[i - begin] + weight[i] * across * across / max(tx * tx + ty * ty, 1e-12)
+
+
+@kernel("Tuple((i4[:, ::1], i4[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8)")
 def segment(
     x: FloatArray,
     y: FloatArray,
@@ -155,13 +177,16 @@ def segment(
     offsets: IntArray,
     correlation: float,
     price: FloatArray,
-    free_price: float,
+    knots_apart: FloatArray,
+    knot_price: float,
     min_sagitta: float,
     min_bow: float,
 ) -> tuple[IntArray, IntArray]:
     """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,).
 
-    A piece costs `price[kind]` plus chi-square / (2 correlation); a free piece costs `free_price` per member instead.
+    A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also `knot_price` for each knot of its
+    spline, so many members apart as costs least of `knots_apart`; what a spline leaves is taken of the cubics about
+    each member that bend as freely.
     A circular piece bows out by at least `min_sagitta` px and `min_bow` standard deviations of a member.
     """
     n = len(x)
@@ -171,6 +196,7 @@ def segment(
     breaks = np.empty(n + 1, np.int32)
     moments = np.empty(9)
     sums = np.empty((n + 1, 9))
+    rough = np.empty((len(knots_apart), n + 1))
     for chain in range(len(offsets) - 1):
         begin, end = offsets[chain], offsets[chain + 1]
         if end - begin < 3:
@@ -184,6 +210,8 @@ def segment(
             _add(moments, x[i] - ox, y[i] - oy, weight[i])
         for k in range(9):
             sums[end - begin, k] = moments[k]
+        for s in range(len(knots_apart)):
+            _roughness(x, y, weight, begin, end, int(1.125 * knots_apart[s]), rough[s])
         m = _break_points(x, y, begin, end - 1, 0.6, 24, breaks)
         cost = np.full(m, 1e300)
         back = np.zeros(m, np.int32)
@@ -192,7 +220,10 @@ def segment(
         for j in range(1, m):
             for i in range(j - 1, max(j - 64, 0) - 1, -1):
                 members = breaks[j] - breaks[i] + 1
-                best, best_kind = price[2] + free_price * members, 2
+                best, best_kind = 1e300, 2
+                for s in range(len(knots_apart)):
+                    left = (rough[s, breaks[j] + 1 - begin] - rough[s, breaks[i] - begin]) / (2.0 * correlation)
+                    best = min(best, price[2] + knot_price * (members / knots_apart[s] + 3.0) + left)
                 if members >= 3:
                     for k in range(9):
                         moments[k] = sums[breaks[j] + 1 - begin, k] - sums[breaks[i] - begin, k]

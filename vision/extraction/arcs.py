@@ -27,7 +27,8 @@ KINDS = ("line", "circular", "free", "elliptic")
 LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 
 _PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
-_FREE_PRICE = 1.2  # of each member of a free curve: what a misfit of three or four standard deviations costs
+_KNOTS_APART = np.array([8.0, 16.0, 24.0])  # members between the knots of a free curve: as few knots as it needs,
+_KNOT_PRICE = 3.0  # each as dear as the third parameter of a circular arc
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _UNEVEN = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
 _MIN_SAGITTA = 0.8  # px: an arc that bows out by less is a wavering line,
@@ -129,7 +130,7 @@ def cut_arcs(
     correlation, weight = _correlation(scale), _weight(edges, scale)
     x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
     pieces, kinds = _arc_kernels.segment(
-        x, y, w, chains.offsets, correlation, _PRICE, _FREE_PRICE, _MIN_SAGITTA, _MIN_BOW
+        x, y, w, chains.offsets, correlation, _PRICE, _KNOTS_APART, _KNOT_PRICE, _MIN_SAGITTA, _MIN_BOW
     )
     members, kinds = _pieces_to_members(chains, pieces, kinds, min_elements)
     fresh = np.ones(len(members), np.bool_)
@@ -335,9 +336,6 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, *, scale
     free = (kinds == FREE)[:, None]
     start = np.where(free, np.column_stack([course.x[first], course.y[first]]), start)
     end = np.where(free, np.column_stack([course.x[last], course.y[last]]), end)
-    seen = (kinds == FREE)[:, None]
-    start = np.where(seen, np.column_stack([course.x[first], course.y[first]]), start)
-    end = np.where(seen, np.column_stack([course.x[last], course.y[last]]), end)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],

@@ -62,17 +62,44 @@ def _fit(
     across = (x - value @ control[:, 0]) * nx + (y - value @ control[:, 1]) * ny
     curvature = (acceleration[:, 0] * nx + acceleration[:, 1] * ny) / speed**2
 
-    apart = place[:, None] - place
-    noise = sigma[:, None] * sigma * np.exp(-((apart / (2.0 * scale)) ** 2))
-    left = np.sqrt(weight)[:, None] * (np.eye(count) - value @ gain)
-    scatter = left @ noise @ left.T
-    expected = np.trace(scatter)
-    freedom = expected**2 / np.sum(scatter**2)
+    # Noise N correlates but neighbours: kept by its diagonals.  What it leaves of the residuals, weighted, is
+    # S = A - U M' - M U', with A that of the members themselves; of S the trace and the sum of squares are wanted.
+    root = np.sqrt(weight)
+    carried = _banded(place, sigma, scale, gain.T)
+    of_control = gain @ carried
+    u, m = root[:, None] * value, root[:, None] * (carried - 0.5 * value @ of_control)
+    own = _diagonals(place, root * sigma, scale)
+    expected = float(own[0].sum() - 2.0 * np.sum(u * m))
+    square = own[0] @ own[0] + 2.0 * sum(float(lag @ lag) for lag in own[1:])
+    square += -4.0 * np.sum(_banded(place, root * sigma, scale, u) * m)
+    square += 2.0 * (np.sum((u.T @ u) * (m.T @ m)) + np.sum((m.T @ u) * (m.T @ u).T))
+    freedom = expected**2 / square
     excess = (PRIOR_FREEDOM + freedom * np.sum(weight * across**2) / expected) / (PRIOR_FREEDOM + freedom)
     at = np.linspace(0.0, length, min(STATIONS, intervals + 3))
-    station, point = excess**0.5 * (_basis(at, length, intervals)[0] @ gain), excess**0.5 * (value @ gain)
-    curve_sigma = np.sqrt(np.sum(point @ noise * point, axis=1))
-    return np.stack([across, nx, ny, -half_spread * curvature, curve_sigma]), station @ noise @ station.T
+    station = _basis(at, length, intervals)[0]
+    curve_sigma = np.sqrt(excess * np.sum(value @ of_control * value, axis=1))
+    return np.stack([across, nx, ny, -half_spread * curvature, curve_sigma]), excess * station @ of_control @ station.T
+
+
+def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[FloatArray]:
+    """The main diagonal of the covariance of members at `place` and those above it, as far as it is not nought."""
+    out = [sigma * sigma]
+    for lag in range(1, len(place)):
+        near = np.exp(-(((place[lag:] - place[:-lag]) / (2.0 * scale)) ** 2))
+        if near.max() < 1e-9:
+            break
+        out.append(sigma[lag:] * sigma[:-lag] * near)
+    return out
+
+
+def _banded(place: FloatArray, sigma: FloatArray, scale: float, columns: FloatArray) -> FloatArray:
+    """That covariance times `columns` (m, k)."""
+    main, *others = _diagonals(place, sigma, scale)
+    out = main[:, None] * columns
+    for lag, diagonal in enumerate(others, 1):
+        out[:-lag] += diagonal[:, None] * columns[lag:]
+        out[lag:] += diagonal[:, None] * columns[:-lag]
+    return np.asarray(out)
 
 
 def _basis(place: FloatArray, length: float, intervals: int) -> tuple[FloatArray, FloatArray, FloatArray]:

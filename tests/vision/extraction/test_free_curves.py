@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
+from scipy.special import ndtr
 
-from vision.extraction.arcs import FREE, Arcs, measure_arcs
+from vision.extraction.arcs import CIRCULAR, FREE, LINE, Arcs, measure_arcs
 from vision.extraction.courses import Deviations
 from vision.extraction.edges import edge_elements
+from vision.extraction.extract import extract
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import fill_gaps
 from vision.extraction.local_curves import local_curves
@@ -62,6 +64,32 @@ def test_a_free_curve_scatters_as_its_covariance_says() -> None:
     assert np.std(np.concatenate(points)) == pytest.approx(1.0, abs=0.2)
     assert np.abs(found.mean(axis=0)).max() < 0.05
     assert np.sqrt(np.mean(expected.diagonal())) < 0.1
+
+
+def test_what_conics_describe_badly_is_one_free_curve() -> None:
+    """A star with round points and a superellipse, whose conics would be many."""
+    y, x = np.mgrid[:300, :300] - 150.0
+    radius, turn = np.hypot(x, y).clip(20.0), np.arctan2(y, x)
+    star = (80.0 + 12.0 * np.cos(5.0 * turn) - radius) / np.hypot(1.0, 60.0 * np.sin(5.0 * turn) / radius)
+    level = (np.abs(x / 110.0) ** 3 + np.abs(y / 90.0) ** 3).clip(1e-3) ** (1 / 3)
+    squarish = (1.0 - level) / np.hypot(*np.gradient(level)).clip(1e-4)
+    rng = np.random.default_rng(3)
+    for distance in (star, squarish):
+        arcs = extract(60.0 + 100.0 * ndtr(distance) + rng.normal(0.0, 2.0, distance.shape)).arcs
+        assert arcs.kind.tolist() == [FREE]
+        assert arcs.closed.all()
+        away = map_coordinates(distance, [arcs.y, arcs.x], order=3)
+        assert np.sqrt(np.mean(away**2)) < 0.06
+
+
+def test_lines_and_fillets_are_no_free_curve() -> None:
+    y, x = np.abs(np.mgrid[:300, :300] - 150.0) - 60.0
+    beyond, inside = np.hypot(x.clip(0.0), y.clip(0.0)), np.maximum(x, y).clip(None, 0.0)
+    distance = 30.0 - beyond - inside
+    arcs = extract(60.0 + 100.0 * ndtr(distance) + np.random.default_rng(3).normal(0.0, 2.0, distance.shape)).arcs
+    kinds = np.bincount(arcs.kind, minlength=4)
+    assert (kinds[LINE], kinds[CIRCULAR], kinds[FREE]) == (4, 4, 0)
+    np.testing.assert_allclose(arcs.radius[arcs.kind == CIRCULAR], 30.0, rtol=0.05)
 
 
 def test_a_spline_through_points_of_a_parabola_is_that_parabola() -> None:
