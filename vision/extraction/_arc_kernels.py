@@ -169,7 +169,7 @@ def _roughness(
         out[i - begin + 1] = out[i - begin] + weight[i] * across * across / max(tx * tx + ty * ty, 1e-12)
 
 
-@kernel("Tuple((i4[:, ::1], i4[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8)")
+@kernel("Tuple((i4[:, ::1], i4[::1], f8[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8)")
 def segment(
     x: FloatArray,
     y: FloatArray,
@@ -181,8 +181,9 @@ def segment(
     knot_price: float,
     min_sagitta: float,
     min_bow: float,
-) -> tuple[IntArray, IntArray]:
-    """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,).
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,),
+    and what each costs.
 
     A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also `knot_price` for each knot of its
     spline, so many members apart as costs least of `knots_apart`; what a spline leaves is taken of the cubics about
@@ -192,6 +193,7 @@ def segment(
     n = len(x)
     pieces = np.empty((n, 2), np.int32)
     kinds = np.empty(n, np.int32)
+    costs = np.empty(n)
     count = 0
     breaks = np.empty(n + 1, np.int32)
     moments = np.empty(9)
@@ -247,6 +249,7 @@ def segment(
         while j > 0:
             pieces[count, 0], pieces[count, 1] = breaks[back[j]], breaks[j]
             kinds[count] = kind_of[j]
+            costs[count] = cost[j] - cost[back[j]]
             count += 1
             j = back[j]
         for k in range((count - start) // 2):
@@ -254,7 +257,8 @@ def segment(
             for side in range(2):
                 pieces[a, side], pieces[b, side] = pieces[b, side], pieces[a, side]
             kinds[a], kinds[b] = kinds[b], kinds[a]
-    return pieces[:count].copy(), kinds[:count].copy()
+            costs[a], costs[b] = costs[b], costs[a]
+    return pieces[:count].copy(), kinds[:count].copy(), costs[:count].copy()
 
 
 @kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], i4[::1])")

@@ -128,17 +128,65 @@ def cut_arcs(
 
     chains = _start_straight(edges, chains)
     correlation, weight = _correlation(scale), _weight(edges, scale)
-    x, y, w = (np.ascontiguousarray(column[chains.elements]) for column in (edges.x, edges.y, weight))
-    pieces, kinds = _arc_kernels.segment(
-        x, y, w, chains.offsets, correlation, _PRICE, _KNOTS_APART, _KNOT_PRICE, _MIN_SAGITTA, _MIN_BOW
-    )
-    members, kinds = _pieces_to_members(chains, pieces, kinds, min_elements)
+
+    def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
+        x, y, w = (np.ascontiguousarray(column[what.elements]) for column in (edges.x, edges.y, weight))
+        pieces, kinds, costs = _arc_kernels.segment(
+            x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, _MIN_SAGITTA, _MIN_BOW
+        )
+        members, kept = _pieces_to_members(what, pieces, min_elements)
+        return members, kinds[kept], costs[kept]
+
+    members, kinds, costs = described(chains, _PRICE)
+    # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
+    free = kinds == FREE
+    curves, prices = members.take(free), costs[free]
+    if len(curves):
+        bent = np.isin(chains.elements, curves.elements)
+        anew = np.logical_or.reduceat(bent, chains.offsets[:-1])
+        others = np.logical_and.reduceat(~np.isin(members.elements, chains.take(anew).elements), members.offsets[:-1])
+        conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _PRICE))
+        members, kinds = _strung(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
     fresh = np.ones(len(members), np.bool_)
     for _ in range(4):
         members, kinds, fresh = _join(edges, weight, members, kinds, fresh, correlation, reach)
         if not fresh.any():
             break
+    if len(curves):
+        members, kinds = _take_free(edges, weight, members, kinds, curves, prices, correlation)
     return members, kinds
+
+
+def _take_free(
+    edges: EdgeElements,
+    weight: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    curves: Chains,
+    prices: FloatArray,
+    correlation: float,
+) -> tuple[Chains, IntArray]:
+    """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
+    arc that leads out of it is none."""
+    owner = np.full(len(edges), -1, np.int32)
+    owner[curves.elements] = curves.chain_of_member
+    of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
+    within = of_arc[0] == of_arc[1]
+    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    _, apart = _alone(x, y, w, members, kinds, correlation)
+    paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
+    cheaper = paid > prices
+    leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
+    cheaper[leading_out[leading_out >= 0]] = False
+    kept = ~(within & (of_arc[0] >= 0) & cheaper[of_arc[0]])
+    kinds = np.concatenate([kinds[kept], np.full(cheaper.sum(), FREE, kinds.dtype)])
+    return _strung(members.take(kept), curves.take(cheaper)), kinds
+
+
+def _strung(one: Chains, other: Chains) -> Chains:
+    """The chains of both, one after the other."""
+    offsets = np.concatenate([one.offsets, one.offsets[-1] + other.offsets[1:]]).astype(np.int32)
+    return Chains(np.concatenate([one.elements, other.elements]), offsets, np.concatenate([one.closed, other.closed]))
 
 
 def _correlation(scale: float) -> float:
@@ -170,8 +218,9 @@ def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
     return Chains(elements, chains.offsets, chains.closed)
 
 
-def _pieces_to_members(chains: Chains, pieces: IntArray, kinds: IntArray, min_elements: int) -> tuple[Chains, IntArray]:
-    """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners."""
+def _pieces_to_members(chains: Chains, pieces: IntArray, min_elements: int) -> tuple[Chains, BoolArray]:
+    """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
+    which of them are long enough for that."""
     chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
     at_start = pieces[:, 0] == chains.offsets[chain]
     at_end = pieces[:, 1] == chains.offsets[chain + 1] - 1
@@ -180,9 +229,8 @@ def _pieces_to_members(chains: Chains, pieces: IntArray, kinds: IntArray, min_el
     last = pieces[:, 1] - np.where(at_end, 0, np.where(long, _TRIM, 0))
     counts = last - first + 1
     kept = counts >= min_elements
-    first, counts, kinds = first[kept], counts[kept], kinds[kept]
     closed = chains.closed[chain[kept]] & at_start[kept] & at_end[kept]
-    return _gather(chains.elements, first, counts, closed), kinds
+    return _gather(chains.elements, first[kept], counts[kept], closed), kept
 
 
 def _gather(
@@ -231,10 +279,7 @@ def _join(
     pairs = np.column_stack([tail, head]).astype(np.int32)
 
     x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
-    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    ovals = np.flatnonzero(kinds == ELLIPTIC)
-    alone[ovals, 4] = np.nan_to_num(_ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
-    apart = _PRICE[kinds] + alone[:, 4] * alone[:, 5] / (2.0 * correlation)
+    alone, apart = _alone(x, y, w, members, kinds, correlation)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, pairs, correlation)
     line = joint[:, 0] + _PRICE[LINE]
     together = members.counts[tail] + members.counts[head]
@@ -274,6 +319,18 @@ def _join(
     counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     return Chains(strung.elements, offsets, members.closed[kept]), new_kinds[kept], partner[kept] >= 0
+
+
+def _alone(
+    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, kinds: IntArray, correlation: float
+) -> tuple[FloatArray, FloatArray]:
+    """The fit (n, 8) of each arc, as `_arc_kernels.fit_arcs` gives it, and what it costs."""
+    from vision.extraction import _arc_kernels
+
+    fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    fit[ovals, 4] = np.nan_to_num(_ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
+    return fit, _PRICE[kinds] + fit[:, 4] * fit[:, 5] / (2.0 * correlation)
 
 
 def _ellipses_of(
@@ -333,6 +390,13 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, *, scale
         x, y, edges.sigma[members.elements], w, members, kinds, fit, found, half_spread, scale
     )
     course = settle(edges, members, deviations, scale)
+    if (kinds == FREE).any():
+        bends = kinds == FREE
+        own = bends[members.chain_of_member]
+        count = members.counts[bends]
+        begins = np.cumsum(count) - count
+        fit[bends, 7] = np.add.reduceat(deviations.distance[own] ** 2, begins) / count
+        variance[bends] = np.add.reduceat(deviations.sigma[own] ** 2, begins) / count
     free = (kinds == FREE)[:, None]
     start = np.where(free, np.column_stack([course.x[first], course.y[first]]), start)
     end = np.where(free, np.column_stack([course.x[last], course.y[last]]), end)

@@ -6,7 +6,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
-from vision.extraction.arcs import CIRCULAR, FREE, LINE, Arcs, measure_arcs
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
 from vision.extraction.courses import Deviations
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
@@ -80,6 +80,8 @@ def test_what_conics_describe_badly_is_one_free_curve() -> None:
         assert arcs.closed.all()
         away = map_coordinates(distance, [arcs.y, arcs.x], order=3)
         assert np.sqrt(np.mean(away**2)) < 0.06
+        assert arcs.residual[0] < 0.2
+        assert 0.0 < arcs.sigma[0] < 0.1
 
 
 def test_lines_and_fillets_are_no_free_curve() -> None:
@@ -90,6 +92,16 @@ def test_lines_and_fillets_are_no_free_curve() -> None:
     kinds = np.bincount(arcs.kind, minlength=4)
     assert (kinds[LINE], kinds[CIRCULAR], kinds[FREE]) == (4, 4, 0)
     np.testing.assert_allclose(arcs.radius[arcs.kind == CIRCULAR], 30.0, rtol=0.05)
+
+
+def test_an_ellipse_is_no_free_curve() -> None:
+    """Though it takes several circular arcs, which are cheaper only when they are joined."""
+    y, x = np.mgrid[:300, :300] - 150.0
+    level = np.hypot(x / 65.0, y / 110.0).clip(1e-3)
+    distance = (1.0 - level) / np.hypot(*np.gradient(level)).clip(1e-4)
+    arcs = extract(60.0 + 100.0 * ndtr(distance) + np.random.default_rng(3).normal(0.0, 2.0, distance.shape)).arcs
+    assert FREE not in arcs.kind
+    assert ELLIPTIC in arcs.kind
 
 
 def test_a_spline_through_points_of_a_parabola_is_that_parabola() -> None:
