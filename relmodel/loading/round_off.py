@@ -20,7 +20,7 @@ from sqlalchemy import Connection
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.spline_curves import SplineCurves
 from relmodel.geometry.transforms import matrices
-from relmodel.loading.brep.measures import pcurve_of
+from relmodel.loading.brep.trims import pcurve_of
 from relmodel.loading.identity import ModelKeys, model_keys, row_count_or_none
 from relmodel.loading.neutral import Assembly, Attribute, LoadedModel, Shape, Table
 from relmodel.loading.write.keyed import known_keys

@@ -13,7 +13,8 @@ import pytest
 
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading.brep.measures import pcurve_of, surfaces_of
+from relmodel.loading.brep.measures import surfaces_of
+from relmodel.loading.brep.trims import pcurve_of
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import shape as step_shape
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,11 +9,9 @@ from relmodel.geometry.components import cross, dot, put, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.normals import normals_at
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import ArcSamples, Shape, Table
 from relmodel.store.columns import Ragged
-
-if TYPE_CHECKING:
-    from relmodel.loading.brep.trims import Trims  # which stands on this module
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -82,18 +78,6 @@ def _grid(surfaces: Surfaces, steps: Array) -> tuple[Array, Array]:
     at = surfaces.evaluate(row, u0 + a * (u1 - u0), v0 + b * (v1 - v0))
     element = np.linalg.norm(np.cross(at.by_u, at.by_v), axis=1) * (u1 - u0) * (v1 - v0)
     return at.points.reshape(count, side * side, 3), element.reshape(count, side * side)
-
-
-def pcurve_of(coedges: Table, pcurves: Table) -> Index:
-    """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
-    names = ("surface_no", "loop_no", "coedge_no")
-    keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
-    have = np.stack([np.asarray(pcurves[n], np.int64) for n in names], axis=1)
-    base = (keys.max(0, initial=0) + 1)[1:]
-    flat, flat_have = ((k[:, 0] * base[0] + k[:, 1]) * base[1] + k[:, 2] for k in (keys, have))
-    out = np.full(len(keys), -1)
-    out[np.searchsorted(flat, flat_have)] = np.arange(len(have))
-    return out
 
 
 class ArcNormals:

@@ -11,7 +11,6 @@ from relmodel.geometry.curves import Curves, pieces
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.spline_curves import Runs, rank
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.brep.measures import pcurve_of
 from relmodel.loading.neutral import Table
 
 Array = npt.NDArray[np.float64]
@@ -22,6 +21,18 @@ _OFF = 1e-6
 _CHORDS = 16  # of a piece
 _GAP = 0.01  # of the extent of a domain: what ends further from its start does not close
 _SAMPLES = 8  # steps of a piece of a pcurve between which it crosses a line once
+
+
+def pcurve_of(coedges: Table, pcurves: Table) -> Index:
+    """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
+    names = ("surface_no", "loop_no", "coedge_no")
+    keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
+    have = np.stack([np.asarray(pcurves[n], np.int64) for n in names], axis=1)
+    base = (keys.max(0, initial=0) + 1)[1:]
+    flat, flat_have = ((k[:, 0] * base[0] + k[:, 1]) * base[1] + k[:, 2] for k in (keys, have))
+    out = np.full(len(keys), -1)
+    out[np.searchsorted(flat, flat_have)] = np.arange(len(have))
+    return out
 
 
 class Trims:

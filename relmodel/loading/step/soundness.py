@@ -12,7 +12,8 @@ import numpy.typing as npt
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-from relmodel.loading.brep.measures import curves_of, pcurve_of, surfaces_of
+from relmodel.loading.brep.measures import curves_of, surfaces_of
+from relmodel.loading.brep.trims import pcurve_of
 from relmodel.loading.neutral import LoadedModel, Shape
 
 Array = npt.NDArray[np.float64]
