@@ -116,7 +116,7 @@ COMMENT ON COLUMN image_arc.radius2 IS 'semi-minor axis of an elliptic arc, px';
 COMMENT ON COLUMN image_arc.axis_angle IS 'angle of the major axis from x towards y, rad';
 COMMENT ON COLUMN image_arc.length IS 'length, px';
 COMMENT ON COLUMN image_arc.closed IS 'whether it is a closed curve';
-COMMENT ON COLUMN image_arc.bright_side IS 'side of the brighter grey, walking from first to last end in the picture: left or right';
+COMMENT ON COLUMN image_arc.bright_side IS 'side of the brighter grey along most of it, walking from first to last end in the picture: left or right; of each place its edge elements tell';
 COMMENT ON COLUMN image_arc.contrast IS 'mean height of the step along it, grey levels of 0..255';
 COMMENT ON COLUMN image_arc.width IS 'mean width of the step, px';
 COMMENT ON COLUMN image_arc.sigma IS 'standard deviation of its lateral position, px';

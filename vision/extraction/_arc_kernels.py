@@ -169,7 +169,9 @@ def _roughness(
         out[i - begin + 1] = out[i - begin] + weight[i] * across * across / max(tx * tx + ty * ty, 1e-12)
 
 
-@kernel("Tuple((i4[:, ::1], i4[::1], f8[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8)")
+@kernel(
+    "Tuple((i4[:, ::1], i4[::1], f8[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8, f8)"
+)
 def segment(
     x: FloatArray,
     y: FloatArray,
@@ -181,6 +183,7 @@ def segment(
     knot_price: float,
     min_sagitta: float,
     min_bow: float,
+    min_rise: float,
 ) -> tuple[IntArray, IntArray, FloatArray]:
     """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,),
     and what each costs.
@@ -236,7 +239,7 @@ def segment(
                     if members >= 8 and line > price[1]:
                         _, _, radius, square = circle_of_moments(moments)
                         dx, dy = x[breaks[j]] - x[breaks[i]], y[breaks[j]] - y[breaks[i]]
-                        least = max(min_sagitta, min_bow * sqrt(members / moments[0]))
+                        least = max(min_sagitta, min_bow * sqrt(members / moments[0]), min_rise * sqrt(square))
                         bent = dx * dx + dy * dy > 8.0 * least * radius or members > 3.0 * radius
                         if bent and price[1] + scale * square < best:
                             best, best_kind = price[1] + scale * square, 1
@@ -327,12 +330,20 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
     return out
 
 
-@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8)")
+@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], f8[:, ::1], i4[:, ::1], f8)")
 def joint_costs(
-    x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray, pairs: IntArray, correlation: float
+    x: FloatArray,
+    y: FloatArray,
+    weight: FloatArray,
+    offsets: IntArray,
+    alone: FloatArray,
+    pairs: IntArray,
+    correlation: float,
 ) -> FloatArray:
-    """Fits of pairs of arcs taken as one: (m, 3) chi-square / (2 correlation) as a line, as a circle, and sagitta."""
-    out = np.empty((len(pairs), 3))
+    """Fits of pairs of arcs taken as one: (m, 4) chi-square / (2 correlation) as a line, as a circle, sagitta, and the
+    sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from one line.
+    """
+    out = np.empty((len(pairs), 4))
     moments = np.empty(9)
     for at in range(len(pairs)):
         a, b = pairs[at, 0], pairs[at, 1]
@@ -343,8 +354,18 @@ def joint_costs(
                 _add(moments, x[i] - ox, y[i] - oy, weight[i])
         scale = moments[0] / (2.0 * correlation)
         _, _, radius, square = circle_of_moments(moments)
-        out[at, 0] = scale * line_of_moments(moments)[4]
+        cx, cy, dx, dy, least = line_of_moments(moments)
+        out[at, 0] = scale * least
         out[at, 1] = scale * square
         span = offsets[a + 1] - offsets[a] + offsets[b + 1] - offsets[b]
         out[at, 2] = span * span / (8.0 * radius)
+        squares = 0.0
+        for arc in (a, b):
+            mx, my, ux, uy = alone[arc, 0], alone[arc, 1], alone[arc, 2], alone[arc, 3]
+            for end in range(2):
+                i = offsets[arc] if end == 0 else offsets[arc + 1] - 1
+                along = (x[i] - mx) * ux + (y[i] - my) * uy
+                away = dx * (my + along * uy - oy - cy) - dy * (mx + along * ux - ox - cx)
+                squares += away * away
+        out[at, 3] = squares
     return out

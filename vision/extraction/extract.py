@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import InputError, UsageError
-from vision.extraction.arcs import Arcs, cut_arcs, measure_arcs
+from vision.extraction.arcs import Arcs, measure_arcs
 from vision.extraction.closing import close_ends
+from vision.extraction.cutting import cut_arcs
 from vision.extraction.edges import EdgeElements, grey_image
 from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
@@ -155,10 +156,10 @@ def extract(
     surprise = surprises(grey, edges, chains.elements)
     chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
     lap("linking")
-    members, kinds = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
+    members, kinds, turned = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
     kept, keeping = clear(surprise, members, chains, min_significance=p.min_significance)
     members, chains = members.take(kept), chains.take(keeping)
-    arcs = measure_arcs(edges, members, kinds[kept], scale=p.scales[0])
+    arcs = measure_arcs(edges, members, kinds[kept], turned, scale=p.scales[0])
     arcs = replace(arcs, significance=significance(surprise, members))
     lap("arcs")
     junctions = find_junctions(grey, arcs)

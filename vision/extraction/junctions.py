@@ -181,11 +181,12 @@ def _ends_that_meet(
     group = np.repeat(np.arange(len(pairs)), 2)
     place, _ = _places(member, np.ones(len(group), np.bool_), group, len(pairs))
     along, across = member.locate(*place[group].T)
-    freely = (
-        (hit[pairs] < 0)
-        | (courses.arc[hit[pairs]] == ends.arc[pairs[:, ::-1]])
-        | (way[pairs] > along.reshape(-1, 2) - 2.0)
-    )
+    met, beyond = hit[pairs], way[pairs] - along.reshape(-1, 2)
+    stranger = (met >= 0) & (courses.arc[met] != ends.arc[pairs[:, ::-1]])
+    freely = ~stranger | (beyond > -2.0)
+    # two ends on both sides of a course that runs through meet this, not each other
+    through = stranger & (beyond < 2.0) & _inner(arcs, courses)[met]
+    freely &= ~(through.all(axis=1) & (courses.arc[met[:, 0]] == courses.arc[met[:, 1]]))[:, None]
     fits = _takes_part(arcs, ends.arc[pairs.ravel()], member, along, across)
     fits &= _supported(grey, arcs, ends.arc[pairs.ravel()], ends.at[pairs.ravel()], member, along)
     good = (fits.reshape(-1, 2) & freely).all(axis=1)
@@ -221,8 +222,7 @@ def _curves_at(arcs: Arcs, courses: _Courses, at: IndexArray) -> LocalCurves:
 def _crossings(arcs: Arcs, courses: _Courses) -> IndexArray:
     """(n, 2) places where courses cross, well within both; of two arcs that cross twice, where they come nearer."""
     point, arc = courses.point, courses.arc
-    inner = np.minimum(point - arcs.offsets[arc], arcs.offsets[arc + 1] - 1 - point) > _OVERRUN
-    inner |= arcs.closed[arc]
+    inner = _inner(arcs, courses)
     found = []
     for around in (0, 1, courses.shape[1] - 1, courses.shape[1], courses.shape[1] + 1):
         other = courses.holder.take(courses.pixel + around)
@@ -239,6 +239,12 @@ def _crossings(arcs: Arcs, courses: _Courses) -> IndexArray:
     order = np.lexsort((pair[:, 1], pair[:, 0], apart, high, low))
     new = (np.diff(low[order], prepend=-1) != 0) | (np.diff(high[order], prepend=-1) != 0)
     return np.asarray(pair[order[new]])
+
+
+def _inner(arcs: Arcs, courses: _Courses) -> BoolArray:
+    """Which places are well within their course."""
+    from_end = np.minimum(courses.point - arcs.offsets[courses.arc], arcs.offsets[courses.arc + 1] - 1 - courses.point)
+    return np.asarray((from_end > _OVERRUN) | arcs.closed[courses.arc])
 
 
 def _places(
@@ -277,7 +283,7 @@ def _takes_part(arcs: Arcs, arc: IndexArray, curve: LocalCurves, along: FloatArr
 def _supported(
     grey: FloatArray, arcs: Arcs, arc: IndexArray, at: IndexArray, curve: LocalCurves, along: FloatArray
 ) -> BoolArray:
-    """Whether the picture shows, from the ends to `along` px further on, a step of the arc's sign a quarter as high."""
+    """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign a quarter as high."""
     from scipy.ndimage import map_coordinates
 
     shown = np.maximum(along - _BLURRED, 0.0)
@@ -287,8 +293,9 @@ def _supported(
         map_coordinates(grey, np.moveaxis((places + side * normals)[..., ::-1], -1, 0), order=1, mode="nearest")
         for side in (_BESIDE, -_BESIDE)
     ]
-    # the bright side is on the left of who walks from start to end, against the normal
-    bright = np.where(at == END, -1.0, 1.0)[:, None]
+    # where the bright side is on the left of who walks from start to end, it is against the normal
+    left = arcs.bright_left[np.where(at == END, arcs.offsets[arc + 1] - 1, arcs.offsets[arc])]
+    bright = np.where((at == END) == left, -1.0, 1.0)[:, None]
     height = (bright * (sides[0] - sides[1])).mean(axis=1)
     return np.asarray((shown <= 1.0) | (height >= _SUPPORT * arcs.contrast[arc]))
 

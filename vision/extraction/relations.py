@@ -84,9 +84,10 @@ def region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, *, min_share:
     element, arc = arcs.elements, arcs.chains.chain_of_member
     count = len(regions)
     sides: list[npt.NDArray[np.integer]] = []
-    for sign in (1.0, -1.0):  # the normal points to the bright side, the left
-        column = np.clip(np.round(edges.x[element] + sign * _LOOK * edges.nx[element]), 0, columns - 1).astype(np.intp)
-        row = np.clip(np.round(edges.y[element] + sign * _LOOK * edges.ny[element]), 0, rows - 1).astype(np.intp)
+    left = np.where(arcs.bright_left, _LOOK, -_LOOK)  # the normal points to the bright side
+    for away in (left, -left):
+        column = np.clip(np.round(edges.x[element] + away * edges.nx[element]), 0, columns - 1).astype(np.intp)
+        row = np.clip(np.round(edges.y[element] + away * edges.ny[element]), 0, rows - 1).astype(np.intp)
         sides.append(regions.labels[row, column])
     key = np.concatenate([(arc * 2 + side) * count + label for side, label in enumerate(sides)])
     key, seen = np.unique(key[np.concatenate(sides) >= 0], return_counts=True)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.arcs import Arcs, concatenate, fit_arcs
+from vision.extraction.arcs import Arcs, concatenate
+from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link

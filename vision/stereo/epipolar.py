@@ -18,11 +18,11 @@ Integers = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class StereoArcs:
-    """What stereo takes of the arcs of one picture: their courses, packed, and two numbers an arc.
+    """What stereo takes of the arcs of one picture: their courses, packed, and what is known of each.
 
-    Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (n,): height of the
-    step, grey levels, positive where the bright side lies left of the walk.  `sigma` (n,): lateral standard deviation,
-    px.  `straight` (n,): whether it is a line.
+    Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
+    step there, grey levels, positive where the bright side lies left of the walk.  `sigma` (n,): lateral standard
+    deviation, px.  `straight` (n,): whether it is a line.
     """
 
     offsets: Integers
@@ -138,7 +138,7 @@ def cross_rows(
         row=row,
         x=np.ascontiguousarray(x),
         angle=np.arctan(slope),
-        contrast=arcs.contrast[arc] * np.sign(rise),
+        contrast=arcs.contrast[position.astype(np.int64)] * np.sign(rise),
         sigma=arcs.sigma[arc] / np.abs(rise),
         position=np.ascontiguousarray(position),
         start=np.searchsorted(row, np.arange(rows + 1)).astype(np.int64),

@@ -101,7 +101,7 @@ def stereo_arcs(extraction: Extraction) -> StereoArcs:
     return StereoArcs(
         offsets=arcs.offsets.astype(np.int64),
         points=np.column_stack([arcs.x, arcs.y]),
-        contrast=arcs.contrast,  # positive: arcs are walked with the bright side on the left
+        contrast=np.where(arcs.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(arcs.offsets)),
         sigma=np.hypot(own, _LIGHT_SIGMA),
         straight=straight,
     )

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
+from scipy.special import ndtr
 
-from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, fit_arcs
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
+from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.linking import fill_gaps
@@ -45,6 +47,41 @@ def test_predicted_lateral_sigma_is_the_scatter() -> None:
         middle = np.array([arcs.start_x[at] + arcs.end_x[at], arcs.start_y[at] + arcs.end_y[at]]) / 2 - 44.5
         errors.append((middle @ [np.cos(0.4), np.sin(0.4)] - 0.2) / arcs.sigma[at])
     assert 0.6 < float(np.std(errors)) < 1.5
+
+
+@pytest.mark.parametrize(("angle", "change"), [(0.0, 30.0), (0.7, -25.0), (2.4, 10.0)])
+def test_an_edge_whose_bright_side_changes_is_one_line(angle: float, change: float) -> None:
+    y, x = np.mgrid[:160, :160] - 79.5
+    across, along = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+    height = np.clip((change - along) * 1.5, -70.0, 70.0)
+    arcs = arcs_of(noisy(120 + height * ndtr((across - 0.3) / 0.8), 3.0))
+    arcs = arcs.take((arcs.length > 30) & (np.abs(arcs.direction @ [np.cos(angle), np.sin(angle)]) < 0.1))
+    assert arcs.kind.tolist() == [LINE]
+    dx, dy = arcs.x - 79.5, arcs.y - 79.5
+    assert np.max(np.abs(dx * np.cos(angle) + dy * np.sin(angle) - 0.3)) < 0.3
+    # the step is up along the normal until it changes; of most elements the bright side is on the left of the walk
+    towards = arcs.direction[0] @ [-np.sin(angle), np.cos(angle)]
+    place = dy * np.cos(angle) - dx * np.sin(angle)
+    clear = np.abs(place - change) > 6.0
+    np.testing.assert_array_equal(arcs.bright_left[clear], ((place < change) == (towards > 0.0))[clear])
+    assert arcs.bright_left.mean() > 0.5
+
+
+def test_a_line_that_light_draws_aside_halfway_is_one_line_and_a_kink_two() -> None:
+    y, x = np.mgrid[:100, :240] - 49.5
+    for step_aside, count in ((0.3, 1), (1.5, 2)):
+        across = y - 0.05 * x - np.clip((x - 70.0) * 0.1, 0.0, step_aside)
+        arcs = arcs_of(noisy(60 + 100 * ndtr(across / 0.8), 2.0))
+        assert arcs.take(arcs.length > 30).kind.tolist() == [LINE] * count
+
+
+@pytest.mark.parametrize(("waver", "kind"), [(0.0, CIRCULAR), (0.35, LINE)])
+def test_an_edge_that_wavers_as_much_as_it_bows_is_no_curve(waver: float, kind: int) -> None:
+    y, x = np.mgrid[:100, :200] - np.array([49.5, 99.5])[:, None, None]
+    course = 1.1 * (1 - (x / 100.0) ** 2) + waver * np.sin(x / 6.0)
+    arcs = arcs_of(noisy(60 + 100 * ndtr((y - course) / 0.8), 2.0))
+    assert set(arcs.kind.tolist()) == {kind}
+    assert arcs.length.sum() > 150
 
 
 @pytest.mark.parametrize("radius", [8.0, 20.0, 45.0])

@@ -33,7 +33,7 @@ def _free_curve(image: FloatArray) -> Arcs:
     edges = edge_elements(image)
     chains = fill_gaps(edges, linked(edges, image.shape), image)
     chains = chains.take(np.arange(len(chains)) == np.argmax(chains.counts))
-    return measure_arcs(edges, chains, np.array([FREE], np.int32), scale=1.4)
+    return measure_arcs(edges, chains, np.array([FREE], np.int32), np.zeros(len(edges), np.bool_), scale=1.4)
 
 
 def _offsets(x: FloatArray, y: FloatArray) -> FloatArray:

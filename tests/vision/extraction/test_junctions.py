@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from vision.extraction.arcs import CIRCULAR, LINE, Arcs, fit_arcs
+from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.closing import close_ends, closed_courses
+from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.junctions import COURSE, END, KINDS, START, Junctions, find_junctions

@@ -7,7 +7,8 @@ import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
 from vision.extraction import _region_kernels
-from vision.extraction.arcs import LINE, fit_arcs
+from vision.extraction.arcs import LINE
+from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions

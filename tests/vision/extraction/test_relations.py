@@ -92,15 +92,20 @@ def test_collinear_lines_across_a_wide_gap() -> None:
     np.testing.assert_allclose(found.relations.value[rows], 60, atol=8)
 
 
-def test_the_parts_of_a_line_whose_bright_side_changes_are_collinear() -> None:
-    left = np.arange(200) < 100
+def test_the_sides_of_a_line_whose_bright_side_changes() -> None:
+    left = np.arange(200) < 120
     image = np.where(np.arange(80)[:, None] < 40, 110.0, np.where(left, 40.0, 180.0))
     found = extract(gaussian_filter(image, 0.8))
     lines = np.flatnonzero((found.arcs.kind == LINE) & (np.abs(found.arcs.direction[:, 0]) > 0.99))
-    assert len(lines) == 2
-    assert found.arcs.direction[lines[0]] @ found.arcs.direction[lines[1]] < -0.99
-    rows = found.relations.kind == COLLINEAR
-    assert set(zip(found.relations.a[rows], found.relations.b[rows], strict=True)) == {tuple(lines), tuple(lines[::-1])}
+    assert len(lines) == 1
+    # most of it is bright above, so that it is walked to the right
+    assert found.arcs.direction[lines[0], 0] > 0.99
+    borders = found.region_arcs
+    mine = borders.arc == lines[0]
+    above = found.regions.labels[20, 20]
+    for region, side in zip(borders.region[mine], borders.side[mine], strict=True):
+        assert side == (0 if region == above else 1)
+    assert set(borders.region[mine]) == {above, found.regions.labels[60, 20], found.regions.labels[60, 180]}
 
 
 def test_equal_input_gives_equal_columns(ring: Extraction) -> None:

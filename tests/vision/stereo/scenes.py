@@ -87,7 +87,7 @@ def wireframe_scene(rig: Rig, seed: int, arcs: int = 60, clutter: int = 40, nois
         arcs_seen = StereoArcs(
             offsets=np.concatenate([[0], np.cumsum([len(drawn[k]) for k in order])]).astype(np.int64),
             points=np.concatenate([drawn[k] for k in order]),
-            contrast=size[order],
+            contrast=np.concatenate([np.full(len(drawn[k]), size[k]) for k in order]),
             sigma=np.full(len(order), noise),
             straight=np.concatenate([~closed, np.ones(clutter, bool)])[order],
         )

@@ -75,7 +75,7 @@ def test_level_arcs_are_left_out_and_not_marked() -> None:
     level = StereoArcs(
         offsets=np.array([0, 601]),
         points=np.stack([x, np.full(601, 480.0)], axis=1),
-        contrast=np.array([40.0]),
+        contrast=np.full(601, 40.0),
         sigma=np.array([0.1]),
         straight=np.array([True]),
     )

@@ -1,0 +1,321 @@
+"""Step 4: chains cut into straight, circular, elliptic and free arcs at least description length, and joined.
+
+A chain's pieces are priced (Rissanen's principle) at a constant for each piece plus half its chi-square, the members
+taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
+different chains are then joined wherever one arc describes both for less; ellipses arise there, from circular pieces.
+
+Light draws an edge, and does so over longer than the operator's reach.  So a curve is one only if it bows out by far
+more than its elements waver about it, and straight pieces that lie on one line but for what light does are one.  Light
+also turns an edge's step round where its surroundings change: straight pieces join whichever their bright sides are.
+"""
+
+import numpy as np
+import numpy.typing as npt
+
+from vision.extraction.arcs import (
+    CIRCULAR,
+    ELLIPTIC,
+    FREE,
+    LINE,
+    Arcs,
+    correlation_at,
+    ellipses_of,
+    measure_arcs,
+    weight_of,
+)
+from vision.extraction.edges import EdgeElements
+from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+IndexArray = npt.NDArray[np.intp]
+BoolArray = npt.NDArray[np.bool_]
+
+_PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
+_KNOTS_APART = np.array([8.0, 16.0, 24.0])  # members between the knots of a free curve: as few knots as it needs,
+_KNOT_PRICE = 3.0  # each as dear as the third parameter of a circular arc
+_GAP_PRICE = 0.1  # of each px between two arcs that are joined
+# An arc that bows out by less than this is a wavering line: in px, in standard deviations of an element, and in rms
+# distances of its elements, which show how far this edge wavers.
+_MIN_SAGITTA, _MIN_BOW, _MIN_RISE = 0.8, 2.0, 7.0
+_LIGHT_SIGMA = 0.25  # px: how far light draws the parts of an edge from their common line
+# A line of less, in elements that count as one, is not known to lie in line with one whose bright side is another.
+_MIN_TURNED = 3.0
+_MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
+_TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
+_ROUNDS = 4  # of joining
+
+
+def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0) -> Arcs:
+    """Arcs of the chains of edge elements found at facet scale `scale` px: cut, then measured."""
+    return measure_arcs(
+        edges, *cut_arcs(edges, chains, scale=scale, min_elements=min_elements, reach=reach), scale=scale
+    )
+
+
+def cut_arcs(
+    edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0
+) -> tuple[Chains, IntArray, BoolArray]:
+    """The members of the arcs of the chains, in order, the kind of each arc, and of all edge elements which have their
+    bright side on the right of who walks along their arc; most of an arc has it on the left.
+
+    Pieces of fewer than `min_elements` are dropped; arcs whose ends lie within `reach` px are joined where that is the
+    shorter description.
+    """
+    from vision.extraction import _arc_kernels
+
+    chains = _start_straight(edges, chains)
+    correlation, weight = correlation_at(scale), weight_of(edges, scale)
+
+    def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
+        x, y, w = (np.ascontiguousarray(column[what.elements]) for column in (edges.x, edges.y, weight))
+        bow = (_MIN_SAGITTA, _MIN_BOW, _MIN_RISE)
+        pieces, kinds, costs = _arc_kernels.segment(
+            x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, *bow
+        )
+        members, kept = _pieces_to_members(what, pieces, min_elements)
+        return members, kinds[kept], costs[kept]
+
+    members, kinds, costs = described(chains, _PRICE)
+    # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
+    free = kinds == FREE
+    curves, prices = members.take(free), costs[free]
+    if len(curves):
+        bent = np.isin(chains.elements, curves.elements)
+        anew = np.logical_or.reduceat(bent, chains.offsets[:-1])
+        others = np.logical_and.reduceat(~np.isin(members.elements, chains.take(anew).elements), members.offsets[:-1])
+        conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _PRICE))
+        members, kinds = _strung(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
+    fresh, turned = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
+    for _ in range(_ROUNDS):
+        members, kinds, turned, fresh = _join(edges, weight, members, kinds, turned, fresh, correlation, reach)
+        if not fresh.any():
+            break
+    if len(curves):
+        members, kinds, turned = _take_free(edges, weight, members, kinds, turned, curves, prices, correlation)
+    members, turned = _turned_round(members, members.mean(turned.astype(np.float64)) > 0.5, turned)
+    return members, kinds, turned
+
+
+def _take_free(
+    edges: EdgeElements,
+    weight: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    turned: BoolArray,
+    curves: Chains,
+    prices: FloatArray,
+    correlation: float,
+) -> tuple[Chains, IntArray, BoolArray]:
+    """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
+    arc that leads out of it is none."""
+    from vision.extraction import _arc_kernels
+
+    owner = np.full(len(edges), -1, np.int32)
+    owner[curves.elements] = curves.chain_of_member
+    of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
+    within = of_arc[0] == of_arc[1]
+    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    apart = _PRICE[kinds] + _misfits(x, y, w, members, kinds, alone, correlation)
+    paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
+    cheaper = paid > prices
+    leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
+    cheaper[leading_out[leading_out >= 0]] = False
+    kept = ~(within & (of_arc[0] >= 0) & cheaper[of_arc[0]])
+    taken, turned = curves.take(cheaper), turned.copy()
+    turned[taken.elements] = False
+    kinds = np.concatenate([kinds[kept], np.full(len(taken), FREE, kinds.dtype)])
+    return _strung(members.take(kept), taken), kinds, turned
+
+
+def _strung(one: Chains, other: Chains) -> Chains:
+    """The chains of both, one after the other."""
+    offsets = np.concatenate([one.offsets, one.offsets[-1] + other.offsets[1:]]).astype(np.int32)
+    return Chains(np.concatenate([one.elements, other.elements]), offsets, np.concatenate([one.closed, other.closed]))
+
+
+def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
+    """Loops begun where they turn least over ten elements: begun at a corner, they would leave a stub there."""
+    long = np.flatnonzero(chains.closed & (chains.counts > 20))
+    if len(long) == 0:
+        return chains
+    first, counts = chains.offsets[long], chains.counts[long]
+    loop = np.repeat(np.arange(len(long)), counts)
+    begins = np.cumsum(counts) - counts
+    along = np.arange(len(loop)) - begins[loop]
+    before, after = (chains.elements[first[loop] + (along + by) % counts[loop]] for by in (-5, 5))
+    alike = edges.nx[before] * edges.nx[after] + edges.ny[before] * edges.ny[after]
+    ranked = np.lexsort((along, -alike, loop))
+    start = along[ranked[begins]]  # the first of the best of each loop
+    elements = chains.elements.copy()
+    elements[first[loop] + along] = chains.elements[first[loop] + (along + start[loop]) % counts[loop]]
+    return Chains(elements, chains.offsets, chains.closed)
+
+
+def _pieces_to_members(chains: Chains, pieces: IntArray, min_elements: int) -> tuple[Chains, BoolArray]:
+    """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
+    which of them are long enough for that."""
+    chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
+    at_start = pieces[:, 0] == chains.offsets[chain]
+    at_end = pieces[:, 1] == chains.offsets[chain + 1] - 1
+    long = pieces[:, 1] - pieces[:, 0] >= 4 * _TRIM + min_elements
+    first = pieces[:, 0] + np.where(at_start, 0, np.where(long, _TRIM, 1))
+    last = pieces[:, 1] - np.where(at_end, 0, np.where(long, _TRIM, 0))
+    counts = last - first + 1
+    kept = counts >= min_elements
+    closed = chains.closed[chain[kept]] & at_start[kept] & at_end[kept]
+    return _gather(chains.elements, first[kept], counts[kept], closed), kept
+
+
+def _gather(
+    elements: IntArray, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: BoolArray
+) -> Chains:
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    where = np.repeat(first - offsets[:-1], counts) + np.arange(offsets[-1])
+    return Chains(elements[where], offsets.astype(np.int32), closed)
+
+
+def _join(
+    edges: EdgeElements,
+    weight: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    turned: BoolArray,
+    fresh: BoolArray,
+    correlation: float,
+    reach: float,
+) -> tuple[Chains, IntArray, BoolArray, BoolArray]:
+    """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
+
+    Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
+    do the next time that did not do now.  `turned` says of each edge element whether its bright side is on the right.
+    """
+    from vision.extraction import _arc_kernels
+
+    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    tail, head, turn, distance = _in_line(edges, members, kinds, alone[:, 2:4], turned, reach)
+    straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
+    likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
+    likely &= fresh[tail] | fresh[head]
+    tail, head, turn = tail[likely], head[likely], turn[likely]
+    saving, kind = _savings(
+        x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], correlation
+    )
+    partner = np.full(len(members), -1, np.intp)
+    taken, against = np.zeros(len(members), np.bool_), np.zeros(len(members), np.bool_)
+    kinds = kinds.copy()
+    worth = np.flatnonzero(saving > 0.0)
+    for at in worth[np.lexsort((turn[worth], head[worth], tail[worth], -saving[worth]))]:
+        a, b = tail[at], head[at]
+        if taken[a] or taken[b]:
+            continue
+        taken[a] = taken[b] = True
+        partner[a] = b
+        kinds[a] = kind[at]
+        if turn[at] >= 0:
+            against[turn[at]] = True
+    members, turned = _turned_round(members, against, turned)
+    is_head = np.zeros(len(members), np.bool_)
+    is_head[partner[partner >= 0]] = True
+    kept = np.flatnonzero(~is_head)
+    sequence = np.column_stack([kept, partner[kept]]).ravel()
+    sequence = sequence[sequence >= 0]
+    strung = _gather(members.elements, members.offsets[sequence], members.counts[sequence], np.zeros(0, np.bool_))
+    counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    return Chains(strung.elements, offsets, members.closed[kept]), kinds[kept], turned, partner[kept] >= 0
+
+
+def _in_line(
+    edges: EdgeElements, members: Chains, kinds: IntArray, direction: FloatArray, turned: BoolArray, reach: float
+) -> tuple[IndexArray, IndexArray, IndexArray, FloatArray]:
+    """Pairs of arcs of which one leads on into the other within `reach` px: the first, the second, which of them has to
+    be walked the other way for that (-1: neither), and how far apart (px) their ends are.
+
+    `direction` (n, 2), either way, is that of lines, whose last elements may be drawn aside by what ends them.
+    """
+    from scipy.spatial import cKDTree
+
+    usable = np.flatnonzero(~members.closed & (kinds != FREE))
+    n = len(usable)
+    arc, at_end = np.tile(usable, 2), np.arange(2 * n) >= n
+    element = members.elements[np.where(at_end, members.offsets[arc + 1] - 1, members.offsets[arc])]
+    place = np.column_stack([edges.x[element], edges.y[element]])
+    way = np.where(at_end ^ turned[element], 1.0, -1.0)
+    outward = np.column_stack([-way * edges.ny[element], way * edges.nx[element]])
+    chord = np.tile(place[n:] - place[:n], (2, 1)) * np.where(at_end, 1.0, -1.0)[:, None]
+    along = direction[arc] * np.where(np.sum(chord * direction[arc], axis=1) < 0.0, -1.0, 1.0)[:, None]
+    outward = np.where((kinds[arc] == LINE)[:, None], along, outward)
+    near = cKDTree(place).query_pairs(reach, output_type="ndarray") if n > 1 else np.zeros((0, 2), np.intp)
+    one, other = near[arc[near[:, 0]] != arc[near[:, 1]]].T
+    # the arc left at its end comes first; where two ends or two starts meet, the longer arc keeps its way
+    longer = members.counts[arc[one]] >= members.counts[arc[other]]
+    first = np.where(at_end[one] != at_end[other], at_end[one], longer == at_end[one])
+    tail, head = np.where(first, one, other), np.where(first, other, one)
+    gap = place[head] - place[tail]
+    distance = np.hypot(*gap.T)
+    ahead = np.sum(gap * outward[tail], axis=1)
+    agree = -np.sum(outward[tail] * outward[head], axis=1)
+    likely = np.flatnonzero((ahead > -3.0) & (ahead > 0.7 * distance - 3.0) & (agree > 0.5))
+    tail, head = tail[likely], head[likely]
+    turn = np.where(~at_end[tail], arc[tail], np.where(at_end[head], arc[head], -1))
+    return arc[tail], arc[head], turn, distance[likely]
+
+
+def _savings(
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    alone: FloatArray,
+    pairs: IndexArray,
+    distance: FloatArray,
+    correlation: float,
+) -> tuple[FloatArray, IndexArray]:
+    """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
+    one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits."""
+    from vision.extraction import _arc_kernels
+
+    misfit = _misfits(x, y, w, members, kinds, alone, correlation)
+    apart = (_PRICE[kinds] + misfit)[pairs].sum(axis=1)
+    total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
+    joint = _arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation)
+    straight = (kinds[pairs] == LINE).all(axis=1)
+    drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / _LIGHT_SIGMA**2
+    line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + _PRICE[LINE]
+    rms = np.sqrt(2.0 * correlation * joint[:, 1] / total)
+    bowed = joint[:, 2] > np.maximum(_MIN_SAGITTA, np.maximum(_MIN_BOW * np.sqrt(together / total), _MIN_RISE * rms))
+    circle = np.where(bowed & ~straight, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
+    bent = (kinds[pairs] != LINE).all(axis=1) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
+    bent &= (circle > apart) & (distance < 0.5 * together)
+    tried = ellipses_of(x, y, w, members, pairs[bent])
+    oval = np.full(len(pairs), np.inf)
+    price = tried.square * total[bent] / (2.0 * correlation) + _PRICE[ELLIPTIC]
+    oval[bent] = np.where(tried.minor > 0.15 * tried.major, price, np.inf)
+    costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
+    kind, least = costs.argmin(axis=1), costs.min(axis=1)
+    # a misfit that long arcs can pay for is still a misfit
+    fits = 2.0 * correlation * (least - _PRICE[kind]) < 2.0 * together
+    return np.where(fits, apart - least - _GAP_PRICE * distance, -np.inf), kind
+
+
+def _misfits(
+    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, kinds: IntArray, fit: FloatArray, correlation: float
+) -> FloatArray:
+    """What the members of each arc cost beside its price; of `fit` the rows of ellipses are not theirs."""
+    square = fit[:, 4].copy()
+    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    square[ovals] = np.nan_to_num(ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
+    return np.asarray(square * fit[:, 5] / (2.0 * correlation))
+
+
+def _turned_round(members: Chains, which: BoolArray, turned: BoolArray) -> tuple[Chains, BoolArray]:
+    """The arcs of the mask `which` walked the other way, and of which elements the bright side is on the right then."""
+    mine, at = np.repeat(which, members.counts), np.arange(len(members.elements))
+    mirrored = np.repeat(members.offsets[:-1] + members.offsets[1:] - 1, members.counts) - at
+    turned = turned.copy()
+    turned[members.elements[mine]] ^= True
+    return Chains(members.elements[np.where(mine, mirrored, at)], members.offsets, members.closed), turned
