@@ -8,13 +8,14 @@ import numpy.typing as npt
 from relmodel.loading.mesh.curved import CONE, CYLINDER, EXACT_MM, FREE, PLANE, facts_of
 from relmodel.loading.mesh.distances import distances_normals
 from relmodel.loading.mesh.patches import FREE_RAD, Patches
+from relmodel.loading.mesh.pieces import RULED
 from relmodel.loading.mesh.triangles import mean_planes, rounding
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _INEXACT = 2.0  # how far from a surface the vertices of a whole region may lie, in tolerances
-_LEAST = 5  # patches of such a region
+_LEAST = 5  # patches of such a region, and strips of a cylinder or cone
 _LEAST_DEEP = 10.0  # in that distance, how far such a region reaches from its mean plane
 _NO_CONE = 3.0  # how much worse than a cone, in its greatest distance, a cylinder may be, to be what it is
 _FACET, _SCRAP = 2, 24  # triangles of a plane, or of another region, that may be a scrap of a free-form one
@@ -56,8 +57,22 @@ def fit_whole(
         else:
             continue
         found = fit_region(told, members, near, numbers)
+        if kind[o] == FREE and found in RULED:
+            corners = vertices[triangles[np.isin(patches.of_triangle, members)]].reshape(-1, 3)
+            found *= _rulings(numbers, corners, near) > _LEAST
         if found and (found == CYLINDER or kind[o] == FREE):
             kind[o], row[o] = found, numbers
+
+
+def _rulings(row: Floats, points: Floats, near: float) -> int:
+    """How many rulings of a cylinder or cone points (n, 3) lie on, with `near` (mm) at least between them: through
+    vertices on a few there always is about one, however many lie on each."""
+    arm, axis = points - row[:3], row[3:6]
+    u = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    u /= np.linalg.norm(u)
+    x, y = arm @ u, arm @ np.cross(axis, u)
+    place = np.sort(np.arctan2(y, x)) * np.hypot(x, y).max()
+    return 1 + int(np.sum(np.diff(place) > near))
 
 
 def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
