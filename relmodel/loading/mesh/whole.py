@@ -65,14 +65,15 @@ def fit_whole(
 
 
 def _rulings(row: Floats, points: Floats, near: float) -> int:
-    """How many rulings of a cylinder or cone points (n, 3) lie on, with `near` (mm) at least between them: through
-    vertices on a few there always is about one, however many lie on each."""
+    """How many rulings of a cylinder or cone points (n, 3) lie on that are so far apart that chords from one to the
+    next stand off by `near` (mm): through vertices on a few there always is about one, however many lie on each."""
     arm, axis = points - row[:3], row[3:6]
     u = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
     u /= np.linalg.norm(u)
     x, y = arm @ u, arm @ np.cross(axis, u)
-    place = np.sort(np.arctan2(y, x)) * np.hypot(x, y).max()
-    return 1 + int(np.sum(np.diff(place) > near))
+    radius = np.hypot(x, y).max()
+    place = np.arctan2(y, x) * radius
+    return len(np.unique(np.floor((place - place.min()) / np.sqrt(8 * radius * near))))
 
 
 def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
@@ -80,17 +81,20 @@ def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
     a facet that is much wider than those about it, or a few that lie on some surface by chance.  So is a facet that is
     folded back onto a free-form surface, or stands out of it, as tessellations have them where edges are inexact."""
     a, b = patches.owners(), patches.other
-    rim = owner[a] != owner[b]
-    size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
-    small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
-    free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
-    folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
-    total, smooth, around = (
-        np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
-        for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
-    )
-    scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
-    into = np.flatnonzero(free & scrap[owner[a]])
-    become = np.arange(len(kind))
-    become[owner[a[into]]] = owner[b[into]]
-    return become[owner]
+    while True:
+        rim = owner[a] != owner[b]
+        size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
+        small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
+        free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
+        folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
+        total, smooth, around = (
+            np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
+            for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
+        )
+        scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
+        into = np.flatnonzero(free & scrap[owner[a]])
+        if not len(into):
+            return owner
+        become = np.arange(len(kind))
+        become[owner[a[into]]] = owner[b[into]]
+        owner = become[owner]
