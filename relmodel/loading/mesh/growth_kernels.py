@@ -197,7 +197,7 @@ def _one_section(kind: int, s: Any, points: Any, near: float) -> bool:
     """Whether all points (n, 3) of a cylinder but two, of a cone but three, lie in one plane, within a distance (mm),
     and none is an apex: they tell of a curve, and through any arc of a circle and so many points there is about one."""
     n = len(points)
-    few, spare = n if n < _SECTION else _SECTION, kind + 1
+    few, spare = n if n < _SECTION else _SECTION, kind + 2
     if kind == CONE:
         for p in range(n):
             gx, gy, gz = points[p, 0] - s[0], points[p, 1] - s[1], points[p, 2] - s[2]
