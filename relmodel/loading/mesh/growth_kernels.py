@@ -7,8 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from relmodel.loading.mesh.algebra_kernels import (
     INTEGERS,
+    MATRIX,
     VECTOR,
     copy,
     floats,
@@ -44,7 +47,7 @@ from relmodel.loading.mesh.start_kernels import directions, start
 
 _LEAST_CORES = (4, 3, 5)  # least patches of a core: first, then, and of one that a surface holds inexactly
 _LEAST_POINTS = (0, 8, 10, 10, 12)  # of a core, by kind: more than a surface of the kind can always be drawn through
-_MOST_AXES = 6  # of surfaces around a core, that a torus may share
+_MOST_AXES = 6  # of surfaces around a core, that a cone or torus may share
 _MOST_PATCHES = 40  # of a core
 _EXACT_OF_GAP = 0.02  # the same, where a surface holds them exactly
 _LEAST_ROUND = 0.05  # major radius of a torus in minor ones: less is a sphere
@@ -54,6 +57,7 @@ _ASKEW = 0.5  # least cosine between the normals of a surface and of a patch tha
 _NARROW = 2.0  # narrower ones, in gaps, may have any normal
 _LOOSE_GAP = 0.2  # how much less exactly, in gaps, a surface is asked whether it then holds more
 _LOOSE = 8.0  # the same, at least, in tolerances
+_SECTION = 9  # points of a surface, any three of which may span the plane of nearly all
 _CREEP = 0.4  # what it may then hold more, in its area
 
 
@@ -188,6 +192,43 @@ def _creeps(
     return _area(members, n, more, m) > _CREEP * total
 
 
+@inner(types.boolean(types.int64, VECTOR, MATRIX, types.float64))
+def _one_section(kind: int, s: Any, points: Any, near: float) -> bool:
+    """Whether all points (n, 3) of a cylinder but two, of a cone but three, lie in one plane, within a distance (mm),
+    and none is an apex: they tell of a curve, and through any arc of a circle and so many points there is about one."""
+    n = len(points)
+    few, spare = n if n < _SECTION else _SECTION, kind + 2
+    if kind == CONE:
+        for p in range(n):
+            gx, gy, gz = points[p, 0] - s[0], points[p, 1] - s[1], points[p, 2] - s[2]
+            h = gx * s[3] + gy * s[4] + gz * s[5]
+            if abs(s[6] * s[8] + h * s[9]) <= near:
+                return False
+    for i in range(few):
+        a = i * n // few
+        for j in range(i + 1, few):
+            b = j * n // few
+            ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+            for k in range(j + 1, few):
+                c = k * n // few
+                vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+                x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                size, longest = x * x + y * y + z * z, greater(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz)
+                if size <= 100 * near * near * longest:  # along one line
+                    continue
+                limit = near * np.sqrt(size)
+                off = 0
+                for p in range(n):
+                    px, py, pz = points[p, 0] - points[a, 0], points[p, 1] - points[a, 1], points[p, 2] - points[a, 2]
+                    if abs(px * x + py * y + pz * z) > limit:
+                        off += 1
+                        if off > spare:
+                            break
+                if off <= spare:
+                    return True
+    return False
+
+
 @inner(wrapped=True)
 def absorb(m: Patches, tolerance: float, owner: Any, kinds: Any, rows: Any, sides: Any, gaps: Any) -> None:
     """Let surfaces take the patches about them that nobody owns: borders are less exact than what they bound, and
@@ -240,6 +281,7 @@ def grow_surfaces(
     members, best_members = integers(patches, -1), integers(patches, -1)
     core, failed = integers(_MOST_PATCHES + 1, -1), integers(_MOST_PATCHES + 1, -1)
     guesses, sizes, s, best = matrix(3 + _MOST_AXES, 3), integers(6, 0), floats(10, 0.0), floats(10, 0.0)
+    no_axis = floats(3, 0.0)
     stamp = 0
     for o in range((2 if exact else 1) * len(order)):
         seed = order[o % len(order)]
@@ -274,13 +316,20 @@ def grow_surfaces(
             core_area = _area(core, 0, size, m)
             directions(middles, facing, guesses)
             found = _axes_around(core, size, m, wide, owner, kinds, rows, guesses)
-            for attempt in range(3 + found if exact else 3):  # blends kept as splines are nearly tori
-                kind = attempt + 1 if attempt < TORUS else TORUS
+            # The facets of a narrow sector of a cone tell less of its axis than the surfaces about it; blends kept as
+            # splines are nearly tori.
+            for attempt in range(2 * found if exact else 3):
+                if attempt < 3:
+                    kind, axis = attempt + 1, no_axis
+                elif attempt < found:
+                    kind, axis = CONE, guesses[attempt]
+                else:
+                    kind, axis = TORUS, guesses[attempt - found]
                 if len(points) < _LEAST_POINTS[kind]:
                     continue
-                if best_kind > 0 and attempt >= TORUS and best_area > 3 * core_area:
+                if best_kind > 0 and attempt >= 3 and best_area > 3 * core_area:
                     break
-                if not start(kind, points, middles, facing, guesses[attempt - 3 if attempt > 3 else 0], s):
+                if not start(kind, points, middles, facing, axis, s):
                     continue
                 refine(kind, s, points, allowed)
                 if not exact:
@@ -297,6 +346,9 @@ def grow_surfaces(
                 if worst(kind, s, points) > SHARE_OF_GAP * gap:
                     continue
                 if not exact and share(kind, s, points, _EXACT_OF_GAP * gap) < LEAST_EXACT:
+                    continue
+                stamp += 1
+                if kind <= CONE and _one_section(kind, s, points_of(members, n, m, mark, stamp), 2 * allowed):
                     continue
                 total = _area(members, 0, n, m)
                 truer = best_kind == SPHERE and total > 0.8 * best_area and gap < 0.7 * best_gap

@@ -16,8 +16,7 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 _SHARE_OF_GAP = 0.5  # how near the vertices of a piece are to the surface of another, in the gap of its facets
-_STRICT_SHARE = 0.1  # the same, to one of another kind,
-_MOST_GAP = 2.0  # and how far, at most, the piece's own facets then stand off
+_STRICT_SHARE = 0.1  # the same, to one of another kind
 RULED = (1, 2)
 ALIKE = 0.1  # radii that differ by less, in the lesser, are about one
 
@@ -27,9 +26,10 @@ def united(
     gap: Floats, near: float,
 ) -> Ints:  # fmt: skip
     """Owner of each patch (-1 none) where surfaces that run smoothly into a larger one, and all of whose vertices that
-    one holds, are of that: if it is of another kind, only if their facets stand off it about as its own do.
+    one holds, are of that: if it is of another kind, only if their facets stand off it no farther than its own do.
 
-    `gap` is how far the facets of each stand off, `near` (mm) how far vertices may lie from a surface at most.
+    `gap` is how far the facets of each stand off on the whole, `near` (mm) how far vertices may lie from a surface at
+    most.
     """
     a, b = patches.owners(), patches.other
     while True:
@@ -53,7 +53,11 @@ def united(
         facet = facet[np.argsort(of[facet], kind="stable")]
         which, away = _away(small, of[facet], vertices[triangles[facet]].mean(axis=1), kind[large], row[large])
         stand_off = np.bincount(which, away, len(small)) / np.bincount(which, minlength=len(small))
-        good &= akin | (stand_off <= _MOST_GAP * gap[large])
+        # Facets of a torus stand off by as much as it bends there, which is not everywhere alike.
+        o = of[facet]
+        own = np.zeros(len(kind))
+        np.maximum.at(own, o, np.abs(distances_normals(kind[o], row[o], vertices[triangles[facet]].mean(axis=1))[0]))
+        good &= akin | (stand_off <= own[large])
         if not good.any():
             return owner
         # A surface goes to the largest that holds it.

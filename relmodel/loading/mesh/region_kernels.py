@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.loading.mesh.algebra_kernels import greater, inner, integers
+from relmodel.loading.mesh.algebra_kernels import floats, greater, inner, integers
 from relmodel.loading.mesh.distance_kernels import CONE, CYLINDER, SPHERE, gradient, worst
 from relmodel.loading.mesh.patch_kernels import (
     BEND,
@@ -32,14 +32,14 @@ def fit_region(m: Patches, members: Any, near: float, s: Any) -> int:
     """Kind of the cylinder, cone or sphere, put into `s` (10,), that holds the vertices of all patches `members` within
     a distance and explains their normals; 0 where there is none.  No torus: blends kept as splines are nearly one."""
     n = len(members)
-    mark = integers(len(m.points), -1)
+    mark, no_axis = integers(len(m.points), -1), floats(3, 0.0)
     points = points_of(members, n, m, mark, 0)
     middles, facing = facets_of(members, n, m)
     bend = 0.0
     for i in range(n):
         bend = greater(bend, m.facts[members[i], BEND])
     for kind in (CYLINDER, CONE, SPHERE):
-        if not start(kind, points, middles, facing, s, s):
+        if not start(kind, points, middles, facing, no_axis, s):
             continue
         refine(kind, s, points, near)
         if not worst(kind, s, points) <= near or (kind == CONE and abs(s[8]) < LEAST_STEEP):

@@ -17,7 +17,8 @@ from relmodel.loading.mesh.distance_kernels import CONE, CYLINDER, SPHERE
 @inner()
 def start(kind: int, points: Any, middles: Any, normals: Any, direction: Any, s: Any) -> bool:
     """First guess `s` (10,) of a surface through points (n, 3), by the normals (m, 3) of facets at their middles
-    (m, 3); of a torus, with an axis along the direction (3,).  False where there is none."""
+    (m, 3); of a torus, and of a cone unless that is 0, with an axis along the direction (3,).  False where there is
+    none."""
     for k in range(10):
         s[k] = 0.0
     s[5] = s[8] = 1.0
@@ -26,7 +27,7 @@ def start(kind: int, points: Any, middles: Any, normals: Any, direction: Any, s:
     if kind == CYLINDER:
         return _cylinder(points, normals, s)
     if kind == CONE:
-        return _cone(points, middles, normals, s)
+        return _cone(points, middles, normals, direction, s)
     return _torus(points, middles, normals, direction, s)
 
 
@@ -119,10 +120,13 @@ def _cylinder(points: Any, normals: Any, s: Any) -> bool:
 
 
 @inner()
-def _cone(points: Any, middles: Any, normals: Any, s: Any) -> bool:
-    mx, my, mz = _centre(normals)
-    if not _axis_of_normals(normals, mx, my, mz, s):
-        return False
+def _cone(points: Any, middles: Any, normals: Any, direction: Any, s: Any) -> bool:
+    if direction[0] != 0 or direction[1] != 0 or direction[2] != 0:
+        s[3], s[4], s[5] = direction[0], direction[1], direction[2]
+    else:
+        mx, my, mz = _centre(normals)
+        if not _axis_of_normals(normals, mx, my, mz, s):
+            return False
     s[0], s[1], s[2] = _centre(points)
     ux, uy, uz, vx, vy, vz = across(s[3], s[4], s[5])
     # In the plane across the axis the normals meet in one point.

@@ -8,13 +8,14 @@ import numpy.typing as npt
 from relmodel.loading.mesh.curved import CONE, CYLINDER, EXACT_MM, FREE, PLANE, facts_of
 from relmodel.loading.mesh.distances import distances_normals
 from relmodel.loading.mesh.patches import FREE_RAD, Patches
+from relmodel.loading.mesh.pieces import RULED
 from relmodel.loading.mesh.triangles import mean_planes, rounding
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
 _INEXACT = 2.0  # how far from a surface the vertices of a whole region may lie, in tolerances
-_LEAST = 5  # patches of such a region
+_LEAST = 5  # patches of such a region, and strips of a cylinder or cone
 _LEAST_DEEP = 10.0  # in that distance, how far such a region reaches from its mean plane
 _NO_CONE = 3.0  # how much worse than a cone, in its greatest distance, a cylinder may be, to be what it is
 _FACET, _SCRAP = 2, 24  # triangles of a plane, or of another region, that may be a scrap of a free-form one
@@ -56,8 +57,23 @@ def fit_whole(
         else:
             continue
         found = fit_region(told, members, near, numbers)
+        if kind[o] == FREE and found in RULED:
+            corners = vertices[triangles[np.isin(patches.of_triangle, members)]].reshape(-1, 3)
+            found *= _rulings(numbers, corners, near) > _LEAST
         if found and (found == CYLINDER or kind[o] == FREE):
             kind[o], row[o] = found, numbers
+
+
+def _rulings(row: Floats, points: Floats, near: float) -> int:
+    """How many rulings of a cylinder or cone points (n, 3) lie on that are so far apart that chords from one to the
+    next stand off by `near` (mm): through vertices on a few there always is about one, however many lie on each."""
+    arm, axis = points - row[:3], row[3:6]
+    u = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    u /= np.linalg.norm(u)
+    x, y = arm @ u, arm @ np.cross(axis, u)
+    radius = np.hypot(x, y).max()
+    place = np.arctan2(y, x) * radius
+    return len(np.unique(np.floor((place - place.min()) / np.sqrt(8 * radius * near))))
 
 
 def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
@@ -65,17 +81,20 @@ def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
     a facet that is much wider than those about it, or a few that lie on some surface by chance.  So is a facet that is
     folded back onto a free-form surface, or stands out of it, as tessellations have them where edges are inexact."""
     a, b = patches.owners(), patches.other
-    rim = owner[a] != owner[b]
-    size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
-    small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
-    free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
-    folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
-    total, smooth, around = (
-        np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
-        for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
-    )
-    scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
-    into = np.flatnonzero(free & scrap[owner[a]])
-    become = np.arange(len(kind))
-    become[owner[a[into]]] = owner[b[into]]
-    return become[owner]
+    while True:
+        rim = owner[a] != owner[b]
+        size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
+        small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
+        free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
+        folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
+        total, smooth, around = (
+            np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
+            for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
+        )
+        scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
+        into = np.flatnonzero(free & scrap[owner[a]])
+        if not len(into):
+            return owner
+        become = np.arange(len(kind))
+        become[owner[a[into]]] = owner[b[into]]
+        owner = become[owner]
