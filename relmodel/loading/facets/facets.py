@@ -65,7 +65,7 @@ def facets(
     corners, failed = polygons.triangles(flat, len(surfaces))
     made = [_outward(surfaces, _made(flat, corners), ~failed, pinched)]
 
-    straight, done = ruled.triangles(surfaces, border)
+    straight, done, turning = ruled.triangles(surfaces, border)
     left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
     filled = Triangulation(
@@ -75,7 +75,7 @@ def facets(
         np.concatenate([straight, crossed]),
     )
     left &= ~_among(also_done, surfaces)
-    failed = _check(filled, np.append(np.ones(len(straight), bool), strip), fit)
+    failed = _check(filled, np.append(np.ones(len(straight), bool), strip), _among(turning, surfaces), fit)
     made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
 
     rest = border.taken(left)
@@ -85,10 +85,13 @@ def facets(
     return made
 
 
-def _check(filled: Triangulation, strip: Bools, fit: Fit) -> Bools:
-    """Refine, in place, faces that strips of triangles leave or fold over; the faces (n,) where that fails."""
+def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Bools:
+    """Refine, in place, faces that strips of triangles leave or fold over; the faces (n,) where that fails.
+
+    turning: faces (n,) with triangles that may be too wide, even of analytic surfaces.
+    """
     corners = filled.corners
-    free = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
+    free = turning | ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
     free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
