@@ -113,8 +113,10 @@ def cut_solids() -> dict[str, Any]:
 @pytest.mark.parametrize("name", ["ball", "ring", "pin", "egg", "taper", "tip"])
 def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) -> None:
     from OCP.BRep import BRep_Tool
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
     from OCP.gp import gp_Pnt
+    from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
     solid = cut_solids()[name]
@@ -132,6 +134,10 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
         point = gp_Pnt(*(share @ mesh.vertices[mesh.triangles[i]]).tolist())
         face = TopoDS.Face(keys.FindKey(int(mesh.triangle_surfaces[i]) + 1))
         assert GeomAPI_ProjectPointOnSurf(point, BRep_Tool.Surface_s(face)).LowerDistance() <= mesh.chord_mm
+    BRepMesh_IncrementalMesh(solid, mesh.chord_mm, False, mesh.chord_rad, False)
+    faces = [TopoDS.Face(keys.FindKey(i + 1)) for i in range(keys.Extent())]
+    kernels = sum(BRep_Tool.Triangulation_s(face, TopLoc_Location()).NbTriangles() for face in faces)
+    assert len(mesh.triangles) < 1.5 * kernels
 
 
 def test_holes_in_rows_leave_no_flat_triangle() -> None:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.trims import Trims
-from relmodel.loading.facets import lattices, polygons, ruled
+from relmodel.loading.facets import inlays, lattices, polygons, ruled
 from relmodel.loading.facets.chords import Chords
 from relmodel.loading.facets.refinement import Fit, Triangulation, folded, refined
 from relmodel.loading.facets.rims import Rims, rims
@@ -63,24 +63,19 @@ def facets(
     pinched = _among(trims.surface[trims.curves.kind[trims.arc] == "degenerate"], surfaces)
     flat = border.taken(plane)
     corners, failed = polygons.triangles(flat, len(surfaces))
-    made = [_outward(surfaces, _made(flat, corners), ~failed, pinched)]
+    made = [_outward(surfaces, Triangulation(flat.points, flat.uv, flat.face, corners), ~failed, pinched)]
 
     straight, done, turning = ruled.triangles(surfaces, border)
     left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
-    filled = Triangulation(
-        np.concatenate([border.points, surfaces.evaluate(inner_face, *inner_uv.T).points]),
-        np.concatenate([border.uv, inner_uv]),
-        np.append(border.face, inner_face),
-        np.concatenate([straight, crossed]),
-    )
+    filled = _made(border, np.concatenate([straight, crossed]), surfaces, inner_face, inner_uv)
     left &= ~_among(also_done, surfaces)
     failed = _check(filled, np.append(np.ones(len(straight), bool), strip), _among(turning, surfaces), fit)
     made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
 
     rest = border.taken(left)
-    corners, failed = polygons.triangles(rest, len(surfaces))
-    trimmed, also_failed = refined(_made(rest, corners), fit)
+    corners, inner_face, inner_uv, failed = inlays.triangles(surfaces, rest, chord_mm, chord_rad)
+    trimmed, also_failed = refined(_made(rest, corners, surfaces, inner_face, inner_uv), fit)
     made.append(_outward(surfaces, trimmed, ~failed & ~also_failed, pinched))
     return made
 
@@ -105,8 +100,10 @@ def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Boo
     return failed
 
 
-def _made(border: Rims, corners: Index) -> Triangulation:
-    return Triangulation(border.points, border.uv, border.face, corners)
+def _made(border: Rims, corners: Index, surfaces: Surfaces, face: Index, uv: Array) -> Triangulation:
+    """With further vertices within faces (k,) at parameters (k, 2)."""
+    points = np.concatenate([border.points, surfaces.evaluate(face, *uv.T).points])
+    return Triangulation(points, np.concatenate([border.uv, uv]), np.append(border.face, face), corners)
 
 
 def _among(faces: Index, surfaces: Surfaces) -> Bools:
