@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,16 @@ class Surfaces:
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    @cached_property
+    def straight(self) -> npt.NDArray[np.bool_]:
+        """Whether surfaces are made of straight lines along u and along v (2, n), as far as their kind tells."""
+        out = np.zeros((2, len(self)), bool)
+        out[0] = self.kind == "plane"
+        out[1] = np.logical_or.reduce([self.kind == kind for kind in ("plane", "cylinder", "cone", "extrusion")])
+        for row, (u_basis, v_basis, poles, _) in self.splines.items():
+            out[:, row] = [b.degree == 1 and n == 2 for b, n in zip((u_basis, v_basis), poles.shape, strict=False)]
+        return out
 
     def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""

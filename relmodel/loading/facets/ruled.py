@@ -17,22 +17,18 @@ from relmodel.loading.facets.sweeps import Sweep
 Index = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-_ALONG_V = ("cylinder", "cone", "extrusion")
-
 
 def triangles(surfaces: Surfaces, rims: Rims) -> tuple[Index, Index, Index]:
     """Corners (m, 3) of triangles, counter-clockwise in (u, v), and the faces (f,) that they fill.
 
     The third are those of the faces whose boundary turns back: triangles there may be wider than a chord.
     """
-    straight = {1: np.isin(surfaces.kind.astype(str), _ALONG_V), 0: np.zeros(len(surfaces), bool)}
-    for row, (u_basis, v_basis, poles, _) in surfaces.splines.items():
-        straight[1][row] = v_basis.degree == 1 and poles.shape[1] == 2
-        straight[0][row] = u_basis.degree == 1 and poles.shape[0] == 2 and not straight[1][row]
-    corners, done, turning = _across_u(rims, straight[1])
-    if not straight[0].any():
+    along_u, along_v = surfaces.straight & (surfaces.kind != "plane")
+    corners, done, turning = _across_u(rims, along_v)
+    along_u = along_u & ~along_v
+    if not along_u.any():
         return corners, done, turning
-    swapped, also_done, also_turning = _across_u(rims.swapped(), straight[0])
+    swapped, also_done, also_turning = _across_u(rims.swapped(), along_u)
     return np.concatenate([corners, swapped[:, ::-1]]), np.append(done, also_done), np.append(turning, also_turning)
 
 

@@ -52,7 +52,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     arc_columns = curve_rows.columns()
     bounds, coedges, pcurves = _loops(boundary, faces, surface_columns["kind"], edges)
 
-    curves, surfaces = curve_rows.curves(), support.surfaces()
+    curves, surfaces = curve_rows.curves, support.surfaces
     trims = loops.outer_first(Trims(surfaces, curves, coedges, pcurves), bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     box = np.stack([arc_columns[name] for name in BOX], axis=1)
@@ -70,20 +70,20 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         kind="solid" if solid else "sheet",
         volume=volume if solid else None,
         surfaces=surface_columns,
-        surface_splines=support.splines(),
-        surface_swept=support.swept(),
+        surface_splines=support.splines,
+        surface_swept=support.swept,
         arcs=arc_columns,
-        arc_splines=curve_rows.splines(),
+        arc_splines=curve_rows.splines,
         loops=bounds,
         coedges=coedges,
         pcurves=pcurves,
-        basis_arcs=basis_curve_rows.columns() | brep.arc_measures(basis_curve_rows.curves()),
-        basis_arc_splines=basis_curve_rows.splines(),
-        basis_surfaces=basis_rows.columns() | brep.surface_measures(basis_rows.surfaces()),
-        basis_surface_splines=basis_rows.splines(),
-        arc_offsets=curve_rows.offsets(),
-        basis_arc_offsets=basis_curve_rows.offsets(),
-        basis_surface_swept=basis_rows.swept(),
+        basis_arcs=basis_curve_rows.columns() | brep.arc_measures(basis_curve_rows.curves),
+        basis_arc_splines=basis_curve_rows.splines,
+        basis_surfaces=basis_rows.columns() | brep.surface_measures(basis_rows.surfaces),
+        basis_surface_splines=basis_rows.splines,
+        arc_offsets=curve_rows.offsets,
+        basis_arc_offsets=basis_curve_rows.offsets,
+        basis_surface_swept=basis_rows.swept,
         mesh=step_mesh.mesh(faces, trims, coedges, surface_columns),
         samples=brep.samples(normals, arc_columns["length"]),
     )
