@@ -6,6 +6,7 @@ Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,12 @@ def vector_columns(name: str, values: Array) -> dict[str, Array]:
 def box_columns(boxes: Array) -> dict[str, Array]:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) as columns x0 .. z1."""
     return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(BOX)}
+
+
+@cache
+def gauss(count: int) -> tuple[Array, Array]:
+    """Places in -1 to 1 and weights of the rule of Gauss and Legendre."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def groups(labels: Index) -> list[tuple[int, Index]]:
@@ -214,9 +221,10 @@ class Curves:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
         extent = self.t1 - self.t0
         lengths = np.select([self.kind == "line", self.kind == "circle"], [extent, self.radius * extent], 0.0)
-        row, start, end = self.spans(np.flatnonzero(~self._of_kinds("line", "circle", "degenerate")))
-        if len(row):
-            nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
+        uneven = np.flatnonzero(~self._of_kinds("line", "circle", "degenerate"))
+        if len(uneven):
+            row, start, end = self.spans(uneven)
+            nodes, weights = gauss(_GAUSS)
             half, middle = (end - start) / 2, (end + start) / 2
             t = middle[:, None] + half[:, None] * nodes
             by = self.evaluate(np.repeat(row, _GAUSS), t.ravel())[1].T
@@ -255,9 +263,10 @@ class Curves:
 
     def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
         """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
-        row, start, end = self.spans(np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate")))
-        if not len(row):
+        free = np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate"))
+        if not len(free):
             return
+        row, start, end = self.spans(free)
         steps = np.linspace(0, 1, samples)
         t = start[:, None] + (end - start)[:, None] * steps
         points, by = self.evaluate(np.repeat(row, samples), t.ravel())
@@ -265,6 +274,8 @@ class Curves:
         np.minimum.at(low, np.repeat(row, samples), points)
         np.maximum.at(high, np.repeat(row, samples), points)
         span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
+        if not len(span):
+            return
         row, left, right = row[span], t[span, step], t[span, step + 1]
         every = np.arange(len(axis))
         for _ in range(rounds):  # an error e of the parameter is one of e^2 in the extreme

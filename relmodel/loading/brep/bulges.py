@@ -45,6 +45,8 @@ Summits = tuple[Index, Index, Array, Array]  # surface, axis, u, v
 def _round_summits(surfaces: Surfaces) -> Summits:
     """Points of spheres and tori in their domains where the normal is along an axis."""
     row = np.flatnonzero((surfaces.kind == "sphere") | (surfaces.kind == "torus"))
+    if not len(row):
+        return _none()
     found: list[Summits] = [_none()]
     u0, u1, v0, v1 = surfaces.domain[row].T
     sphere = surfaces.kind[row] == "sphere"
@@ -116,7 +118,7 @@ def _none() -> Summits:
 
 def _cells(surfaces: Surfaces, row: int) -> Array:
     """Smooth parts (m, 4: u0 u1 v0 v1) of a surface's domain."""
-    u, v = surfaces.cuts(row, *surfaces.domain[row])
+    u, v = surfaces.domain_cuts(row)
     a, b = np.meshgrid(np.arange(len(u) - 1), np.arange(len(v) - 1), indexing="ij")
     return np.stack([u[a], u[a + 1], v[b], v[b + 1]], axis=-1).reshape(-1, 4)
 

@@ -66,7 +66,7 @@ class Antiderivatives:
     def __init__(self, surfaces: Surfaces, rows: Index, about: Array) -> None:
         self._grids: list[_Grid] = []
         resolved, befores = [], []
-        pending = [_Grid(row, *surfaces.cuts(row, *surfaces.domain[row])) for row in rows.tolist()]
+        pending = [_smooth(surfaces, row) for row in rows.tolist()]
         while pending:
             grids, pending = pending, []
             series, tails = _series(surfaces, grids, about)
@@ -114,6 +114,20 @@ class Antiderivatives:
         for one, begin, end in zip(integral, first.tolist(), [*first[1:].tolist(), len(cell)], strict=True):
             np.matmul(p[begin:end], one, out=along_u[begin:end])
         return np.asarray(np.einsum("ncj,nj->nc", along_u.reshape(-1, _DENSITIES, _TERMS), q))
+
+
+def _smooth(surfaces: Surfaces, row: int) -> _Grid:
+    """Cells within which a surface is smooth; those of rational splines in fours, as they are halved twice at least."""
+    cuts = surfaces.domain_cuts(row)
+    weights = surfaces.splines[row][3] if row in surfaces.splines else None
+    if weights is not None:
+        u, v = (_in_fours(cut) if np.ptp(weights, axis=way).any() else cut for way, cut in enumerate(cuts))
+        cuts = u, v
+    return _Grid(row, *cuts)
+
+
+def _in_fours(cuts: Array) -> Array:
+    return np.interp(np.arange(4 * len(cuts) - 3) / 4, np.arange(len(cuts)), cuts)
 
 
 def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> tuple[Array, Array]:

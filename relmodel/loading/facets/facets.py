@@ -65,6 +65,8 @@ def facets(
     corners, failed = polygons.triangles(flat, len(surfaces))
     made = [_outward(surfaces, Triangulation(flat.points, flat.uv, flat.face, corners), ~failed, pinched)]
 
+    if not (wanted & ~plane).any():
+        return made
     straight, done, turning = ruled.triangles(surfaces, border)
     left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
@@ -73,6 +75,8 @@ def facets(
     failed = _check(filled, np.append(np.ones(len(straight), bool), strip), _among(turning, surfaces), fit)
     made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
 
+    if not left.any():
+        return made
     rest = border.taken(left)
     corners, inner_face, inner_uv, failed = inlays.triangles(surfaces, rest, chord_mm, chord_rad)
     trimmed, also_failed = refined(_made(rest, corners, surfaces, inner_face, inner_uv), fit)

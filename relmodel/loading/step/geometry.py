@@ -71,6 +71,10 @@ class CurveRows:
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, t0, t1
         self._splines: list[tuple[int, Spline]] = []
 
+    @property
+    def empty(self) -> bool:
+        return not self._kinds
+
     def add_degenerate(self, point: tuple[float, float, float], t0: float, t1: float) -> int:
         return self._append("degenerate", "degenerate", (*point, *_NO_FRAME[3:]), _NAN, _NAN, t0, t1)
 
@@ -164,7 +168,7 @@ class CurveRows:
     @cached_property
     def curves(self) -> Curves:
         """The curves to be evaluated."""
-        basis = None if self.basis is self else self.basis.curves
+        basis = None if self.basis is self or self.basis.empty else self.basis.curves
         return Curves(self.columns(), self.splines, offsets=self.offsets, basis=basis)
 
 
@@ -185,6 +189,10 @@ class SurfaceRows:
         self._reversed: list[bool] = []
         self._splines: list[tuple[int, Any]] = []
         self._swept: list[tuple[float, ...]] = []
+
+    @property
+    def empty(self) -> bool:
+        return not self._kinds
 
     def add(self, surface: Any, domain: tuple[float, ...], reversed_: bool = False, shape: Any = None) -> int:
         """Append a surface over a domain u0 u1 v0 v1, return its row; `shape` is the face to recognise a spline on."""
@@ -270,8 +278,9 @@ class SurfaceRows:
     @cached_property
     def surfaces(self) -> Surfaces:
         """The surfaces to be evaluated."""
-        basis = None if self.basis is self else self.basis.surfaces
-        return Surfaces(self.columns(), self.splines, self.swept, self.basis_curves.curves, basis)
+        basis = None if self.basis is self or self.basis.empty else self.basis.surfaces
+        basis_curves = None if self.basis_curves.empty else self.basis_curves.curves
+        return Surfaces(self.columns(), self.splines, self.swept, basis_curves, basis)
 
 
 class PcurveRows:
