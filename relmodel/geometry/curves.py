@@ -6,6 +6,7 @@ Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,12 @@ def vector_columns(name: str, values: Array) -> dict[str, Array]:
 def box_columns(boxes: Array) -> dict[str, Array]:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) as columns x0 .. z1."""
     return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(BOX)}
+
+
+@cache
+def gauss(count: int) -> tuple[Array, Array]:
+    """Places in -1 to 1 and weights of the rule of Gauss and Legendre."""
+    return np.polynomial.legendre.leggauss(count)
 
 
 def groups(labels: Index) -> list[tuple[int, Index]]:
@@ -210,13 +217,20 @@ class Curves:
         one = np.array([t0]), np.array([t1])
         return np.append(pieces(*one, *self.inner_cuts(np.array([row]), *one))[1], t1)
 
+    @cached_property
+    def ends(self) -> tuple[Array, Array]:
+        """First and last points (n, 3) of the arcs, mm."""
+        start, end = np.split(self.evaluate(np.tile(np.arange(len(self)), 2), np.append(self.t0, self.t1))[0], 2)
+        return start, end
+
     def lengths(self) -> Array:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
         extent = self.t1 - self.t0
         lengths = np.select([self.kind == "line", self.kind == "circle"], [extent, self.radius * extent], 0.0)
-        row, start, end = self.spans(np.flatnonzero(~self._of_kinds("line", "circle", "degenerate")))
-        if len(row):
-            nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
+        uneven = np.flatnonzero(~self._of_kinds("line", "circle", "degenerate"))
+        if len(uneven):
+            row, start, end = self.spans(uneven)
+            nodes, weights = gauss(_GAUSS)
             half, middle = (end - start) / 2, (end + start) / 2
             t = middle[:, None] + half[:, None] * nodes
             by = self.evaluate(np.repeat(row, _GAUSS), t.ravel())[1].T
@@ -229,8 +243,7 @@ class Curves:
 
         Extremes of lines and conics in closed form, of others by bisection between samples.
         """
-        ends = np.stack([self.evaluate(np.arange(len(self)), t)[0] for t in (self.t0, self.t1)])
-        low, high = ends.min(0), ends.max(0)
+        low, high = np.minimum(*self.ends), np.maximum(*self.ends)
         self._widen_conics(low, high)
         self._widen_free(low, high)
         return np.concatenate([low, high], axis=1)
@@ -243,21 +256,21 @@ class Curves:
         x = self.x[at]
         y = self.y[at]
         minor = np.where(self.kind[at] == "circle", self.radius[at], self.radius2[at])
-        for axis in range(3):
-            first = np.arctan2(minor * y[:, axis], self.radius[at] * x[:, axis])
-            for half_turn in (0.0, np.pi):
-                t = first + half_turn
-                t = t + 2 * np.pi * np.ceil((self.t0[at] - t) / (2 * np.pi))
-                inside = t <= self.t1[at]
-                value = self.evaluate(at[inside], t[inside])[0][:, axis]
-                np.minimum.at(low[:, axis], at[inside], value)
-                np.maximum.at(high[:, axis], at[inside], value)
+        first = np.arctan2(minor * y.T, self.radius[at] * x.T)
+        t = np.concatenate([first, first + np.pi])  # three coordinates, twice
+        t += 2 * np.pi * np.ceil((self.t0[at] - t) / (2 * np.pi))
+        turn, inside = np.nonzero(t <= self.t1[at])
+        arc, axis = at[inside], turn % 3
+        value = self.evaluate(arc, t[turn, inside])[0][np.arange(len(arc)), axis]
+        np.minimum.at(low, (arc, axis), value)
+        np.maximum.at(high, (arc, axis), value)
 
     def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
         """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
-        row, start, end = self.spans(np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate")))
-        if not len(row):
+        free = np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate"))
+        if not len(free):
             return
+        row, start, end = self.spans(free)
         steps = np.linspace(0, 1, samples)
         t = start[:, None] + (end - start)[:, None] * steps
         points, by = self.evaluate(np.repeat(row, samples), t.ravel())
@@ -265,6 +278,8 @@ class Curves:
         np.minimum.at(low, np.repeat(row, samples), points)
         np.maximum.at(high, np.repeat(row, samples), points)
         span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
+        if not len(span):
+            return
         row, left, right = row[span], t[span, step], t[span, step + 1]
         every = np.arange(len(axis))
         for _ in range(rounds):  # an error e of the parameter is one of e^2 in the extreme

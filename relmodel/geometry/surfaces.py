@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -79,11 +80,22 @@ class Surfaces:
         if own:
             self._basis_arc[own], self._basis_surface[own] = swept["basis_arc"], swept["basis_surface"]
             self._axis[own], self._distance[own] = vectors(swept, "axis"), swept["distance"]
+        self._domain_cuts: dict[int, tuple[Array, Array]] = {}
         self.basis_curves = basis_curves
         self.basis_surfaces = basis_surfaces or self
 
     def __len__(self) -> int:
         return len(self.kind)
+
+    @cached_property
+    def straight(self) -> npt.NDArray[np.bool_]:
+        """Whether surfaces are made of straight lines along u and along v (2, n), as far as their kind tells."""
+        out = np.zeros((2, len(self)), bool)
+        out[0] = self.kind == "plane"
+        out[1] = np.logical_or.reduce([self.kind == kind for kind in ("plane", "cylinder", "cone", "extrusion")])
+        for row, (u_basis, v_basis, poles, _) in self.splines.items():
+            out[:, row] = [b.degree == 1 and n == 2 for b, n in zip((u_basis, v_basis), poles.shape, strict=False)]
+        return out
 
     def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
@@ -169,13 +181,13 @@ class Surfaces:
 
     def cuts(self, row: int, u0: float, u1: float, v0: float, v1: float) -> tuple[Array, Array]:
         """Ends of the intervals of u and of v with those of the pieces within over which the surface is smooth."""
-        turn = [
-            np.linspace(a, b, int(np.clip(np.ceil((b - a) / (np.pi / 4)), 1, 64)) + 1) for a, b in ((u0, u1), (v0, v1))
-        ]
         kind = self.kind[row]
         if row in self.splines:
             u_basis, v_basis, _, _ = self.splines[row]
             return u_basis.cuts(u0, u1), v_basis.cuts(v0, v1)
+        turn = [
+            np.linspace(a, b, int(np.clip(np.ceil((b - a) / (np.pi / 4)), 1, 64)) + 1) for a, b in ((u0, u1), (v0, v1))
+        ]
         if kind == "offset":
             return self.basis_surfaces.cuts(int(self._basis_surface[row]), u0, u1, v0, v1)
         if kind in ("extrusion", "revolution"):
@@ -188,6 +200,12 @@ class Surfaces:
             np.array([u0, u1]) if kind == "plane" else turn[0],
             turn[1] if kind in ("sphere", "torus") else np.array([v0, v1]),
         )
+
+    def domain_cuts(self, row: int) -> tuple[Array, Array]:
+        """Ends of the intervals of u and of v of its domain over which a surface is smooth."""
+        if row not in self._domain_cuts:
+            self._domain_cuts[row] = self.cuts(row, *self.domain[row])
+        return self._domain_cuts[row]
 
     def _of_kind(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
         """Components (3, n) of points and partial derivatives of surfaces of one kind."""

@@ -89,7 +89,7 @@ def test_curves_equal_the_kernel() -> None:
     made = kernel_curves()
     for curve, t0, t1 in made:
         rows.add(curve, t0, t1)
-    curves = rows.curves()
+    curves = rows.curves
     assert curves.kind.tolist() == ["line", "circle", "ellipse", "parabola", "hyperbola", *["spline"] * 5]
     p, d = gp_Pnt(), gp_Vec()
     for i, (curve, t0, t1) in enumerate(made):
@@ -107,7 +107,7 @@ def test_lengths_and_boxes_hold_a_fine_polyline() -> None:
     rows = CurveRows()
     for one in kernel_curves():
         rows.add(*one)
-    curves = rows.curves()
+    curves = rows.curves
     lengths, boxes = curves.lengths(), curves.boxes()
     for i in range(len(curves)):
         t = np.linspace(curves.t0[i], curves.t1[i], 200_001)
@@ -159,7 +159,7 @@ def rows_of(made: list[tuple[Any, tuple[float, float, float, float]]]) -> Surfac
     rows = SurfaceRows(CurveRows(), SurfaceRows(CurveRows()))
     for surface, domain in made:
         rows.add(surface, domain)
-    return rows.surfaces()
+    return rows.surfaces
 
 
 def test_surfaces_equal_the_kernel() -> None:

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from relmodel.loading.brep.measures import surfaces_of
 from relmodel.loading.facets import polygons
 from relmodel.loading.facets.rims import Rims
+from relmodel.loading.facets.sweeps import Sweep
 from relmodel.loading.neutral import Mesh, Shape
 from relmodel.loading.step import maps
 from relmodel.loading.step import shape as step_shape
@@ -78,6 +79,7 @@ def cut_solids() -> dict[str, Any]:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_GTransform
     from OCP.BRepPrimAPI import (
         BRepPrimAPI_MakeBox,
+        BRepPrimAPI_MakeCone,
         BRepPrimAPI_MakeCylinder,
         BRepPrimAPI_MakeSphere,
         BRepPrimAPI_MakeTorus,
@@ -93,6 +95,7 @@ def cut_solids() -> dict[str, Any]:
     squeeze = gp_GTrsf(gp_Mat(1.0, 0.0, 0.0, 0.0, 0.6, 0.0, 0.0, 0.0, 0.8), gp_XYZ(0.0, 0.0, 0.0))
     egg = BRepBuilderAPI_GTransform(ball, squeeze, True).Shape()  # of spline faces
     corner = BRepPrimAPI_MakeBox(gp_Pnt(5.0, -40.0, 2.0), gp_Pnt(50.0, 40.0, 60.0)).Shape()
+    taper, tip = BRepPrimAPI_MakeCone(20.0, 8.0, 40.0).Shape(), BRepPrimAPI_MakeCone(20.0, 0.0, 40.0).Shape()
     return {
         "ball": drilled(drilled(ball, -50, 3, 4, (1, 0, 0), 6.0), 2, -50, 1, (0, 1, 0.2), 4.0),
         "ring": BRepAlgoAPI_Cut(drilled(ring, 30, 0, -50, (0.1, 0, 1), 4.0), corner).Shape(),
@@ -102,14 +105,18 @@ def cut_solids() -> dict[str, Any]:
         "egg": drilled(
             BRepAlgoAPI_Fuse(egg, BRepPrimAPI_MakeCylinder(5.0, 40.0).Shape()).Shape(), -50, 1, 2, (1, 0, 0), 3.0
         ),
+        "taper": drilled(BRepAlgoAPI_Cut(taper, corner).Shape(), -50, 3, 14, (1, 0, 0), 4.0),
+        "tip": drilled(tip, -50, 3, 14, (1, 0, 0), 4.0),
     }
 
 
-@pytest.mark.parametrize("name", ["ball", "ring", "pin", "egg"])
+@pytest.mark.parametrize("name", ["ball", "ring", "pin", "egg", "taper", "tip"])
 def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) -> None:
     from OCP.BRep import BRep_Tool
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
     from OCP.gp import gp_Pnt
+    from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
     solid = cut_solids()[name]
@@ -127,6 +134,10 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
         point = gp_Pnt(*(share @ mesh.vertices[mesh.triangles[i]]).tolist())
         face = TopoDS.Face(keys.FindKey(int(mesh.triangle_surfaces[i]) + 1))
         assert GeomAPI_ProjectPointOnSurf(point, BRep_Tool.Surface_s(face)).LowerDistance() <= mesh.chord_mm
+    BRepMesh_IncrementalMesh(solid, mesh.chord_mm, False, mesh.chord_rad, False)
+    faces = [TopoDS.Face(keys.FindKey(i + 1)) for i in range(keys.Extent())]
+    kernels = sum(BRep_Tool.Triangulation_s(face, TopLoc_Location()).NbTriangles() for face in faces)
+    assert len(mesh.triangles) < 1.5 * kernels
 
 
 def test_holes_in_rows_leave_no_flat_triangle() -> None:
@@ -144,6 +155,41 @@ def test_holes_in_rows_leave_no_flat_triangle() -> None:
     assert area.sum() == pytest.approx(20.0 - 20 * 0.25)
     sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     assert np.bincount(np.unique(sides, axis=0, return_counts=True)[1])[1] == len(uv)  # met by none: those of the rings
+
+
+def wave(seed: int) -> tuple[Rims, float]:
+    """A band with wavy rims, a notch that turns back, and holes in it, and its area."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0.0, 20.0, 81)
+    below, above = (np.stack([x, height + 0.3 * np.sin(x)], axis=1) for height in (0.0, 5.0))
+    turns = np.array([(6.0, 4.9), (7.2, 4.5), (6.6, 4.2), (7.6, 4.0), (8.0, 5.2)])
+    notch = np.stack([np.interp(np.linspace(0, 4, 33), np.arange(5), values) for values in turns.T], axis=1)
+    above = np.concatenate([above[x < 6.0], notch, above[x > 8.0]])
+    rings, angle = [np.concatenate([below, above[::-1]])], -np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    for k in range(8):
+        middle = 2.0 + 2.0 * k + rng.uniform(-0.2, 0.2), rng.uniform(1.3, 3.0)
+        rings.append(middle + rng.uniform(0.2, 0.6, 2) * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    uv = np.concatenate(rings)
+    ends = np.cumsum([len(ring) for ring in rings])
+    area = [np.sum(r[:, 0] * np.roll(r[:, 1], -1) - np.roll(r[:, 0], -1) * r[:, 1]) / 2 for r in rings]
+    return Rims(np.zeros((len(uv), 3)), uv, np.zeros(len(uv), np.int64), ends), float(sum(area))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_sweep_fills_a_band_with_holes_by_triangles_as_narrow_as_its_chords(seed: int) -> None:
+    rims, area = wave(seed)
+    corners, _ = Sweep(rims).triangles()
+    a, b, c = (rims.uv[corners[:, k]] for k in range(3))
+    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    assert twice.min() > -1e-9
+    assert twice.sum() / 2 == pytest.approx(area)
+    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    number, count = np.unique(sides, axis=0, return_counts=True)
+    rim = np.sort(np.stack([np.arange(len(rims.uv)), rims.following], axis=1), axis=1)
+    assert set(map(tuple, number[count == 1].tolist())) == set(map(tuple, rim.tolist()))
+    assert count.max() == 2
+    longest = np.abs(rims.uv[:, 0] - rims.uv[rims.following, 0]).max()
+    assert np.ptp(rims.uv[corners, 0], axis=1).max() < 2 * longest
 
 
 @pytest.mark.data

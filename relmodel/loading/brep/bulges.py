@@ -17,9 +17,6 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
-# Kinds that are straight in one direction everywhere: their greatest extents lie on their boundary.
-_BOUNDED_BY_ARCS = ("plane", "cylinder", "cone", "extrusion")
-
 _INSIDE = 1e-9  # rad, mm: what lies nearer to the boundary than this adds nothing to the box
 _GRID = 8  # steps along u and v of a smooth part of a surface
 _STEPS = 8  # towards a summit
@@ -48,6 +45,8 @@ Summits = tuple[Index, Index, Array, Array]  # surface, axis, u, v
 def _round_summits(surfaces: Surfaces) -> Summits:
     """Points of spheres and tori in their domains where the normal is along an axis."""
     row = np.flatnonzero((surfaces.kind == "sphere") | (surfaces.kind == "torus"))
+    if not len(row):
+        return _none()
     found: list[Summits] = [_none()]
     u0, u1, v0, v1 = surfaces.domain[row].T
     sphere = surfaces.kind[row] == "sphere"
@@ -75,7 +74,8 @@ def _within(angle: Array, low: Array, high: Array) -> Bools:
 
 def _free_summits(boxes: Array, surfaces: Surfaces) -> Summits:
     """Points of other surfaces in their domains where they reach beyond the boxes and a coordinate has its greatest."""
-    known = np.logical_or.reduce([surfaces.kind == kind for kind in (*_BOUNDED_BY_ARCS, "sphere", "torus")])
+    # The greatest extents of those that are made of straight lines lie on their boundary.
+    known = surfaces.straight.any(axis=0) | (surfaces.kind == "sphere") | (surfaces.kind == "torus")
     rows = np.flatnonzero(~known)
     if not len(rows):
         return _none()
@@ -118,7 +118,7 @@ def _none() -> Summits:
 
 def _cells(surfaces: Surfaces, row: int) -> Array:
     """Smooth parts (m, 4: u0 u1 v0 v1) of a surface's domain."""
-    u, v = surfaces.cuts(row, *surfaces.domain[row])
+    u, v = surfaces.domain_cuts(row)
     a, b = np.meshgrid(np.arange(len(u) - 1), np.arange(len(v) - 1), indexing="ij")
     return np.stack([u[a], u[a + 1], v[b], v[b + 1]], axis=-1).reshape(-1, 4)
 

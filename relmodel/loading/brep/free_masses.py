@@ -29,9 +29,13 @@ _DENSITIES = 5
 _BLOCK = 64  # cells
 _POINTS = 2048
 
-_NODES, _WEIGHTS = legendre.leggauss(_TERMS)
+_FEW_TERMS = 6  # along straight lines
+_NODES = {n: legendre.leggauss(n)[0] for n in (_FEW_TERMS, _TERMS)}
 # Coefficients of a series from its values at the nodes.
-_ANALYSIS = legendre.legvander(_NODES, _TERMS - 1).T * _WEIGHTS * (np.arange(_TERMS)[:, None] + 0.5)
+_ANALYSIS = {
+    n: legendre.legvander(nodes, n - 1).T * legendre.leggauss(n)[1] * (np.arange(n)[:, None] + 0.5)
+    for n, nodes in _NODES.items()
+}
 # Coefficients of the integral from -1 of a series, from those of the series.
 _INTEGRAL = legendre.legint(np.eye(_TERMS), lbnd=-1, axis=0)
 
@@ -62,11 +66,11 @@ class Antiderivatives:
     def __init__(self, surfaces: Surfaces, rows: Index, about: Array) -> None:
         self._grids: list[_Grid] = []
         resolved, befores = [], []
-        pending = [_Grid(row, *surfaces.cuts(row, *surfaces.domain[row])) for row in rows.tolist()]
+        pending = [_smooth(surfaces, row) for row in rows.tolist()]
         while pending:
             grids, pending = pending, []
-            series = _series(surfaces, grids, about)
-            unresolved = _unresolved(grids, series)
+            series, tails = _series(surfaces, grids, about)
+            unresolved = _unresolved(grids, series, tails)
             ends = np.cumsum([len(grid) for grid in grids]).tolist()
             for grid, first, last in zip(grids, [0, *ends[:-1]], ends, strict=True):
                 flags = unresolved[:, first:last]
@@ -112,8 +116,25 @@ class Antiderivatives:
         return np.asarray(np.einsum("ncj,nj->nc", along_u.reshape(-1, _DENSITIES, _TERMS), q))
 
 
-def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> Array:
-    """Coefficients (5, cells, terms in u, terms in v) of the densities times half the width of the cell in u."""
+def _smooth(surfaces: Surfaces, row: int) -> _Grid:
+    """Cells within which a surface is smooth; those of rational splines in fours, as they are halved twice at least."""
+    cuts = surfaces.domain_cuts(row)
+    weights = surfaces.splines[row][3] if row in surfaces.splines else None
+    if weights is not None:
+        u, v = (_in_fours(cut) if np.ptp(weights, axis=way).any() else cut for way, cut in enumerate(cuts))
+        cuts = u, v
+    return _Grid(row, *cuts)
+
+
+def _in_fours(cuts: Array) -> Array:
+    return np.interp(np.arange(4 * len(cuts) - 3) / 4, np.arange(len(cuts)), cuts)
+
+
+def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> tuple[Array, Array]:
+    """Coefficients (5, cells, terms in u, terms in v) of the densities times half the width of the cell in u.
+
+    And the greatest of the last ones in u and in v (2, 5, cells).
+    """
     row = np.repeat([grid.row for grid in grids], [len(grid) for grid in grids])
     u0, u1, v0, v1 = (
         np.concatenate(parts)
@@ -124,27 +145,35 @@ def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> Array:
             [np.tile(grid.v[1:], len(grid.u) - 1) for grid in grids],
         )
     )
-    u, v = (((b + a) / 2)[:, None] + ((b - a) / 2)[:, None] * _NODES for a, b in ((u0, u1), (v0, v1)))
-    out = np.empty((_DENSITIES, len(row), _TERMS, _TERMS))
-    for i in range(0, len(row), _BLOCK):
-        block = slice(i, i + _BLOCK)
-        points, by_u, by_v = surfaces.evaluate_cells(row[block], u[block], v[block])
-        normal = cross(by_u, by_v)
-        element = np.sqrt(dot(normal, normal))
-        flux = dot(normal, points - about[:, None, None, None])
-        values = np.stack([element, *(element * points), flux]) * ((u1 - u0)[block] / 2)[:, None, None]
-        out[:, block] = _ANALYSIS @ values @ _ANALYSIS.T
-    return out
+    out, tails = np.zeros((_DENSITIES, len(row), _TERMS, _TERMS)), np.empty((2, _DENSITIES, len(row)))
+    straight = surfaces.straight[:, row]
+    for number, same in groups(straight[0] + 2 * straight[1]):
+        n, m = (_FEW_TERMS if number & way else _TERMS for way in (1, 2))
+        for i in range(0, len(same), _BLOCK):
+            at = same[i : i + _BLOCK]
+            u, v = (
+                ((b + a) / 2)[at, None] + ((b - a) / 2)[at, None] * _NODES[terms]
+                for a, b, terms in ((u0, u1, n), (v0, v1, m))
+            )
+            points, by_u, by_v = surfaces.evaluate_cells(row[at], u, v)
+            normal = cross(by_u, by_v)
+            element = np.sqrt(dot(normal, normal))
+            flux = dot(normal, points - about[:, None, None, None])
+            values = np.stack([element, *(element * points), flux]) * ((u1 - u0)[at] / 2)[:, None, None]
+            series = _ANALYSIS[n] @ values @ _ANALYSIS[m].T
+            out[:, at, :n, :m] = series
+            for tail, last in zip(tails, (series[:, :, -_TAIL:], series[:, :, :, -_TAIL:]), strict=True):
+                tail[:, at] = np.abs(last).max(axis=(2, 3))
+    return out, tails
 
 
-def _unresolved(grids: list[_Grid], series: Array) -> Bools:
+def _unresolved(grids: list[_Grid], series: Array, tails: Array) -> Bools:
     """Whether the last terms in u and in v do not vanish (2, cells), held against all cells of the surface."""
     count = [len(grid) for grid in grids]
     height = np.concatenate([np.tile(np.diff(grid.v), len(grid.u) - 1) for grid in grids])
     first = np.cumsum([0, *count[:-1]])
     least = _TOLERANCE * np.repeat(np.add.reduceat(np.abs(series[:, :, 0, 0]) * height, first, axis=1), count, axis=1)
-    tails = series[:, :, -_TAIL:], series[:, :, :, -_TAIL:]
-    return np.stack([np.any(np.abs(tail).max(axis=(2, 3)) * height > least, axis=0) for tail in tails])
+    return np.asarray((tails * height > least).any(axis=1))
 
 
 def _halved(cuts: Array, which: Bools) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.components import dot, put, taken
+from relmodel.geometry.curves import gauss
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.free_masses import Antiderivatives
 from relmodel.loading.brep.trims import Trims
@@ -53,7 +54,7 @@ def _quadrature(which: Index, start: Array, end: Array, nodes: Index) -> tuple[I
     """Gauss-Legendre nodes of intervals by how many each gets: whose each is, the parameter and the weight."""
     found: list[tuple[Index, Array, Array]] = []
     for count in np.unique(nodes).tolist():
-        places, weights = np.polynomial.legendre.leggauss(count)
+        places, weights = gauss(count)
         at = np.flatnonzero(nodes == count)
         half, middle = (end - start)[at, None] / 2, (end + start)[at, None] / 2
         found.append((np.repeat(which[at], count), (middle + half * places).ravel(), (half * weights).ravel()))

@@ -48,10 +48,10 @@ def _basis_curves(shape: Shape) -> Curves | None:
 
 def arc_measures(curves: Curves) -> Table:
     """Columns start, end, length and box of the arcs."""
-    rows = np.arange(len(curves))
+    start, end = curves.ends
     return {
-        **vector_columns("start", curves.evaluate(rows, curves.t0)[0]),
-        **vector_columns("end", curves.evaluate(rows, curves.t1)[0]),
+        **vector_columns("start", start),
+        **vector_columns("end", end),
         "length": curves.lengths(),
         **box_columns(curves.boxes()),
     }
@@ -141,8 +141,9 @@ def adjacency(normals: ArcNormals) -> Table:
     curves, a, b = normals.curves, normals.a, normals.b
     both = np.flatnonzero((a >= 0) & (b >= 0) & (curves.kind != "degenerate"))
     t = (curves.t0[both] + curves.t1[both]) / 2
-    normal_a, normal_b = normals.at(a[both], both, t), normals.at(b[both], both, t)
-    tangent = unit(curves.evaluate(both, t)[1].T).T
+    points, by = curves.evaluate(both, t)
+    normal_a, normal_b = normals.at(a[both], both, t, points), normals.at(b[both], both, t, points)
+    tangent = unit(by.T).T
     tangent = np.where(normals.reversed[a[both]][:, None], -tangent, tangent)
     angle = np.full(len(curves), np.nan)
     angle[both] = np.arctan2(dot(cross(normal_a.T, normal_b.T), tangent.T), dot(normal_a.T, normal_b.T))

@@ -156,7 +156,7 @@ class Trims:
     @cached_property
     def _lines(self) -> tuple[Runs, Runs]:
         """Where smooth parts of these begin and end, along u and along v."""
-        cuts = [self.surfaces.cuts(one, *self.surfaces.domain[one]) for one in self._free.tolist()]
+        cuts = [self.surfaces.domain_cuts(one) for one in self._free.tolist()]
         return Runs.of([u for u, _ in cuts]), Runs.of([v for _, v in cuts])
 
     def pieces(self, coedges: Index) -> tuple[Index, Array, Array]:

@@ -119,7 +119,7 @@ def _close(curves: Curves, arc: Index, t: Array, chord_mm: float) -> tuple[Index
     for _ in range(_HALVINGS):
         start, end = (curves.evaluate(arc[fresh + k], t[fresh + k])[0] for k in (0, 1))
         middle = (t[fresh] + t[fresh + 1]) / 2
-        off = beside(start, end, curves.evaluate(arc[fresh], middle)[0])
+        off = np.linalg.norm(beside(start, end, curves.evaluate(arc[fresh], middle)[0]), axis=1)
         wide = off > _SLACK * chord_mm
         if not wide.any():
             break
@@ -131,11 +131,11 @@ def _close(curves: Curves, arc: Index, t: Array, chord_mm: float) -> tuple[Index
 
 
 def beside(a: Array, b: Array, points: Array) -> Array:
-    """Distances (n,) of points from the lines through a and b, from a itself where the two are one."""
+    """From the nearest places of chords from a to b to points, all (n, 3)."""
     along, arm = b - a, points - a
     square = np.einsum("nd,nd->n", along, along)
     share = np.einsum("nd,nd->n", arm, along) / np.where(square > 0, square, 1.0)
-    return np.asarray(np.linalg.norm(arm - np.clip(share, 0, 1)[:, None] * along, axis=1))
+    return np.asarray(arm - np.clip(share, 0, 1)[:, None] * along)
 
 
 def _chords(curves: Curves, arc: Index, t: Array) -> Chords:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.trims import Trims
-from relmodel.loading.facets import lattices, polygons, ruled
+from relmodel.loading.facets import inlays, lattices, polygons, ruled
 from relmodel.loading.facets.chords import Chords
 from relmodel.loading.facets.refinement import Fit, Triangulation, folded, refined
 from relmodel.loading.facets.rims import Rims, rims
@@ -63,32 +63,34 @@ def facets(
     pinched = _among(trims.surface[trims.curves.kind[trims.arc] == "degenerate"], surfaces)
     flat = border.taken(plane)
     corners, failed = polygons.triangles(flat, len(surfaces))
-    made = [_outward(surfaces, _made(flat, corners), ~failed, pinched)]
+    made = [_outward(surfaces, Triangulation(flat.points, flat.uv, flat.face, corners), ~failed, pinched)]
 
-    straight, done = ruled.triangles(surfaces, border)
+    if not (wanted & ~plane).any():
+        return made
+    straight, done, turning = ruled.triangles(surfaces, border)
     left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
-    filled = Triangulation(
-        np.concatenate([border.points, surfaces.evaluate(inner_face, *inner_uv.T).points]),
-        np.concatenate([border.uv, inner_uv]),
-        np.append(border.face, inner_face),
-        np.concatenate([straight, crossed]),
-    )
+    filled = _made(border, np.concatenate([straight, crossed]), surfaces, inner_face, inner_uv)
     left &= ~_among(also_done, surfaces)
-    failed = _check(filled, np.append(np.ones(len(straight), bool), strip), fit)
+    failed = _check(filled, np.append(np.ones(len(straight), bool), strip), _among(turning, surfaces), fit)
     made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
 
+    if not left.any():
+        return made
     rest = border.taken(left)
-    corners, failed = polygons.triangles(rest, len(surfaces))
-    trimmed, also_failed = refined(_made(rest, corners), fit)
+    corners, inner_face, inner_uv, failed = inlays.triangles(surfaces, rest, chord_mm, chord_rad)
+    trimmed, also_failed = refined(_made(rest, corners, surfaces, inner_face, inner_uv), fit)
     made.append(_outward(surfaces, trimmed, ~failed & ~also_failed, pinched))
     return made
 
 
-def _check(filled: Triangulation, strip: Bools, fit: Fit) -> Bools:
-    """Refine, in place, faces that strips of triangles leave or fold over; the faces (n,) where that fails."""
+def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Bools:
+    """Refine, in place, faces that strips of triangles leave or fold over; the faces (n,) where that fails.
+
+    turning: faces (n,) with triangles that may be too wide, even of analytic surfaces.
+    """
     corners = filled.corners
-    free = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
+    free = turning | ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
     free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
@@ -102,8 +104,10 @@ def _check(filled: Triangulation, strip: Bools, fit: Fit) -> Bools:
     return failed
 
 
-def _made(border: Rims, corners: Index) -> Triangulation:
-    return Triangulation(border.points, border.uv, border.face, corners)
+def _made(border: Rims, corners: Index, surfaces: Surfaces, face: Index, uv: Array) -> Triangulation:
+    """With further vertices within faces (k,) at parameters (k, 2)."""
+    points = np.concatenate([border.points, surfaces.evaluate(face, *uv.T).points])
+    return Triangulation(points, np.concatenate([border.uv, uv]), np.append(border.face, face), corners)
 
 
 def _among(faces: Index, surfaces: Surfaces) -> Bools:

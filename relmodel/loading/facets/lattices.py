@@ -104,9 +104,10 @@ def triangles(
 
     Corners from `len(rims.face)` on are new vertices, within: their faces (k,) and parameters (k, 2) follow.
     """
-    found = four_sided(rims, wanted)
-    if not len(found.face):
-        return np.empty((0, 3), np.int64), np.empty(0, bool), found.face, found.face, np.empty((0, 2))
+    nothing = np.empty(0, np.int64)
+    found = four_sided(rims, wanted) if wanted.any() else None
+    if found is None or not len(found.face):
+        return np.empty((0, 3), np.int64), np.empty(0, bool), nothing, nothing, np.empty((0, 2))
     u, v = cuts(surfaces, found.face, found.box, chord_mm, chord_rad)
     chords, across, up = found.lengths() - 1, u.count, v.count
     direct = (up == 1) & (chords[:, _LEFT] == 1) & (chords[:, _RIGHT] == 1)

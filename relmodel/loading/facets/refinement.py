@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import cross, dot
 from relmodel.geometry.normals import normals_at
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.facets.chords import beside
@@ -56,7 +57,7 @@ class Fit:
         # The angle between a chord and the surface is half of the turn of its normal.
         self.allowed_mm, self.allowed_rad = _SHARE * chord_mm, 2 * chord_rad
         self._one_look = np.isin(surfaces.kind.astype(str), ANALYTIC_KINDS)
-        self._bends: dict[int, Array] = {}
+        self._bends: dict[int, tuple[float, float, float]] = {}  # of free-form surfaces
 
     def normals(self, face: Index, uv: Array, points: Array) -> Array:
         """Outward unit normals (n, 3) of the surfaces."""
@@ -76,34 +77,40 @@ class Fit:
         return np.maximum(worst, np.where(far, turn / self.allowed_rad, 0.0))
 
     def off_at(self, made: Triangulation, a: Index, b: Index, place: float) -> Array:
-        """Distances (n,) of the surface from sides at one place of them, in parts of what is allowed."""
-        u, v = ((1 - place) * made.uv[a] + place * made.uv[b]).T
-        on = self.surfaces.evaluate(made.face[a], u, v).points
-        return beside(made.points[a], made.points[b], on) / self.allowed_mm
+        """Distances (n,) of the surface from sides at one place of them, in parts of what is allowed.
 
-    def bends(self, faces: Index) -> Array:
+        Along its normal: the point of the surface is that of the place in (u, v), and may be another one of the side.
+        """
+        u, v = ((1 - place) * made.uv[a] + place * made.uv[b]).T
+        on = self.surfaces.evaluate(made.face[a], u, v)
+        arm, normal = beside(made.points[a], made.points[b], on.points).T, cross(on.by_u.T, on.by_v.T)
+        length = np.sqrt(dot(normal, normal))
+        sound = length > 0
+        off = np.where(sound, np.abs(dot(arm, normal)) / np.where(sound, length, 1.0), np.sqrt(dot(arm, arm)))
+        return np.asarray(off / self.allowed_mm)
+
+    def bends(self, face: Index, uv: Array) -> Array:
         """How much surfaces bend away from their tangent planes: |N . S| for S_uu, S_uv, S_vv, mm (n, 3)."""
-        surfaces = self.surfaces
-        for one in np.flatnonzero(np.bincount(faces)).tolist():
-            if one in self._bends:
-                continue
-            kind, radius, tube = surfaces.kind[one], abs(surfaces.radius[one]), surfaces.radius2[one]
+        surfaces, out = self.surfaces, np.zeros((len(face), 3))
+        for kind, at in surfaces.by_kind.of(face):
+            row, v = face[at], uv[at, 1]
+            radius, tube = np.abs(surfaces.radius[row]), surfaces.radius2[row]
             if kind == "cylinder":
-                bend = (radius, 0.0, 0.0)
+                out[at, 0] = radius
             elif kind == "cone":
-                angle = surfaces.semi_angle[one]
-                widest = np.abs(surfaces.radius[one] + surfaces.domain[one, 2:] * np.sin(angle)).max()
-                bend = (widest * np.cos(angle), 0.0, 0.0)
+                angle = surfaces.semi_angle[row]
+                out[at, 0] = np.abs(surfaces.radius[row] + v * np.sin(angle)) * np.cos(angle)
             elif kind == "sphere":
-                bend = (radius * np.cos(surfaces.domain[one, 2:].mean()) ** 2, 0.0, radius)
+                out[at, 0], out[at, 2] = radius * np.cos(v) ** 2, radius
             elif kind == "torus":
-                bend = (radius + tube, 0.0, tube)
-            else:
-                bend = self._measured(one)
-            self._bends[one] = np.array(bend)
-        table = np.zeros((len(surfaces), 3))
-        table[list(self._bends)] = list(self._bends.values())
-        return table[faces]
+                out[at, 0], out[at, 2] = np.abs((radius + tube * np.cos(v)) * np.cos(v)), tube
+            elif kind != "plane":
+                faces, number = np.unique(row, return_inverse=True)
+                for one in faces.tolist():
+                    if one not in self._bends:
+                        self._bends[one] = self._measured(one)
+                out[at] = np.array([self._bends[one] for one in faces.tolist()])[number]
+        return out
 
     def _measured(self, face: int) -> tuple[float, float, float]:
         """Means over a free-form surface, by differences."""
@@ -215,21 +222,22 @@ def _facing(made: Triangulation, normals: Array, hand: Array, a: Index, b: Index
 def _flipped(made: Triangulation, fit: Fit) -> Net:
     """Triangles after flips to diagonals along which the surface bends less."""
     net = Net(made.corners, made.uv)
-    face = made.face[made.corners[:, 0]]
-    bend = fit.bends(face) / (8 * fit.allowed_mm)
+    face, used = made.face[made.corners[:, 0]], np.flatnonzero(np.bincount(made.corners.ravel()))
+    bend = np.zeros((3, len(made.face)))
+    bend[:, used] = fit.bends(made.face[used], made.uv[used]).T / (16 * fit.allowed_mm)  # half of each end of a side
     u0, u1, v0, v1 = fit.surfaces.domain[face].T
     least = _FLAT * (u1 - u0) * (v1 - v0)
 
-    def sag(side: Index, a: Index, b: Index) -> Array:
+    def sag(a: Index, b: Index) -> Array:
         du, dv = np.abs(made.uv[a] - made.uv[b]).T
-        by_uu, by_uv, by_vv = bend[side // 3].T
+        by_uu, by_uv, by_vv = bend[:, a] + bend[:, b]
         return np.asarray(by_uu * du * du + 2 * by_uv * du * dv + by_vv * dv * dv)
 
     side = net.inner()
     for _ in range(_FLIPS):
-        now = sag(side, *net.ends(side))
+        now = sag(*net.ends(side))
         side, now = side[now > _LONG], now[now > _LONG]
-        then = sag(side, *net.other_ends(side))
+        then = sag(*net.other_ends(side))
         better = then < _BETTER * now
         side, gain = side[better], (now - then)[better]
         after = net.areas_after(side)

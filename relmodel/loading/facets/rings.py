@@ -61,19 +61,6 @@ class Rings:
                 self.box[:, 2 * k] = np.minimum.reduceat(values, self.start)
                 self.box[:, 2 * k + 1] = np.maximum.reduceat(values, self.start)
 
-    def only(self, marked: Bools) -> tuple[Index, Bools]:
-        """The place (f,) of the one marked vertex of each ring, counted from its start, and where there is just one."""
-        count = np.bincount(self.of, marked, len(self.face))
-        place = np.zeros(len(self.face), np.int64)
-        at = np.flatnonzero(marked)
-        place[self.of[at]] = at - self.start[self.of[at]]
-        return place, count == 1
-
-    def neighbour(self, values: Bools, way: int) -> Bools:
-        """Values (n,) of the vertex after (way 1) or before (way -1) each along its ring."""
-        every = np.arange(len(self.of)) - self.start[self.of]
-        return np.asarray(values[self.start[self.of] + (every + way) % self.size[self.of]])
-
     def turned(self, zero: Index) -> Index:
         """Places (n,) along each ring counted from the given place (f,)."""
         return np.asarray((np.arange(len(self.of)) - self.start[self.of] - zero[self.of]) % self.size[self.of])

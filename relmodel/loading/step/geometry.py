@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,10 @@ def matrix(trsf: Any) -> npt.NDArray[np.float64]:
 
 
 class CurveRows:
-    """Collects columns of `arc`, `arc_spline` and `arc_offset`; what offset ones are made from goes to `basis`."""
+    """Collects columns of `arc`, `arc_spline` and `arc_offset`; what offset ones are made from goes to `basis`.
+
+    Its properties are to be asked for when all is added.
+    """
 
     def __init__(self, basis: CurveRows | None = None) -> None:
         self.basis = basis or self
@@ -66,6 +70,10 @@ class CurveRows:
         self._recognised: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, t0, t1
         self._splines: list[tuple[int, Spline]] = []
+
+    @property
+    def empty(self) -> bool:
+        return not self._kinds
 
     def add_degenerate(self, point: tuple[float, float, float], t0: float, t1: float) -> int:
         return self._append("degenerate", "degenerate", (*point, *_NO_FRAME[3:]), _NAN, _NAN, t0, t1)
@@ -142,10 +150,12 @@ class CurveRows:
             "residual": np.full(len(self._kinds), np.nan),
         }
 
+    @cached_property
     def splines(self) -> Table:
         curves = [curve for _, curve in self._splines]
         return {"arc_no": np.array([row for row, _ in self._splines], np.int64), **_spline_columns(curves)}
 
+    @cached_property
     def offsets(self) -> Table:
         rows = np.array(self._offsets, float).reshape(-1, 6)
         return {
@@ -155,16 +165,18 @@ class CurveRows:
             "distance": rows[:, 5].copy(),
         }
 
+    @cached_property
     def curves(self) -> Curves:
         """The curves to be evaluated."""
-        basis = None if self.basis is self else self.basis.curves()
-        return Curves(self.columns(), self.splines(), offsets=self.offsets(), basis=basis)
+        basis = None if self.basis is self or self.basis.empty else self.basis.curves
+        return Curves(self.columns(), self.splines, offsets=self.offsets, basis=basis)
 
 
 class SurfaceRows:
     """Collects columns of `surface`, `surface_spline` and `surface_swept`.
 
-    What swept ones are made from goes to `basis_curves` and `basis`.
+    What swept ones are made from goes to `basis_curves` and `basis`.  Its properties are to be asked for when all is
+    added.
     """
 
     def __init__(self, basis_curves: CurveRows, basis: SurfaceRows | None = None) -> None:
@@ -177,6 +189,10 @@ class SurfaceRows:
         self._reversed: list[bool] = []
         self._splines: list[tuple[int, Any]] = []
         self._swept: list[tuple[float, ...]] = []
+
+    @property
+    def empty(self) -> bool:
+        return not self._kinds
 
     def add(self, surface: Any, domain: tuple[float, ...], reversed_: bool = False, shape: Any = None) -> int:
         """Append a surface over a domain u0 u1 v0 v1, return its row; `shape` is the face to recognise a spline on."""
@@ -242,9 +258,11 @@ class SurfaceRows:
             "residual": np.full(len(self._kinds), np.nan),
         }
 
+    @cached_property
     def splines(self) -> Table:
         return _surface_spline_columns(self._splines)
 
+    @cached_property
     def swept(self) -> Table:
         rows = np.array(self._swept, float).reshape(-1, 7)
         return {
@@ -257,10 +275,12 @@ class SurfaceRows:
             "distance": rows[:, 6].copy(),
         }
 
+    @cached_property
     def surfaces(self) -> Surfaces:
         """The surfaces to be evaluated."""
-        basis = None if self.basis is self else self.basis.surfaces()
-        return Surfaces(self.columns(), self.splines(), self.swept(), self.basis_curves.curves(), basis)
+        basis = None if self.basis is self or self.basis.empty else self.basis.surfaces
+        basis_curves = None if self.basis_curves.empty else self.basis_curves.curves
+        return Surfaces(self.columns(), self.splines, self.swept, basis_curves, basis)
 
 
 class PcurveRows:

@@ -5,7 +5,7 @@ Runs in the child process of `kernel.py` alone.
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,7 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
     arc_columns = curve_rows.columns()
     bounds, coedges, pcurves = _loops(boundary, faces, surface_columns["kind"], edges)
 
-    curves, surfaces = curve_rows.curves(), support.surfaces()
+    curves, surfaces = curve_rows.curves, support.surfaces
     trims = loops.outer_first(Trims(surfaces, curves, coedges, pcurves), bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     box = np.stack([arc_columns[name] for name in BOX], axis=1)
@@ -70,23 +70,42 @@ def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: 
         kind="solid" if solid else "sheet",
         volume=volume if solid else None,
         surfaces=surface_columns,
-        surface_splines=support.splines(),
-        surface_swept=support.swept(),
+        surface_splines=support.splines,
+        surface_swept=support.swept,
         arcs=arc_columns,
-        arc_splines=curve_rows.splines(),
+        arc_splines=curve_rows.splines,
         loops=bounds,
         coedges=coedges,
         pcurves=pcurves,
-        basis_arcs=basis_curve_rows.columns() | brep.arc_measures(basis_curve_rows.curves()),
-        basis_arc_splines=basis_curve_rows.splines(),
-        basis_surfaces=basis_rows.columns() | brep.surface_measures(basis_rows.surfaces()),
-        basis_surface_splines=basis_rows.splines(),
-        arc_offsets=curve_rows.offsets(),
-        basis_arc_offsets=basis_curve_rows.offsets(),
-        basis_surface_swept=basis_rows.swept(),
+        arc_offsets=curve_rows.offsets,
+        **_basis(basis_curve_rows, basis_rows),
         mesh=step_mesh.mesh(faces, trims, coedges, surface_columns),
         samples=brep.samples(normals, arc_columns["length"]),
     )
+
+
+def _basis(curves: step_geometry.CurveRows, surfaces: step_geometry.SurfaceRows) -> dict[str, Table]:
+    """What a shape holds of the curves and surfaces that others are made from."""
+    if curves.empty and surfaces.empty:
+        return {name: dict(table) for name, table in _no_basis().items()}
+    return _basis_tables(curves, surfaces)
+
+
+@cache
+def _no_basis() -> dict[str, Table]:
+    curves = step_geometry.CurveRows()
+    return _basis_tables(curves, step_geometry.SurfaceRows(curves))
+
+
+def _basis_tables(curves: step_geometry.CurveRows, surfaces: step_geometry.SurfaceRows) -> dict[str, Table]:
+    return {
+        "basis_arcs": curves.columns() | brep.arc_measures(curves.curves),
+        "basis_arc_splines": curves.splines,
+        "basis_arc_offsets": curves.offsets,
+        "basis_surfaces": surfaces.columns() | brep.surface_measures(surfaces.surfaces),
+        "basis_surface_splines": surfaces.splines,
+        "basis_surface_swept": surfaces.swept,
+    }
 
 
 def _has(shape: Any, kind: Any) -> bool:

@@ -70,16 +70,16 @@ def extract_edges(shape: Any) -> Shape | None:
     count = len(arcs["kind"])
     if count == 0:
         return None
-    arcs |= brep.arc_measures(rows.curves()) | {
+    arcs |= brep.arc_measures(rows.curves) | {
         "surface_a": np.full(count, -1),
         "surface_b": np.full(count, -1),
         "convexity": ["free"] * count,
         "angle": np.full(count, np.nan),
     }
-    out = wire(arcs, rows.splines())
-    out.basis_arcs = basis.columns() | brep.arc_measures(basis.curves())
-    out.basis_arc_splines = basis.splines()
-    out.arc_offsets, out.basis_arc_offsets = rows.offsets(), basis.offsets()
+    out = wire(arcs, rows.splines)
+    out.basis_arcs = basis.columns() | brep.arc_measures(basis.curves)
+    out.basis_arc_splines = basis.splines
+    out.arc_offsets, out.basis_arc_offsets = rows.offsets, basis.offsets
     return out
 
 
