@@ -8,7 +8,6 @@ all pairs.
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +17,9 @@ from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import boxes_carried, inverse
 from relmodel.index.rtree import PackedRTree
 from relmodel.loading.identity import row_count_or_none
-from relmodel.loading.neutral import LoadedModel, Table
+from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.outlines import KINDS, Outlines
+from relmodel.loading.placed import PlacedParts, Places
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -29,23 +29,22 @@ FIT_MM, FIT_SHARE = 0.1, 0.2  # difference of the radii of a shaft and its hole:
 _PARALLEL = 1e-4  # rad
 _LEAST_AREA = 1e-4  # mm2
 _FEW = 500
-_Place = tuple[int, str, int, Floats]
 _CONTACT = dict(zip(KINDS, ("planar", "cylindrical", "conical", "spherical", "toroidal"), strict=True))
 
 
-def contacts(model: LoadedModel, assembly: int) -> Table:
+def contacts(placed: PlacedParts, assembly: int) -> Table:
     """Columns of `part_contact`, without the object's identity, of parts that different instances of an assembly hold.
 
     What touches within one instance is a contact of the object that stands there.
     """
-    places = _near_others(model, _places(model, assembly))
-    outlines = {i: Outlines(model.shapes[i]) for i in sorted({shape for _, _, shape, _ in places})}
-    held = [(place, outlines[shape]) for place, (_, _, shape, _) in enumerate(places) if len(outlines[shape].number)]
-    if len({places[place][0] for place, _ in held}) < 2:
+    shapes, places = placed.model.shapes, placed.of(assembly)
+    near = _near_others(shapes, places)
+    outlines = {i: Outlines(shapes[i]) for i in np.unique(places.shape[near]).tolist()}
+    held = [(i, o) for i in near.tolist() if len((o := outlines[int(places.shape[i])]).number)]
+    if len({int(places.child[i]) for i, _ in held}) < 2:
         return {}
-    pose = np.concatenate([np.tile(places[p][3], (len(o.number), 1, 1)) for p, o in held])
-    place = np.concatenate([np.full(len(o.number), p) for p, o in held])
-    child = np.array([child for child, *_ in places])[place]
+    place = np.concatenate([np.full(len(o.number), i) for i, o in held])
+    pose, child = places.pose[place], places.child[place]
     row = np.concatenate([np.arange(len(o.number)) for _, o in held])
     kind, hole, radius, wide, half_angle = (
         np.concatenate([getattr(o, n) for _, o in held]) for n in ("kind", "hole", "radius", "wide", "half_angle")
@@ -64,7 +63,7 @@ def contacts(model: LoadedModel, assembly: int) -> Table:
     tolerance = _tolerance(kind[a], shaft)
     rows = []
     for i in np.flatnonzero(on_one & (np.abs(gap) <= tolerance)).tolist():
-        ours, theirs = (outlines[places[place[x]][2]] for x in (a[i], b[i]))
+        ours, theirs = (outlines[int(places.shape[place[x]])] for x in (a[i], b[i]))
         row_a, row_b = int(row[a[i]]), int(row[b[i]])
         a_from_b = inverse(frame[a[i]]) @ frame[b[i]]
         area = ours.overlap(row_a, theirs, row_b, a_from_b, float(shaft[i]))
@@ -74,8 +73,8 @@ def contacts(model: LoadedModel, assembly: int) -> Table:
         return {}
     at = np.array([i for i, *_ in rows])
     return {
-        "path_a": [places[place[x]][1] for x in a[at]],
-        "path_b": [places[place[x]][1] for x in b[at]],
+        "path_a": [placed.path(assembly, int(i)) for i in place[a[at]]],
+        "path_b": [placed.path(assembly, int(i)) for i in place[b[at]]],
         "surface_a": np.array([s for *_, s, _ in rows]),
         "surface_b": np.array([s for *_, s in rows]),
         "kind": [_CONTACT[kind] for kind in kind[a[at]]],
@@ -129,43 +128,24 @@ def _tolerance(kind: npt.NDArray[np.str_], radius: Floats) -> Floats:
     return np.where(np.isin(kind, ("plane", "cone")), TOUCH_MM, FIT_MM + FIT_SHARE * radius)
 
 
-def _places(model: LoadedModel, assembly: int) -> list[_Place]:
-    """Ordinal of the instance, path, shape and pose of each part placed in an assembly, in the order of the file."""
-    out = []
-    instances = model.assemblies[assembly].instances
-    for no, (one, segment) in enumerate(zip(instances, segments([i.name for i in instances]), strict=True)):
-        if one.kind == "part":
-            out.append((no, segment, model.parts[one.child].shape, one.parent_from_child))
-        else:
-            for _, path, shape, pose in _places(model, one.child):
-                out.append((no, f"{segment}/{path}", shape, one.parent_from_child @ pose))
-    return out
-
-
-def _near_others(model: LoadedModel, places: list[_Place]) -> list[_Place]:
-    """Those of the places whose boxes come as near to that of another instance as parts in contact do."""
-    have = [place for place in places if row_count_or_none(model.shapes[place[2]].surfaces)]
-    if len({child for child, *_ in have}) < 2:
-        return []
-    bounds: dict[int, Floats] = {}
-    for shape in sorted({shape for _, _, shape, _ in have}):
-        surfaces = model.shapes[shape].surfaces
+def _near_others(shapes: list[Shape], places: Places) -> Ints:
+    """Rows of the places whose boxes come as near to that of another instance as parts in contact do."""
+    has = np.array([row_count_or_none(shape.surfaces) > 0 for shape in shapes], bool)
+    have = np.flatnonzero(has[places.shape])
+    child = places.child[have]
+    if len(have) == 0 or np.all(child == child[0]):
+        return np.empty(0, np.int64)
+    bounds = np.zeros((len(shapes), 6))
+    for shape in np.unique(places.shape[have]).tolist():
+        surfaces = shapes[shape].surfaces
         boxes = np.stack([np.asarray(surfaces[c], float) for c in BOX], axis=1)
         sizes = np.nan_to_num([np.asarray(surfaces[c], float) for c in ("radius", "radius2")])
         reach = FIT_MM + FIT_SHARE * float(np.abs(sizes).max(initial=0.0))
         bounds[shape] = np.concatenate([boxes[:, :3].min(axis=0) - reach, boxes[:, 3:].max(axis=0) + reach])
-    boxes = boxes_carried(np.stack([pose for *_, pose in have]), np.stack([bounds[shape] for _, _, shape, _ in have]))
-    child = np.array([child for child, *_ in have])
+    boxes = boxes_carried(places.pose[have], bounds[places.shape[have]])
     if len(boxes) <= _FEW:  # to load the tree's compiled kernels takes longer, and a tenth of the memory of a load
         low, high = boxes[:, None, :3], boxes[:, None, 3:]
         a, b = np.nonzero(np.all((low <= boxes[:, 3:]) & (high >= boxes[:, :3]), axis=2))
     else:
         a, b = PackedRTree(boxes).in_boxes(boxes)
-    return [have[i] for i in np.unique(a[child[a] != child[b]]).tolist()]
-
-
-def segments(names: list[str]) -> list[str]:
-    """Names of instances as pieces of paths, unlike each other; as the view `object_child` makes them."""
-    plain = [name.replace("/", "_") for name in names]
-    count = Counter(plain)
-    return [f"{name}#{no}" if not name or "#" in name or count[name] > 1 else name for no, name in enumerate(plain)]
+    return np.asarray(have[np.unique(a[child[a] != child[b]])], np.int64)

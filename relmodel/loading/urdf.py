@@ -25,7 +25,7 @@ from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Shap
 Array = npt.NDArray[np.float64]
 
 SUFFIX = ".urdf"
-LOADER_VERSION = "urdf 1"
+LOADER_VERSION = "urdf 2"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
@@ -85,7 +85,7 @@ class _Reader:
         self.parts: list[Part] = []
         self.assemblies: list[Assembly] = []
         self._shape_of: dict[tuple[str, tuple[float, ...]], int] = {}
-        self._mesh_of: dict[tuple[Path, tuple[float, ...]], tuple[int, int]] = {}
+        self._mesh_of: dict[tuple[Path, tuple[float, ...]], Instance] = {}
 
     def model(self) -> LoadedModel:
         xacro = next((e.tag for e in self.root.iter() if str(e.tag).startswith("xacro:")), None)
@@ -125,7 +125,8 @@ class _Reader:
         where = f"joint {name!r}"
         kind = self._attribute(element, "type", where)
         if kind not in KINDS:
-            self._refuse(f"{where} is of the kind {kind!r}, which is not known: use one of {', '.join(KINDS)}")
+            why = "moves in several ways at once" if kind in ("planar", "floating") else "is not known"
+            self._refuse(f"{where} is of the kind {kind!r}, which {why}: use one of {', '.join(KINDS)}")
         ends = []
         for tag in ("parent", "child"):
             end = element.find(tag)
@@ -230,16 +231,17 @@ class _Reader:
             for assembly in found.assemblies:
                 for one in assembly.instances:
                     one.child += parts if one.kind == "part" else assemblies
-            self.assemblies += found.assemblies
-            self._mesh_of[key] = (assemblies + found.root, len(found.parts))
-        root, count = self._mesh_of[key]
-        inside = self.assemblies[root].instances
-        if len(inside) == 1 and inside[0].kind == "part":
-            part = self.parts[inside[0].child]
-            placed = link_from_visual @ inside[0].parent_from_child
-            return Instance(label, "part", inside[0].child, placed, None if colour == part.colour else colour)
-        assert count > 0
-        return Instance(label, "assembly", root, link_from_visual)
+            whole = found.assemblies[found.root]
+            if len(whole.instances) == 1 and whole.instances[0].kind == "part":
+                self._mesh_of[key] = whole.instances[0]
+            else:
+                self.assemblies += found.assemblies
+                self._mesh_of[key] = Instance(whole.name, "assembly", assemblies + found.root, np.eye(4))
+        one = self._mesh_of[key]
+        if one.kind == "part" and colour == self.parts[one.child].colour:
+            colour = None
+        placed = link_from_visual @ one.parent_from_child
+        return Instance(label, one.kind, one.child, placed, colour if one.kind == "part" else None)
 
     def file(self, name: str, where: str) -> Path:
         """The file that a URDF names, which must lie in its own folder or below; a package is taken for that folder."""

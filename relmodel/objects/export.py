@@ -22,12 +22,15 @@ _PLAIN = "#b0b4b8"  # of parts without a colour
 def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, progress: Progress = silent) -> None:
     """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres.
 
-    Parts that share a shape in unlike colours have a geometry each, since GLB colours geometry.
+    Parts that share a shape in unlike colours have a geometry each, since GLB colours geometry.  Raises UsageError for
+    a tree without parts.
     """
     import trimesh
 
     scene = trimesh.Scene(base_frame="world")
     shapes = [int(s) for s in np.unique(tree.shape_id[tree.shape_id >= 0])]
+    if not shapes:
+        raise UsageError(f"{tree.name} has no geometry to write as GLB")
     parts = store.rows(
         connection, "object/parts", part_ids=[int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     )

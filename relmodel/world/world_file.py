@@ -109,6 +109,14 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
             for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
         }
 
+        def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+            keys = [key.value for key, _ in node.value]
+            for i, key in enumerate(keys):
+                if key in keys[:i]:  # yaml would keep the last
+                    line = node.value[i][0].start_mark.line + 1
+                    raise InputError(f"the world file {path} has the key {key!r} twice, at line {line}: remove one")
+            return super().construct_mapping(node, deep)
+
     try:
         raw = path.read_bytes()
     except OSError as error:

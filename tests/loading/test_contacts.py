@@ -12,6 +12,7 @@ import pytest
 from relmodel.loading import contacts
 from relmodel.loading.load import load
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Table
+from relmodel.loading.placed import PlacedParts
 from relmodel.loading.step import shape as step_shape
 from relmodel.store import Store
 
@@ -47,7 +48,7 @@ def test_stacked_boxes_touch_where_they_overlap(pose: Floats) -> None:
     placed = [at(0, 0, 0), at(10, 5, 8), at(15, 5, 16), at(20.009, 0, 0), at(-20.1, 0, 0)]
     instances = [Instance(f"box {i}", "part", 0, p) for i, p in enumerate(placed)]
     model = model_of({"box": box(0, 0, 0, (20.0, 12.0, 8.0))}, [Assembly("tower", turned(instances, pose))])
-    found = contacts.contacts(model, 0)
+    found = contacts.contacts(PlacedParts(model), 0)
     assert rows(found) == [
         ("box 0", "box 1", "planar"),
         ("box 0", "box 3", "planar"),
@@ -73,7 +74,7 @@ def test_a_bolt_in_a_hole(pose: Floats, clearance: float) -> None:
     }
     instances = [Instance(name, "part", i, motion((0, 0, 1), i * 0.4, (0, 0, 0))) for i, name in enumerate(solids)]
     model = model_of(solids, [Assembly("joint", turned(instances, pose))])
-    found = contacts.contacts(model, 0)
+    found = contacts.contacts(PlacedParts(model), 0)
     expected = {
         ("plate", "bolt", "planar"): (0.0, PI * (49 - max(r, bore) ** 2)),
         ("plate", "bolt", "cylindrical"): (clearance, 2 * PI * r * 10),
@@ -96,7 +97,7 @@ def test_what_does_not_touch_is_no_contact() -> None:
     }
     placed = [(0, at(0, 0, 0)), (1, at(20, 20, 0)), (2, at(20.05, 20, 0)), (0, at(60, 0, 0)), (3, at(80, 20, 20))]
     instances = [Instance("", "part", child, pose) for child, pose in placed]
-    assert rows(contacts.contacts(model_of(solids, [Assembly("apart", instances)]), 0)) == []
+    assert rows(contacts.contacts(PlacedParts(model_of(solids, [Assembly("apart", instances)])), 0)) == []
 
 
 def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
@@ -133,7 +134,7 @@ def test_the_screwed_joints_of_a_file(data_dir: Path) -> None:
     model = read_step(data_dir / "step" / "as1-tu-203.stp")
     total: dict[tuple[str, str, str], float] = {}
     for i in range(len(model.assemblies)):
-        found = contacts.contacts(model, i)
+        found = contacts.contacts(PlacedParts(model), i)
         for a, b, kind, area, gap in zip(*(found[c] for c in ("path_a", "path_b", "kind", "area", "gap")), strict=True):
             assert gap == pytest.approx(0, abs=1e-6)
             ends = sorted(path.rsplit("/", 1)[-1].split("::")[0] for path in (a, b))
@@ -179,7 +180,7 @@ def as_splines(solid: Any) -> Any:
 def pair(first: Any, second: Any, pose: Floats, between: Floats) -> Table:
     """Contacts of two parts, both turned by the pose, the second placed in the first."""
     instances = [Instance("a", "part", 0, pose), Instance("b", "part", 1, pose @ between)]
-    return contacts.contacts(model_of({"a": first, "b": second}, [Assembly("pair", instances)]), 0)
+    return contacts.contacts(PlacedParts(model_of({"a": first, "b": second}, [Assembly("pair", instances)])), 0)
 
 
 SOCKET = (-15.0, -15.0, -30.0, (30.0, 30.0, 30.0))  # its upper face holds the origin
@@ -259,3 +260,29 @@ def test_round_faces_that_do_not_touch() -> None:
     assert rows(pair(socket, ball(7), spot, spot)) == []
     seat = cut(box(-20, -20, -20, (40.0, 40.0, 40.0)), cone(0, 0, 0, 0, 20, 20))
     assert rows(pair(seat, cone(0, 0, 0, 0, 10, 10), spot, motion((1, 0, 0), PI, (0, 0, 0)))) == []
+
+
+def test_parts_deep_in_an_assembly_touch_those_beside_it() -> None:
+    """Two boxes that meet 1,500 assemblies down, and 2**15 placed parts of 15 levels that meet nowhere."""
+    deep = 1500
+    solids = {"box": box(0, 0, 0, (10.0, 10.0, 10.0))}
+    chain = [Assembly("level 0", [Instance("box", "part", 0, at(0, 0, 0))])]
+    chain += [
+        Assembly(f"level {i}", [Instance("in", "assembly", i - 1, motion((0, 0, 1), 0.01, (1, 0, 0)))])
+        for i in range(1, deep)
+    ]
+    down = np.linalg.matrix_power(motion((0, 0, 1), 0.01, (1, 0, 0)), deep - 1)
+    beside = Instance("beside", "part", 0, down @ at(10, 2, 0))
+    model = model_of(solids, [*chain, Assembly("top", [Instance("in", "assembly", deep - 1, np.eye(4)), beside])])
+    found = contacts.contacts(PlacedParts(model), deep)
+    assert rows(found) == [("/".join(["in"] * deep + ["box"]), "beside", "planar")]
+    assert found["area"] == pytest.approx([80], rel=1e-6)
+    far = [Assembly("pair", [Instance(n, "part", 0, at(x, 0, 0)) for n, x in (("a", 0), ("b", 11))])]
+    for i in range(1, 15):
+        step = at(*(11.0 * 2 ** (i // 3 + (i % 3 == 0)) * np.eye(3)[i % 3]))
+        far.append(
+            Assembly(f"{i}", [Instance("a", "assembly", i - 1, np.eye(4)), Instance("b", "assembly", i - 1, step)])
+        )
+    placed = PlacedParts(model_of(solids, far))
+    assert len(placed.of(14).child) == 2**15
+    assert not any(contacts.contacts(placed, i) for i in range(15))

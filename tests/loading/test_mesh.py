@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import zipfile
 from collections import Counter
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import trimesh
 
 from relmodel.errors import InputError
 from relmodel.loading.features import recognise
+from relmodel.loading.mesh import read
 from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.mesh.read import read_mesh
 from relmodel.loading.neutral import Shape
@@ -348,6 +350,107 @@ def test_a_file_may_not_refer_outside_its_folder(tmp_path: Path) -> None:
     (folder / "part.gltf").write_text(json.dumps(tree))
     with pytest.raises(InputError, match="cannot be read"):
         read_mesh(folder / "part.gltf")
+
+
+def gltf_of_a_bracket(path: Path, **changed: object) -> Path:
+    """A glTF file with the bracket's triangles, the first 9 in one accessor, the others in another; sizes are mm."""
+    bracket = l_bracket()
+    raw = np.asarray(bracket.faces, "<u4").tobytes() + np.asarray(bracket.vertices * 1e-3, "<f4").tobytes()
+    count = bracket.faces.size
+    (path.parent / "bracket.bin").write_bytes(raw)
+    tree = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(raw), "uri": "bracket.bin"}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 4 * count},
+            {"buffer": 0, "byteOffset": 4 * count, "byteLength": len(raw) - 4 * count},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5125, "count": 27, "type": "SCALAR"},
+            {"bufferView": 0, "byteOffset": 108, "componentType": 5125, "count": count - 27, "type": "SCALAR"},
+            {"bufferView": 1, "componentType": 5126, "count": len(bracket.vertices), "type": "VEC3"},
+        ],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [*rgb, 1]}} for rgb in ((1, 0, 0), (0, 0, 1))],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 2}, "indices": i, "material": i} for i in (0, 1)], "name": "L"}
+        ],
+        "nodes": [{"mesh": 0, "name": "here"}],
+        "scenes": [{"nodes": [0]}],
+    }
+    path.write_text(json.dumps(tree | changed))
+    return path
+
+
+def obj_of_brackets(path: Path) -> Path:
+    """Two brackets as objects, the first of them in two materials."""
+    (path.parent / "paint.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
+    bracket = l_bracket()
+    n = len(bracket.vertices)
+    lines = ["mtllib paint.mtl"]
+    lines += [f"v {x + 50 * i} {y} {z}" for i in range(2) for x, y, z in bracket.vertices.tolist()]
+    first, other = ([f"f {a} {b} {c}" for a, b, c in (bracket.faces + 1 + i * n).tolist()] for i in range(2))
+    lines += ["o two", "usemtl red", *first[:9], "usemtl blue", *first[9:], "o one", "usemtl blue", *other]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_body_in_two_colours_is_one_body(tmp_path: Path) -> None:
+    model = read_mesh(gltf_of_a_bracket(tmp_path / "part.gltf"))
+    assert [(p.name, p.colour) for p in model.parts] == [("L", None)]
+    assert model.shapes[0].volume == pytest.approx(2500)
+    model = read_mesh(obj_of_brackets(tmp_path / "part.obj"), "mm")
+    assert {(p.name, p.colour) for p in model.parts} == {("two", None), ("one", "#0000ff")}
+    assert [s.volume for s in model.shapes] == pytest.approx([2500, 2500])
+
+
+def test_nodes_nest_as_deep_as_they_like(tmp_path: Path) -> None:
+    deep = 3000
+    turn = [0.0, 0.0, float(np.sin(0.005)), float(np.cos(0.005))]  # 0.01 rad about z
+    nodes = [{"children": [i + 1], "rotation": turn} for i in range(deep)] + [{"mesh": 0}]
+    model = read_mesh(gltf_of_a_bracket(tmp_path / "part.gltf", nodes=nodes))
+    assert len(model.assemblies) == deep + 1
+    pose, (instance,) = np.eye(4), model.assemblies[model.root].instances
+    while instance.kind == "assembly":
+        pose = pose @ instance.parent_from_child
+        (instance,) = model.assemblies[instance.child].instances
+    assert np.arctan2(pose[1, 0], pose[0, 0]) % (2 * np.pi) == pytest.approx(0.01 * deep % (2 * np.pi), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "roots"),
+    [
+        ([{"children": [1]}, {"children": [0], "mesh": 0}], [0]),
+        ([{"children": [2]}, {"children": [2]}, {"mesh": 0}], [0, 1]),
+    ],
+)
+def test_nodes_that_form_no_tree_are_refused(nodes: list[object], roots: list[int], tmp_path: Path) -> None:
+    path = gltf_of_a_bracket(tmp_path / "part.gltf", nodes=nodes, scenes=[{"nodes": roots}])
+    with pytest.raises(InputError, match="stands in itself or in two nodes"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "ply", "obj"])
+def test_a_mesh_without_a_name_has_that_of_its_file(suffix: str, tmp_path: Path) -> None:
+    l_bracket().export(tmp_path / f"clip.{suffix}")
+    model = read_mesh(tmp_path / f"clip.{suffix}", "mm")
+    assert [p.name for p in model.parts] == ["clip"]
+    assert [i.name for i in model.assemblies[model.root].instances] == ["clip"]
+
+
+def test_a_file_cut_short_is_refused_for_that(tmp_path: Path) -> None:
+    raw = l_bracket().export(file_type="stl")
+    (tmp_path / "part.stl").write_bytes(raw[:-30] + b"\xff")
+    with pytest.raises(InputError, match=r"neither text nor as long as it says.*: export it again"):
+        read_mesh(tmp_path / "part.stl", "mm")
+
+
+def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with zipfile.ZipFile(tmp_path / "part.3mf", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", " " * (1 << 22))
+    monkeypatch.setattr(read, "_MOST_BYTES", 1 << 20)
+    assert (tmp_path / "part.3mf").stat().st_size < 1 << 20
+    with pytest.raises(InputError, match="larger than 1 MB"):
+        read_mesh(tmp_path / "part.3mf")
 
 
 @pytest.mark.data

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from relmodel.loading.brep.measures import curves_of, surfaces_of
 from relmodel.loading.neutral import LoadedModel, Shape
 from relmodel.loading.step import part21
 from relmodel.loading.step.read import read_step
-from tests.loading.step_parts import loaded
+from tests.loading.step_parts import loaded, write_product
 
 Array = npt.NDArray[np.float64]
 
@@ -346,6 +347,34 @@ def test_counting_is_not_fooled_by_strings_and_comments(tmp_path: Path) -> None:
     summary = part21.summarise(path)
     assert (summary.schema_name, summary.faces) == ("CONFIG_CONTROL_DESIGN", 2)
     assert part21.faces_in_use(path) == 1
+
+
+@pytest.mark.parametrize(
+    ("radius", "said"),
+    [
+        ("NaN", "it has NaN where a number"),
+        ("-inf", "it has inf where a number"),
+        ("1.E+400", "number that is too large"),
+    ],
+)
+def test_numbers_that_are_none_are_refused(radius: str, said: str, tmp_path: Path) -> None:
+    """The kernel takes a circle without a radius for an edge without a length, and would go on without it."""
+    pytest.importorskip("OCP")
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
+    from relmodel.loading.step import document as step_document
+    from relmodel.loading.step import soundness
+
+    path = write_product(tmp_path / "post.step", BRepPrimAPI_MakeCylinder(4.0, 20.0).Shape(), "post, NaN, 1.E400")
+    text = path.read_text()
+    assert part21.summarise(path).damage is None
+    assert soundness.contradiction(step_document.read(str(path))) is None
+    path.write_text(re.sub(r"(= CIRCLE\('',#\d+,)4\.", rf"\g<1>{radius}", text, count=1))
+    assert said in str(part21.summarise(path).damage)
+    if radius == "NaN":
+        assert "leaves its surface" in str(soundness.contradiction(step_document.read(str(path))))
+    with pytest.raises(InputError, match=said):
+        read_step(path)
 
 
 @pytest.mark.data

@@ -13,6 +13,7 @@ from relmodel.errors import InputError
 from relmodel.loading.load import load
 from relmodel.loading.urdf import read_urdf
 from relmodel.store import Store
+from relmodel.store.check import check
 
 TWO = """<link name="a"/><link name="b"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>"""
@@ -97,6 +98,25 @@ def test_meshes_are_scaled_shared_and_stay_in_the_folder(tmp_path: Path) -> None
     assert model.assemblies[model.root].kind == "assembly"  # no joint
 
 
+def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Path) -> None:
+    """A file of one mesh is that part in its link; one of several is an assembly there."""
+    import trimesh
+
+    block = trimesh.creation.box((0.1, 0.2, 0.3))
+    block.export(tmp_path / "one.stl")
+    several = trimesh.Scene([block, trimesh.creation.box((0.3, 0.3, 0.1))])
+    several.export(tmp_path / "two.glb")
+    links = [visual(f'<mesh filename="{name}"/>').replace('"a"', f'"{name[:3]}"') for name in ("one.stl", "two.glb")]
+    joint = (
+        TWO.partition("/>")[2].partition("/>")[2].replace('link="a"', 'link="one"').replace('link="b"', 'link="two"')
+    )
+    path = written(tmp_path, "".join(links) + joint)
+    with Store.open(fresh_store) as store:
+        report = load(store, path, name="bot")
+        assert (report.parts, report.occurrences) == (3, 3)
+        assert not [finding for finding in check(store) if finding.rows]
+
+
 @pytest.mark.parametrize(
     ("body", "said"),
     [
@@ -105,7 +125,8 @@ def test_meshes_are_scaled_shared_and_stay_in_the_folder(tmp_path: Path) -> None
         ('<link name="a/b"/>', "slash"),
         ('<link name="a"/><link name="a"/>', "stands twice"),
         ('<link name="a"/><link name="b"/>', "both hang on no joint"),
-        (TWO.replace("continuous", "floating"), "kind 'floating'"),
+        (TWO.replace("continuous", "floating"), "kind 'floating', which moves in several ways"),
+        (TWO.replace("continuous", "hinge"), "kind 'hinge', which is not known"),
         (TWO.replace("continuous", "revolute"), "has no <limit>"),
         (TWO.replace('<parent link="a"/>', ""), "no <parent>"),
         (TWO.replace('<parent link="a"/>', '<parent link="c"/>'), "link 'c'"),

@@ -72,6 +72,17 @@ def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh
     assert again.volume == pytest.approx(scene.volume, rel=1e-6)
 
 
+def test_what_has_no_geometry_is_not_exported(
+    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = str(tmp_path / "store.duckdb")
+    shutil.copy(duckdb_template, target)
+    (tmp_path / "bare.urdf").write_text('<robot name="bare"><link name="a"/></robot>')
+    assert main(["load", str(tmp_path / "bare.urdf"), "--store", target]) == 0
+    assert main(["export", "bare", "-o", str(tmp_path / "out.glb"), "--store", target]) == 2
+    assert "bare has no geometry to write" in capsys.readouterr().err
+
+
 def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, tmp_path: Path) -> None:
     """A post in a frame in a row of frames, each turned: one geometry a colour, placed where NumPy composes it."""
     shutil.copy(duckdb_template, tmp_path / "s.duckdb")

@@ -65,6 +65,8 @@ def placed(matrix: str) -> str:
         ("world: [", "no YAML at line 1"),
         ("world: w", "objects is missing or empty"),
         ("objects: [{object: a}]", "lacks world"),
+        ("world: w\nobjects: [{object: a}]\nworld: v", "key 'world' twice, at line 3"),
+        ("world: w\nobjects: [{object: a, role: tool, role: robot}]", "key 'role' twice, at line 2"),
         ("world: w\nobjects: {object: a}", "objects is no list"),
         ("world: w\nobjects: [a]", r"objects\[0\] is no mapping"),
         ("world: w\nobjects: [{name: a}]", r"objects\[0\] lacks object"),

@@ -42,6 +42,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.loading.load import Request, load_all
     from relmodel.store import Store
 
+    if not args.time_limit > 0:
+        raise UsageError(f"--time-limit is {args.time_limit:g}: give seconds, above 0")
     several = len(args.files) > 1
     if several and args.variant is not None:
         raise UsageError("--variant names one file: leave it out, and each file is a variant by its own name")

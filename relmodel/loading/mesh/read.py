@@ -4,6 +4,7 @@ shared, triangles become surfaces and arcs (`facets.py`)."""
 from __future__ import annotations
 
 import re
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Shap
 
 Floats = npt.NDArray[np.float64]
 
-LOADER_VERSION = "mesh 4"
+LOADER_VERSION = "mesh 5"
 UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
 UNITLESS_FORMATS = ("obj", "stl", "ply")
 FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
@@ -25,6 +26,10 @@ FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
 _LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
 _LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
 _MOST_BYTES = 1 << 30
+# What is one mesh in the file is one here, whatever its colours: a body in two colours is not two open ones.
+_OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True}}
+_OPTIONS["obj"] = {"split_objects": True, "group_material": False}
+_UNNAMED = re.compile(r"geometry(_\d+)?")  # what trimesh calls a mesh without a name
 _MOST_TRIANGLES = 5_000_000
 _MOST_MM = 1e8
 
@@ -42,15 +47,18 @@ def read_mesh(
 
     form = path.suffix[1:].lower()
     check_unit(path, unit)
-    if path.stat().st_size > _MOST_BYTES:
+    if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
+    resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
         with path.open("rb") as file:
-            scene = trimesh.load_scene(
-                file, file_type=form, resolver=trimesh.resolvers.FilePathResolver(str(path)), process=False
-            )
+            scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
     except Exception as error:  # a parser of foreign bytes raises anything
         said = (str(error).strip().splitlines() or [type(error).__name__])[0]
+        if isinstance(error, ImportError):  # trimesh would guess the encoding
+            said = "it is neither text nor as long as it says"
+        elif isinstance(error, KeyError):
+            said = f"it lacks {said}"
         raise InputError(f"{path.name} cannot be read as {form.upper()} ({said}): export it again") from error
     triangles = sum(len(g.faces) for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
     if triangles > _MOST_TRIANGLES:
@@ -59,11 +67,32 @@ def read_mesh(
     name = _short(named)
     if name not in UNITS_MM:
         raise InputError(f"{path.name} is in an unknown unit {named!r}: use one of {', '.join(UNITS_MM)}")
-    model = _Reader(scene, UNITS_MM[name]).model(path.stem, np.diag(scale))
+    several = _of_several_materials(path) if form == "obj" else set()
+    model = _Reader(scene, UNITS_MM[name], path, several).model(path.stem, np.diag(scale))
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
     model.format, model.unit = form, name
     return model
+
+
+def _unpacked_bytes(path: Path) -> int:
+    """What the files of an archive take together when they are unpacked; 0 where it is none."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return sum(entry.file_size for entry in archive.infolist())
+    except (OSError, zipfile.BadZipFile):
+        return 0
+
+
+def _of_several_materials(path: Path) -> set[str]:
+    """Names of the objects of an OBJ file that are of several materials, of which trimesh knows one only."""
+    name, materials = path.name, dict[str, set[bytes]]()
+    for word, rest in re.findall(rb"^(o|usemtl)[ \t]+(.*?)\s*$", path.read_bytes(), re.MULTILINE):
+        if word == b"o":
+            name = rest.decode(errors="replace")
+        else:
+            materials.setdefault(name, set()).add(rest)
+    return {name for name, used in materials.items() if len(used) > 1}
 
 
 def check_unit(path: Path, unit: str | None) -> None:
@@ -86,9 +115,11 @@ def _short(unit: str) -> str:
 class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
-    def __init__(self, scene: Any, unit_mm: float) -> None:
+    def __init__(self, scene: Any, unit_mm: float, file: Path, without_colour: set[str]) -> None:
         self.scene = scene
         self.unit_mm = unit_mm
+        self.file = file
+        self.without_colour = without_colour
         self.shapes: list[Shape] = []
         self.parts: list[Part] = []
         self.assemblies: list[Assembly] = []
@@ -101,11 +132,7 @@ class _Reader:
             self._children.setdefault(parent, []).append(child)
 
     def model(self, name: str, stretch: Floats) -> LoadedModel:
-        base = self.scene.graph.base_frame
-        instances: list[Instance] = []
-        for node in self._children.get(base, []):
-            instances += self._place(node, stretch)
-        self.assemblies.append(Assembly(name, instances))
+        self.assemblies.append(Assembly(name, self._placed(stretch)))
         return LoadedModel(
             format="",
             schema_name=None,
@@ -120,32 +147,53 @@ class _Reader:
             loader_version=LOADER_VERSION,
         )
 
-    def _place(self, node: str, stretch: Floats) -> list[Instance]:
-        """Instances that stand for a node in its parent, whose coordinates are to be stretched by a 3x3 matrix."""
-        matrix, geometry = self._nodes[node]
-        if not np.all(np.isfinite(matrix)):
-            raise InputError(f"node {node!r} of the file is placed by numbers that are not finite: mend the file")
-        linear = stretch @ matrix[:3, :3]
-        parent_from_node = np.eye(4)
-        parent_from_node[:3, 3] = stretch @ matrix[:3, 3] * self.unit_mm
-        rotation, inner = _polar(linear)
-        parent_from_node[:3, :3] = rotation
-        part = self._part(geometry, inner) if geometry is not None else None
-        children = self._children.get(node, [])
-        if not children:
-            return [] if part is None else [Instance(self._name(node), "part", part, parent_from_node)]
-        instances = [] if part is None else [Instance(str(geometry), "part", part, np.eye(4))]
-        for child in children:
-            instances += self._place(child, inner)
-        if not instances:
-            return []
-        self.assemblies.append(Assembly(node, instances))
-        return [Instance(node, "assembly", len(self.assemblies) - 1, parent_from_node)]
+    def _placed(self, stretch: Floats) -> list[Instance]:
+        """Instances that stand for the nodes below the base, whose coordinates are to be stretched by a 3x3 matrix.
+
+        Without recursion, since files nest as deeply as they like: nodes are placed on the way down, and become
+        assemblies on the way up.
+        """
+        base = self.scene.graph.base_frame
+        placed: list[tuple[str, str, int | None, Floats]] = []  # node, its parent, its part, parent_from_node
+        waiting = [(node, base, stretch) for node in reversed(self._children.get(base, []))]
+        reached = {base}
+        while waiting:
+            node, parent, above = waiting.pop()
+            if node in reached:
+                raise InputError(f"node {node!r} of the file stands in itself or in two nodes: mend the file")
+            reached.add(node)
+            matrix, geometry = self._nodes[node]
+            if not np.all(np.isfinite(matrix)):
+                raise InputError(f"node {node!r} of the file is placed by numbers that are not finite: mend the file")
+            rotation, inner = _polar(above @ matrix[:3, :3])
+            parent_from_node = np.eye(4)
+            parent_from_node[:3, :3] = rotation
+            parent_from_node[:3, 3] = above @ matrix[:3, 3] * self.unit_mm
+            part = None if geometry is None else self._part(geometry, inner)
+            placed.append((node, parent, part, parent_from_node))
+            waiting += [(child, node, inner) for child in reversed(self._children.get(node, []))]
+        inside: dict[str, list[Instance]] = {}  # what stands in a node, last first
+        for node, parent, part, parent_from_node in reversed(placed):
+            own = [] if part is None else [Instance(self._named(str(self._nodes[node][1])), "part", part, np.eye(4))]
+            instances = [*own, *reversed(inside.pop(node, []))]
+            if not instances:
+                continue
+            if node in self._children:
+                self.assemblies.append(Assembly(node, instances))
+                one = Instance(node, "assembly", len(self.assemblies) - 1, parent_from_node)
+            else:
+                one = Instance(self._name(node), "part", instances[0].child, parent_from_node)
+            inside.setdefault(parent, []).append(one)
+        return inside.get(base, [])[::-1]
 
     def _name(self, node: str) -> str:
         """Name of a node; the geometry's where trimesh made a node up, with a random end, for one of several meshes."""
         made_up = re.fullmatch(r"(.+)_[0-9a-f]{6}", node)
-        return str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node
+        return self._named(str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node)
+
+    def _named(self, name: str) -> str:
+        """A name of the file; the file's own, without its suffix, where it has none for its mesh."""
+        return self.file.stem if name == self.file.name or _UNNAMED.fullmatch(name) else name
 
     def _part(self, geometry: str, stretch: Floats) -> int | None:
         """Part of a geometry stretched by a 3x3 matrix; None where it holds no area."""
@@ -163,8 +211,8 @@ class _Reader:
         vertices = vertices @ stretch.T * self.unit_mm
         if not np.all(np.abs(vertices[triangles]) < _MOST_MM):  # NaN too
             raise InputError(
-                f"mesh {geometry!r} of the file has vertices that are no numbers or beyond {_MOST_MM / 1e6:g} km: "
-                "check its unit, or export it again"
+                f"mesh {self._named(geometry)!r} of the file has vertices that are no numbers or beyond "
+                f"{_MOST_MM / 1e6:g} km: check its unit, or export it again"
             )
         if np.linalg.det(stretch) < 0:
             triangles = triangles[:, ::-1]
@@ -172,8 +220,9 @@ class _Reader:
         if shape is None:
             return None
         self.shapes.append(shape)
-        name = Path(geometry).stem if Path(geometry).suffix[1:].lower() in FORMATS else geometry
-        self.parts.append(Part(number=name, name=name, shape=len(self.shapes) - 1, colour=_colour(mesh)))
+        name = self._named(geometry)
+        colour = None if geometry in self.without_colour else _colour(mesh)
+        self.parts.append(Part(number=name, name=name, shape=len(self.shapes) - 1, colour=colour))
         return len(self.parts) - 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,9 @@ _ENTITY = re.compile(rb"\b(" + b"|".join(_COUNTED) + rb")\s*\(")
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*([^;]*);")
 _DEFINED = re.compile(rb"#(\d+)\s*=")
 _REFERENCE = re.compile(rb"#(\d+)")
+# What stands for a parameter and is none: keywords are followed by a bracket, enumerations stand between dots.
+_WORD = re.compile(rb"[(,]\s*[-+]?([A-Za-z]\w*)\s*[,)]")
+_EXPONENT = re.compile(rb"[\d.][eE]\+?0*(\d{3,})")
 _FACE = re.compile(rb"\b(?:" + b"|".join(_EXACT) + rb")\s*\(")
 _TESSELLATED_FACE = re.compile(rb"\b(?:" + b"|".join(_TESSELLATED) + rb")\s*\(")
 _SHAPE = re.compile(rb"SHAPE_REPRESENTATION\s*\(")
@@ -92,6 +96,10 @@ def _damage(blanked: bytes, counts: dict[bytes, int]) -> str | None:
     if len(there) < len(defined):
         twice = min(int(number) for number, count in Counter(defined).items() if count > 1)
         return f"it defines #{twice} more than once"
+    if word := _WORD.search(blanked):
+        return f"it has {word[1].decode()} where a number or another parameter belongs"
+    if any(int(exponent) > sys.float_info.max_10_exp for exponent in _EXPONENT.findall(blanked)):
+        return "it has a number that is too large for any computer"
     # Writers that place one use of a product by this entity place all of them by it.
     usages, placed = counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"], counts[b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"]
     if 0 < placed < usages:

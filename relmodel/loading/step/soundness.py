@@ -90,12 +90,16 @@ def _loop_gaps(shape: Shape) -> Array:
 
 
 def _surface_gaps(shape: Shape) -> Array:
-    """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it."""
+    """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it.
+
+    An edge without length lies in a point of its surface all along its pcurve: the kernel takes edges for such ones
+    whose curve cannot be read.
+    """
     curves, surfaces = curves_of(shape), surfaces_of(shape)
     arc, surface = shape.coedges["arc_no"], shape.coedges["surface_no"]
     pcurve = pcurve_of(shape.coedges, shape.pcurves)
     analytic = np.isin(surfaces.kind[surface].astype(str), ANALYTIC_KINDS)
-    drawn = np.flatnonzero(~analytic & (pcurve >= 0) & (curves.kind[arc] != "degenerate"))
+    drawn = np.flatnonzero(pcurve >= 0)
     gaps = np.zeros(len(arc))
     for share in _SHARES:
         t = curves.t0 + share * (curves.t1 - curves.t0)

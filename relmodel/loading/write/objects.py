@@ -12,6 +12,7 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.contacts import contacts
 from relmodel.loading.identity import ModelKeys
 from relmodel.loading.neutral import Attribute, Instance, LoadedModel
+from relmodel.loading.placed import PlacedParts
 from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.pmi import append_pmi
 from relmodel.store import Run
@@ -60,8 +61,9 @@ def append_objects(
         },
     )
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
+    parts = PlacedParts(model)
     for i, no in zip((ids[keys.assemblies[k]] for k in fresh), fresh.tolist(), strict=True):
-        touching = contacts(model, no) if model.assemblies[no].kind != "robot" else {}
+        touching = contacts(parts, no) if model.assemblies[no].kind != "robot" else {}
         if touching:
             run.append(connection, "part_contact", {"object_id": np.full(len(touching["gap"]), i), **touching})
     _append_joints(run, connection, [(i, no, j) for i, a in new for no, j in enumerate(a.joints)])
