@@ -43,6 +43,7 @@ _LIGHT_SIGMA = 0.25  # px: how far light draws the parts of an edge from their c
 _MIN_TURNED = 3.0
 _MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
 _TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
+_ABOUT, _CORNER = 4, np.cos(np.deg2rad(25.0))  # elements to both sides of a break between which a corner turns by more
 _ROUNDS = 4  # of joining
 
 
@@ -73,7 +74,7 @@ def cut_arcs(
         pieces, kinds, costs = _arc_kernels.segment(
             x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, *bow
         )
-        members, kept = _pieces_to_members(what, pieces, min_elements)
+        members, kept = _pieces_to_members(edges, what, pieces, min_elements)
         return members, kinds[kept], costs[kept]
 
     members, kinds, costs = described(chains, _PRICE)
@@ -153,15 +154,20 @@ def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
     return Chains(elements, chains.offsets, chains.closed)
 
 
-def _pieces_to_members(chains: Chains, pieces: IntArray, min_elements: int) -> tuple[Chains, BoolArray]:
+def _pieces_to_members(
+    edges: EdgeElements, chains: Chains, pieces: IntArray, min_elements: int
+) -> tuple[Chains, BoolArray]:
     """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
     which of them are long enough for that."""
     chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
-    at_start = pieces[:, 0] == chains.offsets[chain]
-    at_end = pieces[:, 1] == chains.offsets[chain + 1] - 1
-    long = pieces[:, 1] - pieces[:, 0] >= 4 * _TRIM + min_elements
-    first = pieces[:, 0] + np.where(at_start, 0, np.where(long, _TRIM, 1))
-    last = pieces[:, 1] - np.where(at_end, 0, np.where(long, _TRIM, 0))
+    begin, end = chains.offsets[chain], chains.offsets[chain + 1] - 1
+    at_start, at_end = pieces[:, 0] == begin, pieces[:, 1] == end
+    before, after = (chains.elements[np.clip(pieces + way, begin[:, None], end[:, None])] for way in (-_ABOUT, _ABOUT))
+    corner = edges.nx[before] * edges.nx[after] + edges.ny[before] * edges.ny[after] < _CORNER
+    corner &= pieces[:, 1:] - pieces[:, :1] >= 4 * _TRIM + min_elements
+    # the element at a break is the former piece's, where both keep it
+    first = pieces[:, 0] + np.where(at_start, 0, np.where(corner[:, 0], _TRIM, 1))
+    last = pieces[:, 1] - np.where(~at_end & corner[:, 1], _TRIM, 0)
     counts = last - first + 1
     kept = counts >= min_elements
     closed = chains.closed[chain[kept]] & at_start[kept] & at_end[kept]

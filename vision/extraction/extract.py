@@ -26,7 +26,7 @@ from vision.extraction.topography import Crests, crest_arcs, label_histogram, to
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "10"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "11"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)
