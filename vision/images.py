@@ -59,7 +59,8 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
 
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"there is no image {path}: check the name")
+        trouble = f"{path} is no file" if path.exists() else f"there is no image {path}"
+        raise InputError(f"{trouble}: check the name")
     if path.stat().st_size > MAX_FILE_BYTES:
         raise InputError(f"the image {path} is larger than {MAX_FILE_BYTES // 1024**2} MB: give a single picture")
     try:
@@ -85,7 +86,9 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
             else:
                 pixels = np.asarray(image.convert("RGB") if image.mode in _CONVERTED else image)
     except UnidentifiedImageError as error:
-        raise InputError(f"the file {path} is no picture that can be read: give a PNG, TIFF or JPEG file") from error
+        raise InputError(
+            f"the file {path} is no picture of a kind that is read: give a PNG, TIFF or JPEG file of 8 or 16 bits"
+        ) from error
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error
     # 32-bit containers (TIFF, and PNG in some versions of the reader) may hold 16 bits.

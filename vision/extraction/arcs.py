@@ -1,13 +1,13 @@
 """Step 4: arcs fitted to the members that cutting gives them, and the columns that follow from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from vision.extraction import covariances
-from vision.extraction.courses import Deviations, from_circles, from_ellipses, from_lines, settle
+from vision.extraction.courses import Deviations, drawn_inwards, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.covariances import STATIONS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
@@ -17,12 +17,15 @@ from vision.extraction.linking import Chains
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 KINDS = ("line", "circular", "free", "elliptic")
 LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _UNEVEN = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
+_FLAT = 0.1  # px that a circular arc, trimmed at its corners, has to bow out by still
+_UNBENDING = 2  # rounds of moving the elements of an ellipse out of its bend and fitting it again
 _PACKED = ("elements", "bright_left", "x", "y", "point_sigma")
 
 
@@ -122,6 +125,57 @@ def ellipses_of(
     return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
 
 
+def turning_of(edges: EdgeElements, members: Chains, turned: BoolArray) -> FloatArray:
+    """By how much (rad, from x towards y) the tangent turns along each arc, walked through all its elements: an ellipse
+    turns most where it is shortest, which neither its length nor its chords show.  `turned` as in `measure_arcs`."""
+    if len(members) == 0:
+        return np.zeros(0)
+    element = members.elements
+    step = turn_between(edges, turned, element, np.append(element[1:], element[-1]))
+    step[members.offsets[1:] - 1] = 0.0
+    return np.asarray(np.add.reduceat(step, members.offsets[:-1]))
+
+
+def turn_between(edges: EdgeElements, turned: BoolArray, one: IntArray, other: IntArray) -> FloatArray:
+    """Angle (rad, -pi to pi) from the tangent of each element `one` to that of `other`."""
+    same_way = np.where(turned[one] == turned[other], 1.0, -1.0)
+    cross = edges.nx[one] * edges.ny[other] - edges.ny[one] * edges.nx[other]
+    dot = edges.nx[one] * edges.nx[other] + edges.ny[one] * edges.ny[other]
+    return np.asarray(np.arctan2(same_way * cross, same_way * dot))
+
+
+def _unbiased_ellipses(
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
+    members: Chains,
+    ovals: IndexArray,
+    half_spread: FloatArray,
+    scale: float,
+) -> Ellipses:
+    """Ellipses through the members of the arcs `ovals`, each moved out of the curve to where smoothing drew it from;
+    most, by far, where the ellipse is most bent, so that no parameter of it could be corrected for all."""
+    found = ellipses_of(x, y, w, members, ovals[:, None])
+    rows = np.flatnonzero(np.isin(members.chain_of_member, ovals))
+    which = np.searchsorted(ovals, members.chain_of_member[rows])
+    for _ in range(_UNBENDING):
+        seen = _seen_of_ellipses(x[rows], y[rows], found, which, half_spread[ovals], scale)
+        out_x, out_y = np.nan_to_num(seen.bias * seen.nx), np.nan_to_num(seen.bias * seen.ny)
+        moved = fit_ellipses(x[rows] + out_x, y[rows] + out_y, w[rows], members.counts[ovals])
+        columns = ((getattr(moved, field.name), getattr(found, field.name)) for field in fields(Ellipses))
+        found = Ellipses(*(np.where(np.isfinite(moved.square), new, old) for new, old in columns))
+    return found
+
+
+def _seen_of_ellipses(
+    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: IndexArray, half_spread: FloatArray, scale: float
+) -> Deviations:
+    """Deviations of points (m,) from where smoothing draws the ellipses `which` (m,) names; `half_spread` is theirs."""
+    found = from_ellipses(x, y, ellipses, which, half_spread[which])
+    bias = np.minimum(found.bias, half_spread[which] / scale)
+    return replace(found, distance=found.distance + bias, bias=bias)
+
+
 def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: BoolArray, *, scale: float) -> Arcs:
     """Final fits of arcs with these members and of these kinds, as `cutting.cut_arcs` gives them, and the columns that
     follow from them; `turned` says of each edge element whether its bright side is on the right of the walk."""
@@ -130,28 +184,29 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     correlation, weight = correlation_at(scale), weight_of(edges, scale)
     x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
     fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * _FLAT * fit[:, 2])  # or no circle at all
+    if flat.any():
+        kinds = np.where(flat, LINE, kinds).astype(kinds.dtype)
+        fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)
     radius2, axis_angle = nan.copy(), nan.copy()
+    width = members.mean(edges.width)
+    half_spread = 0.5 * (scale**2 + width**2)  # of operator and blur together, which draw a curved edge inwards
     ovals = np.flatnonzero(kinds == ELLIPTIC)
-    found = ellipses_of(x, y, w, members, ovals[:, None])
+    found = _unbiased_ellipses(x, y, w, members, ovals, half_spread, scale)
     good = np.isfinite(found.square)
     columns = np.stack([found.centre_x, found.centre_y, found.major, found.square, found.square], axis=1)
     fit[ovals[good, None], np.array([0, 1, 2, 4, 7])] = columns[good]
     radius2[ovals], axis_angle[ovals] = found.minor, found.angle
     line, circular = (kinds == LINE)[:, None], (kinds == CIRCULAR)[:, None]
+    curved = np.isin(kinds, (CIRCULAR, ELLIPTIC))
     centre, direction, radius = fit[:, :2], fit[:, 2:4], fit[:, 2]
     on_line = centre + np.sum((ends - centre) * direction, axis=2, keepdims=True) * direction
     spoke = ends - centre
     spoke_length = np.maximum(np.linalg.norm(spoke, axis=2, keepdims=True), 1e-12)
-    width = members.mean(edges.width)
-    # smoothing draws a curved edge inwards by S^2 / 2R, S the spread of operator and blur together
-    half_spread = 0.5 * (scale**2 + width**2)
-    oval = kinds == ELLIPTIC
-    tightest = np.maximum(np.where(oval, radius2**2 / np.maximum(radius, scale), radius), scale)
-    unbiased = radius + half_spread / tightest
-    radius2 = radius2 + half_spread * radius2 / np.maximum(radius, scale) ** 2
+    unbiased = radius + np.where(circular[:, 0], drawn_inwards(radius, half_spread), 0.0)
     on_circle = centre + spoke / spoke_length * unbiased[:, None]
     start, end = np.where(line, on_line, np.where(circular, on_circle, ends))
 
@@ -159,12 +214,10 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     steps[last] = 0.0
     walked = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
     closing = np.hypot(*(ends[0] - ends[1]).T)
-    turn = walked / np.maximum(radius, 1e-9)
-    round_trip = np.isin(kinds, (CIRCULAR, ELLIPTIC)) & (closing < 0.15 * walked) & (turn > 4.5)
+    round_trip = curved & (closing < 0.15 * walked) & (np.abs(turning_of(edges, members, turned)) > 4.5)
     closed = members.closed | round_trip
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
-    curved = circular[:, 0] | oval
     deviations, covariance = _deviations(
         x, y, edges.sigma[members.elements], w, members, kinds, fit, found, half_spread, scale
     )
@@ -176,7 +229,7 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
         begins = np.cumsum(count) - count
         fit[bends, 7] = np.add.reduceat(deviations.distance[own] ** 2, begins) / count
         variance[bends] = np.add.reduceat(deviations.sigma[own] ** 2, begins) / count
-    free = (kinds == FREE)[:, None]
+    free = np.isin(kinds, (FREE, ELLIPTIC))[:, None]
     start = np.where(free, np.column_stack([course.x[first], course.y[first]]), start)
     end = np.where(free, np.column_stack([course.x[last], course.y[last]]), end)
     return Arcs(
@@ -221,7 +274,7 @@ def _deviations(
     scale: float,
 ) -> tuple[Deviations, FloatArray]:
     """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
-    those of the elliptic ones, in order, as seen."""
+    those of the elliptic ones, in order."""
     arc = members.chain_of_member
     columns = np.full((5, len(x)), np.nan)
     covariance = np.full((len(kinds), STATIONS, STATIONS), np.nan)
@@ -237,12 +290,13 @@ def _deviations(
             found = from_lines(px, py, fit[at])
             jacobian = covariances.of_lines((px - fit[at, 0]) * fit[at, 2] + (py - fit[at, 1]) * fit[at, 3])
         elif kind == CIRCULAR:
-            found = from_circles(px, py, fit[at], half_spread[at])
+            found = from_circles(px, py, fit[at], drawn_inwards(fit[:, 2], half_spread)[at])
             jacobian = covariances.of_circles(found)
         else:
             which = np.searchsorted(own, at)
-            found = from_ellipses(px, py, ellipses, which, half_spread[at])
-            jacobian = covariances.of_ellipses(px, py, found, ellipses, which)
+            found = _seen_of_ellipses(px, py, ellipses, which, half_spread[own], scale)
+            moved_x, moved_y = px + found.bias * found.nx, py + found.bias * found.ny
+            jacobian = covariances.of_ellipses(moved_x, moved_y, found, ellipses, which)
         columns[:, rows] = found.distance, found.nx, found.ny, found.bias, found.sigma
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]

@@ -21,6 +21,8 @@ from vision.extraction.arcs import (
     correlation_at,
     ellipses_of,
     measure_arcs,
+    turn_between,
+    turning_of,
     weight_of,
 )
 from vision.extraction.edges import EdgeElements
@@ -41,7 +43,10 @@ _MIN_SAGITTA, _MIN_BOW, _MIN_RISE = 0.8, 2.0, 7.0
 _LIGHT_SIGMA = 0.25  # px: how far light draws the parts of an edge from their common line
 # A line of less, in elements that count as one, is not known to lie in line with one whose bright side is another.
 _MIN_TURNED = 3.0
-_MIN_ELLIPSE_TURN = 1.2  # rad: a shorter piece determines no ellipse
+# rad: what turns less determines no ellipse, by the circle through it, or by its tangents where it holds the end of a
+# slender one.
+_MIN_ELLIPSE_TURN, _MIN_SLENDER_TURN = 1.2, 2.2
+_MIN_ASPECT = 0.05  # of an ellipse: a narrower one is two edges side by side
 _TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
 _ABOUT, _CORNER = 4, np.cos(np.deg2rad(25.0))  # elements to both sides of a break between which a corner turns by more
 _ROUNDS = 4  # of joining
@@ -206,8 +211,11 @@ def _join(
     likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
     likely &= fresh[tail] | fresh[head]
     tail, head, turn = tail[likely], head[likely], turn[likely]
+    turning = turning_of(edges, members, turned)
+    ends = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
+    bend = np.abs(turning[tail] + turn_between(edges, turned, *ends) + turning[head])
     saving, kind = _savings(
-        x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], correlation
+        x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], bend, correlation
     )
     partner = np.full(len(members), -1, np.intp)
     taken, against = np.zeros(len(members), np.bool_), np.zeros(len(members), np.bool_)
@@ -279,10 +287,12 @@ def _savings(
     alone: FloatArray,
     pairs: IndexArray,
     distance: FloatArray,
+    bend: FloatArray,
     correlation: float,
 ) -> tuple[FloatArray, IndexArray]:
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
-    one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits."""
+    one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
+    """
     from vision.extraction import _arc_kernels
 
     misfit = _misfits(x, y, w, members, kinds, alone, correlation)
@@ -296,11 +306,12 @@ def _savings(
     bowed = joint[:, 2] > np.maximum(_MIN_SAGITTA, np.maximum(_MIN_BOW * np.sqrt(together / total), _MIN_RISE * rms))
     circle = np.where(bowed & ~straight, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
     bent = (kinds[pairs] != LINE).all(axis=1) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
+    bent |= ~straight & (bend > _MIN_SLENDER_TURN)
     bent &= (circle > apart) & (distance < 0.5 * together)
     tried = ellipses_of(x, y, w, members, pairs[bent])
     oval = np.full(len(pairs), np.inf)
     price = tried.square * total[bent] / (2.0 * correlation) + _PRICE[ELLIPTIC]
-    oval[bent] = np.where(tried.minor > 0.15 * tried.major, price, np.inf)
+    oval[bent] = np.where(tried.minor > _MIN_ASPECT * tried.major, price, np.inf)
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     kind, least = costs.argmin(axis=1), costs.min(axis=1)
     # a misfit that long arcs can pay for is still a misfit

@@ -59,18 +59,24 @@ def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
 
 
 def grey_image(image: npt.ArrayLike) -> FloatArray:
-    """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or float (taken as 0..255) grey.
+    """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
+    0..255.
 
-    Raises InputError for colour, an empty image, or values that are not finite.
+    Raises InputError for colour, an empty image, what are no real numbers, and values that are not finite or far beyond
+    that range.
     """
     array = np.asarray(image)
     if array.ndim != 2 or array.size == 0:
         raise InputError(f"an image of shape {array.shape} is not a grey picture: hand in rows x columns")
-    if array.dtype == np.uint16:
-        return np.ascontiguousarray(array / 257.0)
-    grey = np.ascontiguousarray(array, dtype=np.float64)
-    if array.dtype.kind == "f" and not np.isfinite(grey.sum()):
+    if array.dtype.kind not in "buif":
+        raise InputError(f"an image of {array.dtype.name} is not a grey picture: hand in numbers")
+    scale = {"b1": 255.0, "u2": 1.0 / 257.0}.get(array.dtype.str[1:], 1.0)
+    grey = np.require(array * scale if scale != 1.0 else array, np.float64, ("C", "W"))
+    least, greatest = float(grey.min()), float(grey.max())
+    if not (np.isfinite(least) and np.isfinite(greatest)):
         raise InputError("the image holds values that are not finite: mend it before extraction")
+    if max(-least, greatest) > _BEYOND:
+        raise InputError(f"the image holds {least:g} to {greatest:g}: hand in grey on 0..255, or 8 or 16 bits")
     return grey
 
 
@@ -142,6 +148,7 @@ def edge_elements(
     )
 
 
+_BEYOND = 1000.0  # grey: noise reaches beyond 0..255, another scale farther than this
 _MAX_OFFSET = 0.75  # px along the gradient: more than half a pixel, so that noise opens no gaps; thinning follows
 _BORDER = 2.5  # scales: further in, the mirrored picture displaces no edge by more than 0.01 px
 _MAX_SPREAD = 4.0  # an edge more than four operator widths wide is a shade, not a step

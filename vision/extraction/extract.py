@@ -4,6 +4,7 @@ import hashlib
 import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field, replace
+from math import isfinite
 from time import perf_counter
 
 import numpy as np
@@ -61,6 +62,11 @@ class ExtractionParameters:
     mask: str = ""
 
     def __post_init__(self) -> None:
+        amiss = [name for name, value in asdict(self).items() if isinstance(value, float) and not isfinite(value)]
+        if amiss:
+            raise UsageError(f"the extraction's {amiss[0]} is {getattr(self, amiss[0])}: give a finite number")
+        if not 0.0 < self.significance <= 1.0:
+            raise UsageError(f"a significance of {self.significance} is no probability: give one of 0 to 1")
         if self.regions not in ("leak-proof", "plain"):
             raise UsageError(f"there are no regions of kind {self.regions}: ask for leak-proof or plain")
 
@@ -111,10 +117,10 @@ def extract(
 ) -> Extraction:
     """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
 
-    With `mask` (rows, columns), what lies where it is false belongs to nothing: no edge element is kept there and no
-    region reaches there.  A picture too small for a facet (11 px) or without contrast gives one region and no arc.
-    Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `grey_image` does, and
-    for a mask of another shape or that leaves nothing.
+    With `mask` (rows, columns), what lies where it is false or zero belongs to nothing: no edge element is kept there
+    and no region reaches there.  A picture too small for a facet (11 px) or without contrast gives one region and no
+    arc.  Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `grey_image`
+    does, and for a mask of another shape or that leaves nothing.
     """
     p = parameters
     timings: dict[str, float] = {}
@@ -128,11 +134,10 @@ def extract(
 
     grey = grey_image(image)
     if mask is not None:
+        mask = np.asarray(mask, dtype=np.bool_)
         if mask.shape != grey.shape:
-            (height, width), (rows, columns) = mask.shape, grey.shape
-            raise InputError(
-                f"the mask is {width}x{height}, the picture {columns}x{rows}: give a mask of the same size"
-            )
+            size, (rows, columns) = "x".join(map(str, mask.shape[::-1])), grey.shape
+            raise InputError(f"the mask is {size}, the picture {columns}x{rows}: give a mask of the same size")
         if not mask.any():
             raise InputError("the mask leaves nothing of the picture: mark part of it")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
@@ -165,7 +170,8 @@ def extract(
     junctions = find_junctions(grey, arcs)
     arcs = close_ends(arcs, junctions)
     lap("junctions")
-    labels, crests = topographic_labels(grey, noise, edges.take(np.unique(chains.elements)), sigma=p.topography_scale)
+    linked = edges.take(np.unique(chains.elements))
+    labels, crests = topographic_labels(grey, noise, linked, sigma=p.topography_scale)
     if mask is not None:
         crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
     lap("topography")
@@ -181,8 +187,10 @@ def extract(
             min_elements=p.min_crest_elements,
         )
         barrier = edge_mask(edges, chains, arcs, junctions, shape)
-        find_regions = leak_proof_regions if p.regions == "leak-proof" else plain_regions
-        regions = find_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
+        if p.regions == "leak-proof":
+            regions = leak_proof_regions(grey, barrier, min_area=p.min_region_area, inside=mask, edges=linked)
+        else:
+            regions = plain_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
         lap("regions")
         marks, courses = marked.result(), crested.result()
     marks_of_courses = crest_marks(grey, crests.elements, courses)

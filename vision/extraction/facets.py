@@ -19,7 +19,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.errors import InputError
+from relmodel.errors import UsageError
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
@@ -74,14 +74,14 @@ class FacetKernels:
 def plain_kernels(size: int) -> FacetKernels:
     """Kernels of the unweighted window of `size` 5, 7, 9 or 11 pixels."""
     if size not in (5, 7, 9, 11):
-        raise InputError(f"a plain facet of size {size} is not offered: take 5, 7, 9 or 11")
+        raise UsageError(f"a plain facet of size {size} is not offered: take 5, 7, 9 or 11")
     return _kernels(np.ones(size), None)
 
 
 def gaussian_kernels(sigma: float) -> FacetKernels:
     """Kernels of the window weighted by a Gaussian of standard deviation `sigma` px (0.8 to 6)."""
     if not 0.8 <= sigma <= 6.0:
-        raise InputError(f"a facet scale of {sigma} px is outside 0.8 to 6: the sampled Gaussian would not carry it")
+        raise UsageError(f"a facet scale of {sigma} px is outside 0.8 to 6: the sampled Gaussian would not carry it")
     radius = ceil(4 * sigma)
     t = np.arange(-radius, radius + 1, dtype=np.float64)
     return _kernels(np.exp(-0.5 * (t / sigma) ** 2), sigma)

@@ -145,6 +145,10 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
     # prolonged from an end, it strays as three points a apart let it: (1 + 20 s^2 / a^2) times their variance
     spread = arcs.point_sigma[at] ** 2
     variance[free] = np.column_stack([spread, 0.0 * spread, 20.0 * spread / np.maximum(0.5 * (a + b), 1.0) ** 2])
+    # parameters that nearly determine each other have no covariance; place and direction in the middle are known still
+    unknown = ~np.isfinite(variance).all(axis=1)
+    sigma, lean = arcs.sigma[arc[unknown]], arcs.angle_sigma[arc[unknown]]
+    variance[unknown] = np.column_stack([sigma**2, 0.0 * sigma, lean**2])
     return LocalCurves(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
 
 

@@ -19,9 +19,10 @@ from vision.extraction.linking import Chains
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 _SATURATED = 250.0
-_BALLS = (12.0, 5.0, 2.0)  # px: radii of the trapped balls
+_BALLS = (12.0, 5.0, 2.0, 0.9)  # px: radii of the trapped balls
 _LEVELS = np.float32(4.0)  # a px, at which the flood falls; 256 of them
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
 _LARGE = 6.0  # px: inradius from which a region stands by itself
@@ -31,6 +32,7 @@ _ENDS = 4  # px of edge that a border across a strip meets at its two ends
 _BORDER_REACH = 10.0  # px that an end is prolonged to reach the border of the picture,
 _LINE_REACH = 80.0  # and that a free end of a straight arc is prolonged to the next edge, of significance no less than
 _DOUBTFUL = -1.0
+_BESIDE = 1.5  # px from an edge to where the region beside it is read
 _MEETING = 6  # px within which another arc's point leaves an end no need to be prolonged
 
 
@@ -158,9 +160,10 @@ def leak_proof_regions(
     min_area: int = 40,
     max_step: float = 12.0,
     inside: BoolArray | None = None,
+    edges: EdgeElements | None = None,
 ) -> Regions:
     """Regions behind gaps narrower than themselves; they cover the picture, or what of it is `inside`, edge pixels
-    shared out between them.
+    shared out between them: those of `edges` by the side of the edge that their centre lies on.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
     at most `max_step`; large regions merge only across a wide border that is hardly edge anywhere.
@@ -171,6 +174,8 @@ def leak_proof_regions(
         mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     labels = _flooded(depth)
+    if edges is not None:
+        _share_out(labels, edges)
     labels, totals = _merge(grey, labels, mask, depth, min_area, max_step)
     if inside is not None:
         labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
@@ -191,6 +196,22 @@ def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
         cells[1:-1, 1:-1] += 256
     _region_kernels.flood(flat, cells.shape[1])
     return np.asarray((cells[1:-1, 1:-1] >> 8) - 1)
+
+
+def _share_out(labels: IntArray, edges: EdgeElements) -> None:
+    """Give the pixels of edge elements, which the flood gave to whom came first, to the region on their side of the
+    edge, where they touch it."""
+    rows, columns = labels.shape
+    row, column = np.divmod(edges.pixel, columns)
+    side = np.where((column - edges.x) * edges.nx + (row - edges.y) * edges.ny > 0.0, _BESIDE, -_BESIDE)
+    flat = labels.reshape(-1)
+    c = np.rint(edges.x + side * edges.nx).astype(np.intp).clip(0, columns - 1)
+    r = np.rint(edges.y + side * edges.ny).astype(np.intp).clip(0, rows - 1)
+    there = labels[r, c]
+    touches = np.zeros(len(edges), np.bool_)
+    for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        touches |= labels[(row + down).clip(0, rows - 1), (column + right).clip(0, columns - 1)] == there
+    flat[edges.pixel[touches]] = there[touches]
 
 
 def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) -> FloatArray:
@@ -215,9 +236,11 @@ def _merge(
     pixel, other = pairs[2], pairs[3]
     key, which = np.unique(pairs[0] * count + pairs[1], return_inverse=True)
     edge = mask.reshape(-1)
-    columns = None, edge[pixel] | edge[other], pixel % labels.shape[1], pixel // labels.shape[1]
-    common = np.column_stack([np.bincount(which, column, len(key)) for column in columns]).astype(np.float64)
-    borders = _Borders(key // count, key % count, common)
+    on_edge = edge[pixel] | edge[other]
+    columns = None, on_edge, pixel % labels.shape[1], pixel // labels.shape[1]
+    common = [np.bincount(which, column, len(key)) for column in columns]
+    strips = _strips(pixel[~on_edge], other[~on_edge], which[~on_edge], len(key), labels.shape[1])
+    borders = _Borders(key // count, key % count, np.column_stack([*common, strips]).astype(np.float64))
     final = np.arange(count, dtype=np.int32)
     for _ in range(_ROUNDS):
         component = _components(borders, totals, min_area, max_step)
@@ -240,9 +263,21 @@ def border_pairs(labels: IntArray) -> npt.NDArray[np.int64]:
     return np.stack([np.minimum(a, b), np.maximum(a, b), first, second])[:, (a >= 0) & (b >= 0)]
 
 
+def _strips(pixel: IndexArray, other: IndexArray, pair: IndexArray, count: int, columns: int) -> IndexArray:
+    """(count,): into how many strips the sides between pixels `pixel` and `other`, right of it or below, of each of the
+    pairs of regions fall: as many as there are sides, less the corners that two sides of one pair share."""
+    across = other - pixel == 1
+    # the corners of a side, each numbered as the pixel that it is the upper left corner of
+    corner = np.concatenate([np.where(across, other, other + 1), np.where(across, other + columns, other)])
+    met = np.unique_counts(corner * np.int64(count) + np.tile(pair, 2))
+    shared = np.bincount(met.values % count, met.counts > 1, count)
+    return np.asarray(np.bincount(pair, minlength=count) - shared, dtype=np.intp)
+
+
 @dataclass(frozen=True)
 class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 4): pixel sides, those on edges, x and y."""
+    """Neighbours a < b, and of their common border the sums (n, 5): pixel sides, those on edges, x, y, and the strips
+    that the others form."""
 
     a: npt.NDArray[np.int64]
     b: npt.NDArray[np.int64]
@@ -260,7 +295,7 @@ def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tu
     ends = np.sort(np.column_stack([component[borders.a], component[borders.b]]).astype(np.int64), axis=1)
     apart = ends[:, 0] != ends[:, 1]
     key, which = np.unique(ends[apart, 0] * count + ends[apart, 1], return_inverse=True)
-    totals = np.zeros((len(key), 4))
+    totals = np.zeros((len(key), borders.totals.shape[1]))
     np.add.at(totals, which, borders.totals[apart])
     return _Borders(key // count, key % count, totals), merged
 
@@ -275,7 +310,7 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
         return None
     length, edge_length = borders.totals[:, 0], borders.totals[:, 1]
     centroid, mean, slope, _ = _planes(regions)
-    middle = borders.totals[:, 2:] / length[:, None]
+    middle = borders.totals[:, 2:4] / length[:, None]
     step = np.abs(
         mean[a] + np.sum(slope[a] * (middle - centroid[a]), axis=1)
         - mean[b] - np.sum(slope[b] * (middle - centroid[b]), axis=1)
@@ -285,7 +320,8 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     inradius = regions[:, 15]
     large = inradius >= _LARGE
     wide = open_length >= _NECK * np.minimum(inradius[a], inradius[b])
-    joined = large[a] & large[b] & (edge_length <= np.maximum(0.1 * length, _ENDS)) & wide & (step <= 0.5 * max_step)
+    hardly_edge = edge_length <= np.maximum(0.1 * length, _ENDS * borders.totals[:, 4])
+    joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.
     sliver = regions[:, 0] < min_area

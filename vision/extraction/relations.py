@@ -36,6 +36,8 @@ _LOOK = 2.5  # px from an edge element at which the region beside it is read
 _MIN_LINE = 15.0  # px: shorter lines have no direction to speak of
 _MAX_ANGLE = np.deg2rad(3.0)
 _MAX_LATERAL = 2.0  # px between collinear lines
+_STRETCH_SIGMA = 2.0**0.5  # px: of the two ends of the stretch along which an arc borders a region
+_ASLANT = 0.03  # of the length of a border, by which four directions misjudge it
 _END_SIGMA = 2.0  # px: ends are where linking stopped, not where edges end
 _MIN_OVERLAP = 0.3  # of the shorter of two parallel lines
 _MAX_CENTRE_SIGMA = 1.0  # px: a centre less sure says nothing of concentricity
@@ -130,18 +132,14 @@ def _bounds(arcs: Arcs, regions: Regions, borders: RegionArcs) -> Part:
     key, which = np.unique(borders.arc.astype(np.int64) * max(len(regions), 1) + borders.region, return_inverse=True)
     length = np.bincount(which, weights=borders.length, minlength=len(key)).astype(np.float64)
     arc, region = key // max(len(regions), 1), key % max(len(regions), 1)
-    return _both_ways(arc, len(arcs) + region, length, np.sqrt(2.0 + 0.05 * length))
+    return _both_ways(arc, len(arcs) + region, length, np.full(len(length), _STRETCH_SIGMA))
 
 
 def _neighbours(first_region: int, regions: Regions) -> tuple[Part, Part]:
     """Adjacent rows, and surrounds where all that borders on a region is one other and what lies within."""
     count = max(len(regions), 1)
-    lesser, greater, _, _ = border_pairs(regions.labels)
-    key, steps = np.unique_counts(lesser * count + greater)
-    length = np.asarray(
-        steps * (np.pi / 4.0), dtype=np.float64
-    )  # a border in general position counts 4 / pi pixel sides a pixel of length
-    sigma = np.sqrt(2.0 + 0.05 * length)
+    key, length = _border_lengths(regions.labels, count)
+    sigma = np.hypot(_STRETCH_SIGMA, _ASLANT * length)
     one, other, shared, spread = _both_ways(key // count, key % count, length, sigma)
     rows, columns = regions.labels.shape
     inside = (regions.x0 > 0) & (regions.y0 > 0) & (regions.x1 < columns - 1) & (regions.y1 < rows - 1)
@@ -159,6 +157,24 @@ def _neighbours(first_region: int, regions: Regions) -> tuple[Part, Part]:
         (first_region + one, first_region + other, shared, spread),
         (first_region + other[part], first_region + one[part], shared[part], spread[part]),
     )
+
+
+def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64], FloatArray]:
+    """Pairs of 4-neighbours, as lesser times `count` plus greater, ascending, and the length (px) of their border.
+
+    By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
+    apart.
+    """
+    lesser, greater, _, _ = border_pairs(labels)
+    key, steps = np.unique_counts(lesser * count + greater)
+    aslant = np.zeros(len(key))
+    for one, other in ((labels[:-1, :-1], labels[1:, 1:]), (labels[1:, :-1], labels[:-1, 1:])):
+        met = (one != other) & (one >= 0) & (other >= 0)
+        a, b = one[met].astype(np.int64), other[met].astype(np.int64)
+        pair = np.minimum(a, b) * count + np.maximum(a, b)
+        at = np.minimum(np.searchsorted(key, pair), max(len(key) - 1, 0))
+        aslant += np.bincount(at[key[at] == pair], minlength=len(key)) if len(key) else 0
+    return key, np.pi / 8.0 * (steps + aslant / np.sqrt(2.0))
 
 
 def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:

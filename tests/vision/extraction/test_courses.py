@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.special import erf
 
 from vision.extraction.arcs import Arcs
-from vision.extraction.courses import from_circles, from_ellipses, from_lines
+from vision.extraction.courses import drawn_inwards, from_circles, from_ellipses, from_lines
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.extract import extract
 
@@ -41,6 +43,23 @@ def test_points_of_a_disc_lie_on_its_rim_not_inside(radius: float) -> None:
     assert abs(np.mean(bias)) < 0.02
 
 
+@pytest.mark.parametrize("radius", [3.0, 8.0, 300.0])
+def test_discs_are_drawn_inwards_as_the_profile_of_a_blurred_one_says(radius: float) -> None:
+    """By the Gaussian summed over dense samples: where its slope is greatest, and how wide the step seems there."""
+    r, blur = np.arange(-8.0, 4.0, 0.001) + radius, 1.6
+    x = np.arange(-12.0, 4.0, 0.002) + radius
+    inside = np.sqrt(np.maximum(radius**2 - x**2, 0.0))  # half the chord of the disc at x
+    r = r[np.abs(r - radius) < 2.0]
+    kernel = np.exp(-0.5 * ((r[::20, None] - x) / blur) ** 2)
+    coarse = (kernel * erf(inside / (blur * np.sqrt(2.0)))).sum(axis=1)
+    slope = np.gradient(-coarse, r[::20])
+    top = CubicSpline(r[::20], slope)
+    seen = float(next(root for root in top.derivative().roots(extrapolate=False) if top(root, 2) < 0.0))
+    spread = -float(top(seen) / top(seen, 2))
+    found = drawn_inwards(np.array([seen]), np.array([0.5 * spread]))[0]
+    assert found == pytest.approx(radius - seen, abs=0.015)
+
+
 def test_deviations_are_distances_along_normals() -> None:
     rng = np.random.default_rng(3)
     t, out = rng.uniform(0, 2 * np.pi, 200), rng.uniform(-0.2, 0.2, 200)
@@ -54,7 +73,7 @@ def test_deviations_are_distances_along_normals() -> None:
     circle = from_circles(x, y, np.tile([30.0, 40.0, 25.0], (200, 1)), np.full(200, 0.5))
     assert circle.distance == pytest.approx(out, abs=1e-12)
     assert np.column_stack([circle.nx, circle.ny]) == pytest.approx(np.column_stack([np.cos(t), np.sin(t)]))
-    assert circle.bias == pytest.approx(0.5 / 25)
+    assert circle.bias == pytest.approx(0.5)
 
     # points beside an ellipse along its exact normal; Sampson's distance is of first order
     a, b, angle = 60.0, 35.0, 0.4

@@ -5,6 +5,7 @@ import pytest
 
 from relmodel.errors import InputError
 from vision.extraction.edges import edge_elements
+from vision.extraction.extract import extract
 from vision.extraction.noise import noise_curve
 
 from .synthetic import disc, step
@@ -101,3 +102,31 @@ def test_border_constant_and_wrong_images() -> None:
         edge_elements(np.zeros((4, 4, 3)))
     with pytest.raises(InputError, match="not finite"):
         edge_elements(np.full((40, 40), np.nan))
+    for what, said in ((np.full((9, 9), 1 + 2j), "complex128"), (np.full((9, 9), "a"), "hand in numbers")):
+        with pytest.raises(InputError, match=said):
+            edge_elements(what)
+    for beyond in (np.inf, -np.inf, 1e30, 65535.0):
+        image = np.full((40, 40), 100.0)
+        image[7, 9] = beyond
+        with pytest.raises(InputError, match=r"finite|hand in grey"):
+            edge_elements(image)
+
+
+def test_the_same_picture_in_any_form_of_array() -> None:
+    """Byte order, strides, read-only memory, whole numbers of any width, one bit."""
+    grey = np.round(step(0.5, 0.2))
+    two = np.where(grey > 110, 255.0, 0.0)
+    fixed = grey.copy()
+    fixed.flags.writeable = False
+    forms = [
+        *(grey.astype(kind) for kind in (np.uint8, np.int16, np.int64, np.float32, ">f8")),
+        *((grey * 257).astype(kind) for kind in ("<u2", ">u2")),
+        np.asfortranarray(grey),
+        np.repeat(grey, 2, axis=1)[:, ::2],
+        fixed,
+        grey.tolist(),
+    ]
+    found = extract(grey)
+    for form in forms:
+        np.testing.assert_array_equal(extract(form).arcs.x, found.arcs.x)
+    np.testing.assert_array_equal(edge_elements(two > 100).x, edge_elements(two).x)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from relmodel.errors import InputError
+from relmodel.errors import UsageError
 from vision.extraction import facets
 from vision.extraction.facets import (
     FacetKernels,
@@ -80,7 +80,7 @@ def test_moments_of_bands_are_those_of_the_picture(band: int, monkeypatch: pytes
 
 
 def test_unusable_windows_are_refused() -> None:
-    with pytest.raises(InputError, match="take 5, 7, 9 or 11"):
+    with pytest.raises(UsageError, match="take 5, 7, 9 or 11"):
         plain_kernels(6)
-    with pytest.raises(InputError, match="outside"):
+    with pytest.raises(UsageError, match="outside"):
         gaussian_kernels(0.2)

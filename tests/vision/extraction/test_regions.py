@@ -1,5 +1,7 @@
 """Regions against known layouts."""
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -77,6 +79,64 @@ def test_a_disc_and_its_surround() -> None:
     regions = leak_proof_regions(image, edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape))
     assert len(regions) == 2
     assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
+
+
+def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> FloatArray:
+    """(true regions,): the intersection of each with the region that fits it best over their union."""
+    shared = np.zeros((truth.max() + 1, labels.max() + 1))
+    np.add.at(shared, (truth, labels), 1.0)
+    union = shared.sum(axis=1, keepdims=True) + shared.sum(axis=0) - shared
+    return np.asarray((shared / union).max(axis=1))
+
+
+def _drawn(
+    truth: Callable[[FloatArray, FloatArray], npt.NDArray[np.int64]], greys: list[float], seed: int
+) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+    """160 x 160 of regions `truth(x, y)`, drawn five times as large, blurred there, noise 3; and where they are."""
+    times, n = 5, 160
+    x, y = np.meshgrid(*2 * [(np.arange(times * n) - (times - 1) / 2) / times])
+    fine = gaussian_filter(np.asarray(greys)[truth(x, y)], 0.7 * times)
+    grey = fine.reshape(n, times, n, times).mean(axis=(1, 3))
+    x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
+    return grey + np.random.default_rng(seed).normal(0, 3, grey.shape), truth(x, y)
+
+
+@pytest.mark.parametrize("turn", np.linspace(0.0, 3.0, 8))
+def test_a_plate_with_holes_is_one_region_whatever_its_necks(turn: float) -> None:
+    def truth(x: FloatArray, y: FloatArray) -> npt.NDArray[np.int64]:
+        u, v = (x - 80) * np.cos(turn) + (y - 80) * np.sin(turn), (y - 80) * np.cos(turn) - (x - 80) * np.sin(turn)
+        parts = [np.hypot(u + 25, v + 3) < 18, np.hypot(u - 25, v) < 9, np.hypot(u - 25, v) < 18]
+        parts.append((np.abs(u) < 55) & (np.abs(v) < 35))
+        return np.asarray(np.select(parts, [1, 2, 3, 4], 0))
+
+    grey, where = _drawn(truth, [60.0, 40.0, 200.0, 100.0, 150.0], int(100 * turn))
+    regions = extract(grey).regions
+    assert len(regions) == 5
+    assert _overlap(regions.labels, where).min() > 0.93  # of a ring 9 px wide; a pixel in its rims is 0.01
+    assert (_overlap(regions.labels, where) > 0.98).sum() >= 2
+
+
+def test_edge_pixels_go_to_the_side_that_they_lie_on() -> None:
+    grey, where = _drawn(
+        lambda x, y: (np.hypot(x - 80.3, y - 79.8)[..., None] < [60.3, 40.4, 20.2]).sum(axis=-1),
+        [60.0, 160.0, 70.0, 150.0],
+        1,
+    )
+    regions = extract(grey).regions
+    assert len(regions) == 4
+    assert _overlap(regions.labels, where).min() > 0.99
+
+
+@pytest.mark.parametrize("width", [2.0, 3.0, 4.0])
+def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
+    def distance(x: FloatArray, y: FloatArray) -> FloatArray:
+        return np.asarray(0.5 * width - np.abs((x - 80) * np.sin(0.5) - (y - 80) * np.cos(0.5)))
+
+    grey = render(distance, (160, 160), 0.7, 60, 160) + np.random.default_rng(2).normal(0, 3, (160, 160))
+    regions = extract(grey).regions
+    assert len(regions) == 3
+    assert len(np.unique(regions.labels[[20, 80, 140], [20, 80, 140]])) > 1
+    assert np.sort(regions.area)[1] > 11_000
 
 
 def test_free_ends_reach_the_border() -> None:
