@@ -139,7 +139,7 @@ def turn(vertices: Floats, triangles: Ints, owner: Ints, kind: Ints, row: Floats
     mine, owner = triangles[owner >= 0], owner[owner >= 0]
     normal = distances_normals(kind[owner], row[owner], vertices[mine].mean(axis=1))[1]
     area = np.linalg.norm(area_normals(vertices, mine), axis=1)
-    mean: Floats = np.stack([np.bincount(owner, area * normal[:, i], count) for i in range(3)], axis=1)
+    mean: Floats = np.stack([np.bincount(owner, area * normal[:, i], count) for i in range(3)], axis=1).astype(float)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     out = np.zeros(count)
     np.maximum.at(out, owner, 2 * np.arccos(np.clip(np.sum(normal * mean[owner], axis=1), -1, 1)))

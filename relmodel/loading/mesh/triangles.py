@@ -87,8 +87,15 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
 
 
 def rounding(vertices: Floats) -> float:
-    """What rounding to single precision, in which most formats hold coordinates, may move a vertex by, mm."""
-    return max(1e-6, 1e-7 * float(np.abs(vertices).max()))
+    """What rounding may move a vertex by, mm: to single precision, in which most formats hold coordinates, or to four
+    or five decimals, as texts do."""
+    single = max(1e-6, 1e-7 * float(np.abs(vertices).max()))
+    for decimals in (4, 5):
+        if all(
+            np.abs(v - np.round(v, decimals)).max() <= single for v in (vertices[:99], vertices)
+        ):  # the fast no first
+            return max(single, 10.0**-decimals)
+    return single
 
 
 def slim(vertices: Floats, triangles: Ints) -> Bools:
