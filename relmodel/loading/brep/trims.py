@@ -159,6 +159,14 @@ class Trims:
         cuts = [self.surfaces.domain_cuts(one) for one in self._free.tolist()]
         return Runs.of([u for u, _ in cuts]), Runs.of([v for _, v in cuts])
 
+    @cached_property
+    def _parted(self) -> npt.NDArray[np.bool_]:
+        """Which surfaces (n,) that are not analytic have several smooth parts."""
+        out = np.zeros(len(self.surfaces), bool)
+        for lines in self._lines:
+            out[self._free] |= np.diff(lines.offsets) > 2
+        return out
+
     def pieces(self, coedges: Index) -> tuple[Index, Array, Array]:
         """Smooth pieces of some coedges, in order: the coedge, start and end of the parameter.
 
@@ -171,6 +179,8 @@ class Trims:
         of, own = self.pcurves.inner_cuts(row[drawn], t0[drawn], t1[drawn])
         found = pieces(t0, t1, np.append(which, drawn[of]), np.append(cuts, own))
         free = (row >= 0) & ~self._analytic[self.surface[coedges]]
+        if free.any():
+            free &= self._parted[self.surface[coedges]]
         if free.any():
             at = np.flatnonzero(free[found[0]])
             of, cuts = self._crossings(coedges[found[0][at]], found[1][at], found[2][at])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import inlays, lattices, polygons, ruled
 from relmodel.loading.facets.chords import Chords
@@ -90,7 +90,7 @@ def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Boo
     turning: faces (n,) with triangles that may be too wide, even of analytic surfaces.
     """
     corners = filled.corners
-    free = turning | ~np.logical_or.reduce([fit.surfaces.kind == one for one in ANALYTIC_KINDS])
+    free = turning | ~np.logical_or.reduce([fit.surfaces.kind == one for one in ("cylinder", "cone")])
     free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0

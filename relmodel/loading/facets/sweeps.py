@@ -17,6 +17,7 @@ from relmodel.loading.facets.rims import Rims
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
+_PAIRS = 1 << 20  # of places and chords at a time
 _UPRIGHT = 1e-9  # of the extent along u: vertices so near to each other lie above each other
 
 
@@ -125,16 +126,20 @@ class Sweep:
         order = np.argsort(at)
         begin = np.searchsorted(at[order], rank[self._left], side="right")
         count = np.searchsorted(at[order], rank[self._right], side="left") - begin
-        chord, k = numbered(np.where(self._run > 0, count, 0))
-        place, left = order[begin[chord] + k], self._left[chord]
-        height = self._v[left] + (u[place] - self._u[left]) * self._slope[chord]
-        far = np.where(own[place] == chord, -1.0, (height - v[place]) * way[place])
-        order = np.lexsort((far, place))
-        order = order[far[order] > 0]
-        nearest = order[np.append(True, np.diff(place[order]) != 0)[: len(order)]]
-        out = np.full(len(at), -1)
-        out[place[nearest]] = chord[nearest]
-        return out
+        count = np.where(self._run > 0, count, 0)
+        nearest, least = np.full(len(at), -1), np.full(len(at), np.inf)
+        block = np.cumsum(count) // _PAIRS
+        for some in np.split(np.arange(len(count)), np.flatnonzero(np.diff(block)) + 1):
+            chord, k = numbered(count[some])
+            chord = some[chord]
+            place, left = order[begin[chord] + k], self._left[chord]
+            height = self._v[left] + (u[place] - self._u[left]) * self._slope[chord]
+            far = (height - v[place]) * way[place]
+            pair = np.flatnonzero((far > 0) & (far < least[place]) & (own[place] != chord))
+            pair = pair[np.lexsort((far[pair], place[pair]))]
+            pair = pair[np.append(True, np.diff(place[pair]) != 0)[: len(pair)]]
+            nearest[place[pair]], least[place[pair]] = chord[pair], far[pair]
+        return nearest
 
 
 def _ranked(u: Array, v: Array, face: Index) -> Index:
