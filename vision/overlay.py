@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from relmodel import paths
 from relmodel.errors import InputError
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
@@ -46,12 +46,7 @@ def check_writable(path: str | Path) -> None:
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"the overlay {path} is named as no picture: end its name with one of {', '.join(SUFFIXES)}")
-    if not path.parent.is_dir():
-        raise InputError(
-            f"there is no folder {path.parent} for the overlay {path.name}: make it, or name another place"
-        )
-    if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise InputError(f"the overlay {path} cannot be written: check the permissions, or name another place")
+    paths.check_writable(path, "overlay")
 
 
 def save_side_by_side(path: str | Path, images: Sequence[Image]) -> None:

@@ -188,5 +188,5 @@ def _read(request: Request, suffix: str) -> tuple[LoadedModel, float]:
     elif suffix in STEP_SUFFIXES:
         model = read_step(request.path, allow_partial=request.allow_partial, time_limit_s=request.time_limit_s)
     else:
-        model = mesh.read_mesh(request.path, request.unit)
+        model = mesh.read_mesh(request.path, request.unit, name=request.name)
     return model, time.perf_counter() - began

@@ -37,6 +37,7 @@ _EXACT = tuple(f"{way}{name}" for way in ("", "u_", "v_") for name in ("degree",
 _KNOTS, _KNOT_SHARE = ("knots", "u_knots", "v_knots", "weights"), 1e-9  # of their range
 _LEAST_SIZE = 1e-3  # mm
 _PLACE_MM = 1e-4  # of a centroid, which for slivers is known less well than the rest
+_BOX_MM = 1e-5  # of boxes, in which the round-off of several numbers adds up
 _CELL, _SHIFT = 1e-2, 2**-0.5  # mm; in cells, so that nominal dimensions do not lie on the edges
 
 
@@ -132,6 +133,10 @@ def _settled_shapes(store: Database, connection: Connection, shapes: list[Shape]
             numbers = {c: _replaced(table[c], at, stored[c][to]) for c in (*level.lengths, *level.angles)}
             for c in level.bounds:
                 numbers[c] = _replaced(table[c], at[bare], stored[c][to[bare]])
+            # The row of the store goes with its box; trimmed otherwise, it is another row and keeps its own.
+            off = [np.abs(np.asarray(table[c], float)[at] - stored[c][to]) for c in BOX]
+            fits = np.max(off, axis=0, initial=0.0) <= _BOX_MM
+            numbers |= {c: _replaced(table[c], at[fits], stored[c][to[fits]]) for c in BOX}
             kinds = np.array(table["recognised_kind"], object)
             kinds[at] = stored["recognised_kind"][to]
             setattr(shape, rows, table | numbers | {"recognised_kind": kinds})

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.errors import UsageError
+from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import inverse, matrix_columns
 from relmodel.objects.tree import Tree
+from relmodel.paths import check_writable
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
 
@@ -23,10 +24,11 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     """Write the tree as GLB: a node an object or part, each shape once, however often it is placed; metres.
 
     Parts that share a shape in unlike colours have a geometry each, since GLB colours geometry.  Raises UsageError for
-    a tree without parts.
+    a tree without parts, InputError where the file cannot be written.
     """
     import trimesh
 
+    check_writable(path, "file")
     scene = trimesh.Scene(base_frame="world")
     shapes = [int(s) for s in np.unique(tree.shape_id[tree.shape_id >= 0])]
     if not shapes:
@@ -76,13 +78,19 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
 def export_tables(
     store: Store, connection: Connection, tree: Tree, folder: Path, form: str, progress: Progress = silent
 ) -> list[Path]:
-    """Write placed parts, parts, features, surfaces and arcs as files of `form` (parquet or csv); returns them."""
+    """Write placed parts, parts, features, surfaces and arcs as files of `form` (parquet or csv); returns them.
+
+    Raises UsageError for another form, InputError where the folder cannot be made.
+    """
     import pyarrow as pa
     from pyarrow import csv, parquet
 
     if form not in ("parquet", "csv"):
         raise UsageError(f"there is no table format {form}: name parquet or csv")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
     placed = np.flatnonzero(tree.part_id >= 0)
     part_ids = [int(i) for i in np.unique(tree.part_id[placed])]
     shape_ids = [int(i) for i in np.unique(tree.shape_id[placed])]

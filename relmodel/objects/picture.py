@@ -14,11 +14,14 @@ from sqlalchemy import Connection
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import apply
 from relmodel.objects.tree import Tree
+from relmodel.paths import check_writable
 from relmodel.store import Store
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Colour = tuple[int, int, int]
+
+SUFFIXES = (".svg", ".png", ".jpg", ".jpeg")
 
 # Directions in which one looks, and what is up in the picture.
 VIEWS = {
@@ -77,8 +80,12 @@ def write_picture(
     """Write a picture of the tree in parallel projection and return the colour (RGB) of each kind of feature in it.
 
     `view` is a name of VIEWS or a direction in which to look.  A path that ends in .svg is written as outlines of the
-    visible surfaces, any other as pixels (PNG).  Raises UsageError for a view that is none.
+    visible surfaces, any other as pixels.  Raises UsageError for a view that is none or a name that no picture has,
+    InputError where the picture cannot be written.
     """
+    if path.suffix.lower() not in SUFFIXES:
+        raise UsageError(f"the picture {path} is named as none: end its name with one of {', '.join(SUFFIXES)}")
+    check_writable(path, "picture")
     scene = _scene(store, connection, tree, _axes(view))
     colours = [COLOURS.get(kind, _OTHERS[i % len(_OTHERS)]) for i, kind in enumerate(scene.kinds)]
     vector = path.suffix.lower() == ".svg"

@@ -49,8 +49,10 @@ def compare(
 
     Placed parts are told apart by place, path and geometry; features and surfaces within parts whose geometry changed.
     What stands farther than `reach` mm from where it was counts as removed and added.  Raises UsageError
-    where a variant is not loaded.
+    where a variant is not loaded, or for a reach that is none.
     """
+    if not 0 <= reach < np.inf:
+        raise UsageError(f"the reach is {reach:g}: give mm, 0 or more")
     with store.read() as connection:
         ids = [_variant(store, connection, *named) for named in (before, after)]
         known = store.rows(connection, "compare/known", variant_a_id=ids[0][0], variant_b_id=ids[1][0], reach=reach)

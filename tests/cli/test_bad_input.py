@@ -283,6 +283,24 @@ def test_missing_step(store: str, tmp_path: Path, capsys: pytest.CaptureFixture[
     assert counts(store) == before
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["load", "none.step", "--time-limit", "nan"], "--time-limit is nan: give seconds, above 0"),
+        (["load", "none.step", "--time-limit", "-1"], "--time-limit is -1: give seconds, above 0"),
+        (["diff", "A", "A", "--object", "bulkhead", "--reach", "nan"], "the reach is nan: give mm, 0 or more"),
+        (["diff", "A", "A", "--object", "bulkhead", "--reach", "-5"], "the reach is -5: give mm, 0 or more"),
+    ],
+)
+def test_numbers_out_of_range_are_wrong_use(
+    words: list[str], says: str, store: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = counts(store)
+    assert main([*words, "--store", store]) == 2
+    assert says in capsys.readouterr().err
+    assert counts(store) == before
+
+
 BAD_WORLDS = [
     ("objects.0.object", "blukhead", "is not loaded"),
     ("objects.0.variant", "Z", "is not loaded"),

@@ -430,11 +430,12 @@ def test_nodes_that_form_no_tree_are_refused(nodes: list[object], roots: list[in
 
 
 @pytest.mark.parametrize("suffix", ["stl", "ply", "obj"])
-def test_a_mesh_without_a_name_has_that_of_its_file(suffix: str, tmp_path: Path) -> None:
+def test_a_mesh_without_a_name_has_that_of_its_object_or_file(suffix: str, tmp_path: Path) -> None:
     l_bracket().export(tmp_path / f"clip.{suffix}")
     model = read_mesh(tmp_path / f"clip.{suffix}", "mm")
     assert [p.name for p in model.parts] == ["clip"]
     assert [i.name for i in model.assemblies[model.root].instances] == ["clip"]
+    assert [p.name for p in read_mesh(tmp_path / f"clip.{suffix}", "mm", name="clamp").parts] == ["clamp"]
 
 
 def test_a_file_cut_short_is_refused_for_that(tmp_path: Path) -> None:

@@ -83,6 +83,28 @@ def test_what_has_no_geometry_is_not_exported(
     assert "bare has no geometry to write" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "said", "status"),
+    [
+        (["export", "-o", "none/out.glb"], "there is no folder", 3),
+        (["export", "-o", "taken"], "cannot be made", 3),
+        (["export", "-o", "taken/out.glb"], "there is no folder", 3),
+        (["export", "-o", "out.obj"], "named as a model of another format", 2),
+        (["show", "--picture", "none/out.png"], "there is no folder", 3),
+        (["show", "--picture", "out.txt"], "end its name with one of", 2),
+        (["show", "--picture", "."], "named as none", 2),
+    ],
+)
+def test_a_place_that_takes_no_file_is_told(
+    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("")
+    verb, option, name = words
+    assert main([verb, "thing", "--variant", "X", option, str(tmp_path / name), "--store", target]) == status
+    assert said in capsys.readouterr().err
+    assert sorted(p.name for p in tmp_path.iterdir() if p.suffix in (".glb", ".obj", ".png", ".txt")) == ["scene.glb"]
+
+
 def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, tmp_path: Path) -> None:
     """A post in a frame in a row of frames, each turned: one geometry a colour, placed where NumPy composes it."""
     shutil.copy(duckdb_template, tmp_path / "s.duckdb")

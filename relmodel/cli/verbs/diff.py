@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
             rows = store.rows(connection, "compare/changes", comparison_id=comparison.id)
     for level in ("part", "feature", "surface"):
         counts = [f"{status} {n}" for (of, status), n in sorted(comparison.counts.items()) if of == level]
-        say(f"{level}s: {', '.join(counts) or 'none compared: every part is geometrically as it was'}")
+        say(f"{level}s: {', '.join(counts) or 'none compared: no part that both have differs in its geometry'}")
     words = ["level", "status", "differs", "kind", "before", "after", "path"]
     names = [*words, "dx", "dy", "dz", "distance", "angle", "x", "y", "z"]
     print_rows(names, [tuple(r) for r in rows if args.level in (None, r.level)], args.format)

@@ -18,6 +18,9 @@ EXAMPLE = """relmodel export bulkhead --variant A -o bulkhead.glb --store cell.d
   relmodel export bulkhead --variant A -o tables --tables csv --store cell.duckdb
   relmodel export --parquet parts --store cell.duckdb"""
 
+# Names that people give what is written as .glb alone.
+_OTHER_MODELS = (".gltf", ".obj", ".stl", ".ply", ".3mf", ".step", ".stp")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("object", metavar="OBJECT", nargs="?", help="name of the object")
@@ -39,6 +42,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("give an OBJECT and -o FILE.glb or FOLDER, or --parquet FOLDER for the placed parts")
     if args.world is not None and args.parquet is None:
         raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
+    if args.out is not None and args.out.suffix.lower() in _OTHER_MODELS:
+        raise UsageError(f"{args.out} is named as a model of another format: end its name with .glb, or name a folder")
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
         if args.parquet is not None:
             from relmodel.index.parquet import export_parts

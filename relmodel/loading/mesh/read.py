@@ -35,10 +35,10 @@ _MOST_MM = 1e8
 
 
 def read_mesh(
-    path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), name: str | None = None
 ) -> LoadedModel:
     """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none; `scale`
-    multiplies the file's x, y and z.
+    multiplies the file's x, y and z; `name` (default: the file's) is that of a mesh that has none in the file.
 
     What the file refers to is read from its own folder and nowhere else.  Raises InputError where the file is no
     such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself.
@@ -63,15 +63,15 @@ def read_mesh(
     triangles = sum(len(g.faces) for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
     if triangles > _MOST_TRIANGLES:
         raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
-    named = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
-    name = _short(named)
-    if name not in UNITS_MM:
-        raise InputError(f"{path.name} is in an unknown unit {named!r}: use one of {', '.join(UNITS_MM)}")
+    stated = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
+    short = _short(stated)
+    if short not in UNITS_MM:
+        raise InputError(f"{path.name} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
     several = _of_several_materials(path) if form == "obj" else set()
-    model = _Reader(scene, UNITS_MM[name], path, several).model(path.stem, np.diag(scale))
+    model = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several).model(path.stem, np.diag(scale))
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
-    model.format, model.unit = form, name
+    model.format, model.unit = form, short
     return model
 
 
@@ -115,10 +115,11 @@ def _short(unit: str) -> str:
 class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
-    def __init__(self, scene: Any, unit_mm: float, file: Path, without_colour: set[str]) -> None:
+    def __init__(self, scene: Any, unit_mm: float, file: str, name: str, without_colour: set[str]) -> None:
         self.scene = scene
         self.unit_mm = unit_mm
         self.file = file
+        self.name = name
         self.without_colour = without_colour
         self.shapes: list[Shape] = []
         self.parts: list[Part] = []
@@ -192,8 +193,9 @@ class _Reader:
         return self._named(str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node)
 
     def _named(self, name: str) -> str:
-        """A name of the file; the file's own, without its suffix, where it has none for its mesh."""
-        return self.file.stem if name == self.file.name or _UNNAMED.fullmatch(name) else name
+        """A name in the file; that of the whole where trimesh took the file's, or made it up for its only mesh."""
+        made_up = len(self.scene.geometry) == 1 and _UNNAMED.fullmatch(name)
+        return self.name if name == self.file or made_up else name
 
     def _part(self, geometry: str, stretch: Floats) -> int | None:
         """Part of a geometry stretched by a 3x3 matrix; None where it holds no area."""
