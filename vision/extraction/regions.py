@@ -3,7 +3,8 @@
 `plain_regions` is the step as the seed paper has it: maximal connected sets of pixels that are no edge.  One missing
 edge pixel joins two faces there.  `leak_proof_regions`, the default, floods the distance from the edges from its
 depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing cartoon
-animations", 2009), so that a neck parts two regions unless it is as wide as they are and the grey runs on across it.
+animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as they are or
+no edge ends beside it.
 """
 
 from dataclasses import dataclass
@@ -170,7 +171,8 @@ def leak_proof_regions(
     shared out between them: those of `edges` by the side of the edge that their centre lies on.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
-    at most `max_step`; large regions merge only across a wide border that is hardly edge anywhere.
+    at most `max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no gap
+    in an edge, as all edges beside it run on.
     """
     import cv2
 
