@@ -1,4 +1,4 @@
-"""Compiled kernels of regions: flooding, sums over regions, common borders."""
+"""Compiled kernels of regions: seeds and flood, sums and counts over regions."""
 
 import numpy as np
 import numpy.typing as npt

@@ -25,6 +25,7 @@ LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 _MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
 _UNEVEN = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
 _FLAT = 0.1  # px that a circular arc, trimmed at its corners, has to bow out by still
+_ROUND = 0.7  # of an ellipse that an arc has to go round to be closed, if its ends are near each other
 _UNBENDING = 2  # rounds of moving the elements of an ellipse out of its bend and fitting it again
 _PACKED = ("elements", "bright_left", "x", "y", "point_sigma")
 
@@ -125,25 +126,6 @@ def ellipses_of(
     return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
 
 
-def turning_of(edges: EdgeElements, members: Chains, turned: BoolArray) -> FloatArray:
-    """By how much (rad, from x towards y) the tangent turns along each arc, walked through all its elements: an ellipse
-    turns most where it is shortest, which neither its length nor its chords show.  `turned` as in `measure_arcs`."""
-    if len(members) == 0:
-        return np.zeros(0)
-    element = members.elements
-    step = turn_between(edges, turned, element, np.append(element[1:], element[-1]))
-    step[members.offsets[1:] - 1] = 0.0
-    return np.asarray(np.add.reduceat(step, members.offsets[:-1]))
-
-
-def turn_between(edges: EdgeElements, turned: BoolArray, one: IntArray, other: IntArray) -> FloatArray:
-    """Angle (rad, -pi to pi) from the tangent of each element `one` to that of `other`."""
-    same_way = np.where(turned[one] == turned[other], 1.0, -1.0)
-    cross = edges.nx[one] * edges.ny[other] - edges.ny[one] * edges.nx[other]
-    dot = edges.nx[one] * edges.nx[other] + edges.ny[one] * edges.ny[other]
-    return np.asarray(np.arctan2(same_way * cross, same_way * dot))
-
-
 def _unbiased_ellipses(
     x: FloatArray,
     y: FloatArray,
@@ -214,7 +196,10 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     steps[last] = 0.0
     walked = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
     closing = np.hypot(*(ends[0] - ends[1]).T)
-    round_trip = curved & (closing < 0.15 * walked) & (np.abs(turning_of(edges, members, turned)) > 4.5)
+    major, minor = radius, np.where(kinds == ELLIPTIC, radius2, radius)
+    # of the whole ellipse, after Ramanujan
+    whole = np.pi * (3.0 * (major + minor) - np.sqrt((3.0 * major + minor) * (major + 3.0 * minor)))
+    round_trip = curved & (closing < 0.15 * walked) & (walked > _ROUND * whole)
     closed = members.closed | round_trip
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)

@@ -21,8 +21,6 @@ from vision.extraction.arcs import (
     correlation_at,
     ellipses_of,
     measure_arcs,
-    turn_between,
-    turning_of,
     weight_of,
 )
 from vision.extraction.edges import EdgeElements
@@ -211,9 +209,13 @@ def _join(
     likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
     likely &= fresh[tail] | fresh[head]
     tail, head, turn = tail[likely], head[likely], turn[likely]
-    turning = turning_of(edges, members, turned)
-    ends = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
-    bend = np.abs(turning[tail] + turn_between(edges, turned, *ends) + turning[head])
+    # Of an ellipse it is known that it turns enough.
+    own = np.select(
+        [kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(alone[:, 2], 1e-9), np.inf], 0.0
+    )
+    end, start = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
+    between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
+    bend = own[tail] + between + own[head]
     saving, kind = _savings(
         x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], bend, correlation
     )

@@ -151,7 +151,7 @@ def edge_elements(
 _BEYOND = 1000.0  # grey: noise reaches beyond 0..255, another scale farther than this
 _MAX_OFFSET = 0.75  # px along the gradient: more than half a pixel, so that noise opens no gaps; thinning follows
 _BORDER = 2.5  # scales: further in, the mirrored picture displaces no edge by more than 0.01 px
-_MAX_SPREAD = 4.0  # an edge more than four operator widths wide is a shade, not a step
+_MAX_SPREAD = 4.0  # scales: what slopes less than the least step, spread over so many, is a shade
 
 
 @cache

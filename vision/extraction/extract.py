@@ -27,7 +27,7 @@ from vision.extraction.topography import Crests, crest_arcs, label_histogram, to
 
 FloatArray = npt.NDArray[np.float64]
 
-VERSION = "11"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
 
 @dataclass(frozen=True)

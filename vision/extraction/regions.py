@@ -3,7 +3,8 @@
 `plain_regions` is the step as the seed paper has it: maximal connected sets of pixels that are no edge.  One missing
 edge pixel joins two faces there.  `leak_proof_regions`, the default, floods the distance from the edges from its
 depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing cartoon
-animations", 2009), so that a neck parts two regions unless it is as wide as they are and the grey runs on across it.
+animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as they are or
+no edge ends beside it.
 """
 
 from dataclasses import dataclass
@@ -32,6 +33,10 @@ _ENDS = 4  # px of edge that a border across a strip meets at its two ends
 _BORDER_REACH = 10.0  # px that an end is prolonged to reach the border of the picture,
 _LINE_REACH = 80.0  # and that a free end of a straight arc is prolonged to the next edge, of significance no less than
 _DOUBTFUL = -1.0
+_RING = [
+    *((-2, i) for i in range(-2, 2)), *((i, 2) for i in range(-2, 2)),
+    *((2, -i) for i in range(-2, 2)), *((-i, -2) for i in range(-2, 2)),
+]  # fmt: skip
 _BESIDE = 1.5  # px from an edge to where the region beside it is read
 _MEETING = 6  # px within which another arc's point leaves an end no need to be prolonged
 
@@ -166,7 +171,8 @@ def leak_proof_regions(
     shared out between them: those of `edges` by the side of the edge that their centre lies on.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
-    at most `max_step`; large regions merge only across a wide border that is hardly edge anywhere.
+    at most `max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no gap
+    in an edge, as all edges beside it run on.
     """
     import cv2
 
@@ -240,7 +246,9 @@ def _merge(
     columns = None, on_edge, pixel % labels.shape[1], pixel // labels.shape[1]
     common = [np.bincount(which, column, len(key)) for column in columns]
     strips = _strips(pixel[~on_edge], other[~on_edge], which[~on_edge], len(key), labels.shape[1])
-    borders = _Borders(key // count, key % count, np.column_stack([*common, strips]).astype(np.float64))
+    loose = _near_loose_ends(mask).reshape(-1)
+    leaks = np.bincount(which, loose[pixel] | loose[other], len(key))
+    borders = _Borders(key // count, key % count, np.column_stack([*common, strips, leaks]).astype(np.float64))
     final = np.arange(count, dtype=np.int32)
     for _ in range(_ROUNDS):
         component = _components(borders, totals, min_area, max_step)
@@ -274,10 +282,26 @@ def _strips(pixel: IndexArray, other: IndexArray, pair: IndexArray, count: int, 
     return np.asarray(np.bincount(pair, minlength=count) - shared, dtype=np.intp)
 
 
+def _near_loose_ends(mask: BoolArray) -> BoolArray:
+    """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5; what
+    leaves the picture runs on."""
+    import cv2
+
+    framed = np.pad(mask, 2, constant_values=True)
+    row, column = np.nonzero(mask)
+    flat, pixel = framed.reshape(-1), (row + 2) * framed.shape[1] + column + 2
+    ring = np.stack([flat.take(pixel + (down * framed.shape[1] + right)) for down, right in _RING])
+    places = np.count_nonzero(ring & ~np.roll(ring, 1, axis=0), axis=0)
+    loose = np.zeros(mask.shape, np.uint8)
+    ends = (places < 2) & ~ring.all(axis=0)
+    loose[row[ends], column[ends]] = 1
+    return np.asarray(cv2.dilate(loose, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))) > 0)
+
+
 @dataclass(frozen=True)
 class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 5): pixel sides, those on edges, x, y, and the strips
-    that the others form."""
+    """Neighbours a < b, and of their common border the sums (n, 6): pixel sides, those on edges, x, y, the strips that
+    the others form, and the sides near to where an edge ends."""
 
     a: npt.NDArray[np.int64]
     b: npt.NDArray[np.int64]
@@ -319,7 +343,8 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     # Large regions: only where hardly any of a wide border is edge.
     inradius = regions[:, 15]
     large = inradius >= _LARGE
-    wide = open_length >= _NECK * np.minimum(inradius[a], inradius[b])
+    # what only edges that run on leave free is no gap in them
+    wide = (open_length >= _NECK * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
     hardly_edge = edge_length <= np.maximum(0.1 * length, _ENDS * borders.totals[:, 4])
     joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even

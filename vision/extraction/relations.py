@@ -167,12 +167,17 @@ def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64]
     """
     lesser, greater, _, _ = border_pairs(labels)
     key, steps = np.unique_counts(lesser * count + greater)
+    flat, columns = labels.reshape(-1), labels.shape[1]
     aslant = np.zeros(len(key))
-    for one, other in ((labels[:-1, :-1], labels[1:, 1:]), (labels[1:, :-1], labels[:-1, 1:])):
-        met = (one != other) & (one >= 0) & (other >= 0)
-        a, b = one[met].astype(np.int64), other[met].astype(np.int64)
+    for one, other, step in (
+        (labels[:-1, :-1], labels[1:, 1:], columns + 1),
+        (labels[:-1, 1:], labels[1:, :-1], columns - 1),
+    ):
+        met = np.flatnonzero(one != other)
+        met += met // max(columns - 1, 1) + (step < columns)
+        a, b = flat.take(met).astype(np.int64), flat.take(met + step).astype(np.int64)
         pair = np.minimum(a, b) * count + np.maximum(a, b)
-        at = np.minimum(np.searchsorted(key, pair), max(len(key) - 1, 0))
+        at = np.searchsorted(key[:-1], pair)  # a pair that meets in a corner alone is none
         aslant += np.bincount(at[key[at] == pair], minlength=len(key)) if len(key) else 0
     return key, np.pi / 8.0 * (steps + aslant / np.sqrt(2.0))
 

@@ -116,6 +116,21 @@ def test_a_plate_with_holes_is_one_region_whatever_its_necks(turn: float) -> Non
     assert (_overlap(regions.labels, where) > 0.98).sum() >= 2
 
 
+def test_holes_part_nothing_though_they_leave_but_necks() -> None:
+    """Two holes above each other: the halves of what is around them meet in three necks of 9 to 19 px."""
+    y, x = np.mgrid[:120, :160]
+    mask = np.zeros((120, 160), np.bool_)
+    for middle in (30, 90):
+        away = np.hypot(x - 80, y - middle)
+        mask |= (away < 20.5) & (away > 19.0)
+    regions = leak_proof_regions(np.full((120, 160), 90.0), mask)
+    assert len(regions) == 3
+    assert regions.labels[60, 5] == regions.labels[60, 155]
+    # an edge that ends is another matter: what it leaves open may be a gap in it
+    mask[:11, 80] = mask[50:55, 80] = mask[66:71, 80] = mask[109:, 80] = True
+    assert len(leak_proof_regions(np.full((120, 160), 90.0), mask)) == 4
+
+
 def test_edge_pixels_go_to_the_side_that_they_lie_on() -> None:
     grey, where = _drawn(
         lambda x, y: (np.hypot(x - 80.3, y - 79.8)[..., None] < [60.3, 40.4, 20.2]).sum(axis=-1),
