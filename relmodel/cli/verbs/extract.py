@@ -48,7 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _scales(text: str) -> tuple[float, ...]:
-    return tuple(float(scale) for scale in text.split(","))
+    try:
+        return tuple(float(scale) for scale in text.split(","))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no list of numbers: give px, as in 1,1.4,2") from error
 
 
 def run(args: argparse.Namespace) -> int:
