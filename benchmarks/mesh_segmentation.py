@@ -30,7 +30,7 @@ from tabulate import tabulate
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generator
 
 from relmodel.geometry.curves import vectors
-from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.mesh.triangles import components
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import document as step_document

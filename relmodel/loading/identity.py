@@ -7,7 +7,7 @@ spacing, since nominal dimensions (decimal millimetres, binary fractions of an i
 
 Two numbers that differ by a round-off of r still fall into two cells with probability r / spacing: one in a million for
 the 1e-12 mm of a kernel, often for a file that was written with other last digits.  So numbers of a model are first
-settled on those of the store that are near (`round_off.py`).  A file read again gives the same numbers, and so the same
+settled on those of the store that are near (`round_off/`).  A file read again gives the same numbers, and so the same
 keys.
 """
 

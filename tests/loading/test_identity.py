@@ -12,7 +12,7 @@ import trimesh
 
 from relmodel.errors import InputError
 from relmodel.loading.identity import model_keys, quantised, shape_keys
-from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Shape
 
 

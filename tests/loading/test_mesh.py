@@ -14,8 +14,8 @@ import trimesh
 from relmodel.errors import InputError
 from relmodel.loading.features import recognise
 from relmodel.loading.mesh import read
-from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.mesh.read import read_mesh
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step.read import read_step
 

@@ -5,7 +5,7 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.loading.mesh.chains import chain_edges, without_lines
-from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Shape
 
 from . import splined_parts

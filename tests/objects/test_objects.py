@@ -19,7 +19,7 @@ from PIL import Image
 
 from relmodel.cli.main import main
 from relmodel.loading.load import load
-from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
 from relmodel.loading.write.model import SourceFile, store_model
 from relmodel.objects.picture import COLOURS

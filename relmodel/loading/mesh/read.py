@@ -1,5 +1,5 @@
 """Meshes (OBJ, STL, PLY, GLB, glTF, 3MF) through trimesh: the scene graph becomes assemblies, shared geometry stays
-shared, triangles become surfaces and arcs (`facets.py`)."""
+shared, triangles become surfaces and arcs (`shape.py`)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Shape
 
 Floats = npt.NDArray[np.float64]

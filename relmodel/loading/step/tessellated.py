@@ -14,7 +14,7 @@ from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 
-from relmodel.loading.mesh.facets import shape_from_triangles
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.mesh.triangles import area_normals, weld
 from relmodel.loading.neutral import Shape
 from relmodel.loading.step import geometry as step_geometry

@@ -10,7 +10,7 @@ from sqlalchemy import Connection
 
 from relmodel.loading.identity import assembly_order
 from relmodel.loading.neutral import LoadedModel
-from relmodel.loading.round_off import settled
+from relmodel.loading.round_off.model import settled
 from relmodel.loading.write.geometry import append_geometry
 from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.objects import append_objects, append_parts

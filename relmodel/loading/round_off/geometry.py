@@ -1,11 +1,4 @@
-"""Numbers of a model that differ from those of the store by round-off become those of the store.
-
-A content key rounds numbers to a grid, and two that are next to each other may fall into two cells however fine or
-coarse it is: a file that is exported anew, with other last digits, would be added again.  So before keys are made of
-geometry that the store seems to lack, rows are looked for that begin (arcs) or have their centroid (surfaces) in the
-same place, within a cell of the grid or in the next one.  Where all that the key is made of agrees to round-off, the
-stored numbers are taken; of several rows those of the nearest.
-"""
+"""Arcs and surfaces of shapes settled on rows of the store, from which they differ by round-off."""
 
 from __future__ import annotations
 
@@ -18,23 +11,15 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.geometry.curves import BOX
-from relmodel.geometry.spline_curves import SplineCurves
-from relmodel.geometry.transforms import matrices
 from relmodel.loading.brep.trims import pcurve_of
-from relmodel.loading.identity import ModelKeys, model_keys, row_count_or_none
-from relmodel.loading.neutral import Assembly, Attribute, LoadedModel, Shape, Table
-from relmodel.loading.write.keyed import known_keys
-from relmodel.store.columns import Ragged, stack, take
+from relmodel.loading.identity import row_count_or_none
+from relmodel.loading.neutral import Shape, Table
+from relmodel.loading.round_off.splines import ROUND_OFF_MM, with_splines
 from relmodel.store.database import Database
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
-ROUND_OFF_MM = 2e-6  # as far as the digits of a file reach
-_TURN = 1e-7  # of placed parts, rad
-_SHARE = 1e-9  # of attributes, as a share of the value
-_EXACT = tuple(f"{way}{name}" for way in ("", "u_", "v_") for name in ("degree", "periodic", "multiplicities"))
-_KNOTS, _KNOT_SHARE = ("knots", "u_knots", "v_knots", "weights"), 1e-9  # of their range
 _LEAST_SIZE = 1e-3  # mm
 _PLACE_MM = 1e-4  # of a centroid, which for slivers is known less well than the rest
 _BOX_MM = 1e-5  # of boxes, in which the round-off of several numbers adds up
@@ -92,23 +77,7 @@ _SURFACES = _Level(
 )
 
 
-def settled(store: Database, connection: Connection, model: LoadedModel) -> tuple[LoadedModel, ModelKeys]:
-    """A model with the numbers of the store where its own are the same but for round-off, and its keys."""
-    keys = model_keys(model)
-    known = known_keys(store, connection, "shape", [k.shape for k in keys.shapes])
-    new = [i for i, k in enumerate(keys.shapes) if k.shape not in known]
-    if not new and known_keys(store, connection, "object", keys.assemblies[model.root : model.root + 1]):
-        return model, keys
-    shapes = list(model.shapes)
-    for i, shape in zip(new, _settled_shapes(store, connection, [shapes[i] for i in new]), strict=True):
-        shapes[i] = shape
-    assemblies = _settled_assemblies(store, connection, model.assemblies)
-    model = replace(model, shapes=shapes, parts=[replace(p) for p in model.parts], assemblies=assemblies)
-    _settle_attributes(store, connection, model)
-    return model, model_keys(model)
-
-
-def _settled_shapes(store: Database, connection: Connection, shapes: list[Shape]) -> list[Shape]:
+def settled_shapes(store: Database, connection: Connection, shapes: list[Shape]) -> list[Shape]:
     """Shapes with the numbers of the store, where these are the same but for round-off."""
     out = [replace(shape) for shape in shapes]
     for level in (_ARCS, _SURFACES) if shapes else ():
@@ -124,7 +93,7 @@ def _settled_shapes(store: Database, connection: Connection, shapes: list[Shape]
         for (shape, (rows, spline_rows)), table, start, end in zip(blocks, tables, first[:-1], first[1:], strict=True):
             here = np.flatnonzero((row >= start) & (row < end))
             at, to = row[here] - start, number[here]
-            curved, unlike = _with_splines(getattr(shape, spline_rows), level, at, stored["id"][to], splines)
+            curved, unlike = with_splines(getattr(shape, spline_rows), level.owner, at, stored["id"][to], splines)
             at, to = at[~unlike], to[~unlike]
             setattr(shape, spline_rows, curved)
             if rows == "arcs":
@@ -242,118 +211,7 @@ def _tolerances(level: _Level, mine: Table) -> dict[str, Floats]:
     return out
 
 
-def _with_splines(
-    table: Table, level: _Level, row: Ints, ids: Ints, stored: Table
-) -> tuple[Table, npt.NDArray[np.bool_]]:
-    """Splines of a shape, those of the store for rows (n,) where the stored ones of these identities (n,) are alike;
-    and of which of these (n,) they are not."""
-    unlike = np.zeros(len(row), bool)
-    count = row_count_or_none(table)
-    if not count or not len(stored["id"]):
-        return table, unlike
-    at = {int(number): i for i, number in enumerate(table[level.owner])}
-    there = {int(identity): i for i, identity in enumerate(stored["id"])}
-    source = np.arange(count)
-    for k, (number, identity) in enumerate(zip(row.tolist(), ids.tolist(), strict=True)):
-        i, j = at.get(number), there.get(identity)
-        if i is None or j is None:
-            unlike[k] = (i is None) != (j is None)
-        elif _alike(table, i, stored, j):
-            source[i] = count + j
-        else:
-            unlike[k] = True
-    theirs: Table = {c: _packed(stored[c], table[c]) for c in table if c != level.owner}
-    ours = {c: table[c] for c in theirs}
-    return {level.owner: table[level.owner], **take(stack([ours, theirs]), source)}, unlike
-
-
-def _packed(values: Any, like: Any) -> Any:
-    """A column of the store as those of a shape are."""
-    return Ragged.pack(list(values), like.values.dtype) if isinstance(like, Ragged) else values.astype(like.dtype)
-
-
-def _alike(ours: Table, i: int, theirs: Table, j: int) -> bool:
-    """Whether two splines are one function but for round-off."""
-    if _agree(ours["poles"][i], theirs["poles"][j], ROUND_OFF_MM) and all(
-        _agree(ours[c][i], theirs[c][j], 0.0) for c in _EXACT if c in ours
-    ):
-        knots = [(ours[c][i], theirs[c][j]) for c in _KNOTS if c in ours]
-        return all(_agree(a, b, _KNOT_SHARE * max([1.0, *_flat(a).tolist()])) for a, b in knots)
-    if "knots" not in ours:
-        return False
-    # A kernel inserts a knot where an edge ends next to another.
-    cuts = [_flat(ours["knots"][i]), _flat(theirs["knots"][j])]
-    knots_of_both = np.unique(np.concatenate(cuts))
-    t = np.concatenate([knots_of_both, (knots_of_both[:-1] + knots_of_both[1:]) / 2])
-    t = np.clip(t, max(c[0] for c in cuts), min(c[-1] for c in cuts))
-    first, second = (
-        SplineCurves(table, np.array([row]), 3).evaluate(np.zeros(len(t), np.int64), t)[0]
-        for table, row in ((ours, i), (theirs, j))
-    )
-    return _agree(first, second, ROUND_OFF_MM)
-
-
-def _agree(a: Any, b: Any, tolerance: float) -> bool:
-    a, b = _flat(a), _flat(b)
-    return len(a) == len(b) and bool(np.all(np.abs(a - b) <= tolerance))
-
-
-def _flat(values: Any) -> Floats:
-    return np.empty(0) if values is None else np.asarray(values, float).ravel()
-
-
 def _replaced(values: npt.ArrayLike, rows: Ints, by: npt.ArrayLike) -> Floats:
     out = np.array(values, float)
     out[rows] = by
     return out
-
-
-def _settled_assemblies(store: Database, connection: Connection, assemblies: list[Assembly]) -> list[Assembly]:
-    """Assemblies with children placed as in those of the store that have the same name, but for round-off."""
-    names = sorted({a.name for a in assemblies if a.instances})
-    rows = store.columns(connection, "load/placed_in_objects", names=names)
-    poses = matrices(rows)
-    known: dict[str, list[Floats]] = {}
-    for identity in np.unique(rows["id"]):
-        at = np.flatnonzero(rows["id"] == identity)
-        if np.array_equal(rows["child_no"][at], np.arange(len(at))):
-            known.setdefault(str(rows["name"][at[0]]), []).append(poses[at])
-    out = []
-    for assembly in assemblies:
-        own = np.array([e.parent_from_child for e in assembly.instances], float).reshape(-1, 4, 4)
-        off = [_worst(own, pose) for pose in known.get(assembly.name, []) if len(pose) == len(own)]
-        if off and min(off) <= 1:
-            alike = [pose for pose in known[assembly.name] if len(pose) == len(own)]
-            poses_there = alike[int(np.argmin(off))]
-            placed = [replace(e, parent_from_child=p) for e, p in zip(assembly.instances, poses_there, strict=True)]
-            assembly = replace(assembly, instances=placed)
-        out.append(replace(assembly))
-    return out
-
-
-def _worst(a: Floats, b: Floats) -> float:
-    """Greatest difference of two lists of poses (n, 4, 4), as a share of what round-off may make."""
-    off = np.abs(a - b)
-    return float(max(off[:, :3, 3].max() / ROUND_OFF_MM, off[:, :3, :3].max() / _TURN)) if len(a) else 0.0
-
-
-def _settle_attributes(store: Database, connection: Connection, model: LoadedModel) -> None:
-    """Give attributes of parts and assemblies the numbers of those of the same name, but for round-off; in place."""
-    parts, objects = sorted({p.number for p in model.parts}), sorted({a.name for a in model.assemblies})
-    known: dict[tuple[str, str, str], list[float]] = {}
-    for row in store.rows(connection, "load/attributes_by_owner", parts=parts, objects=objects):
-        known.setdefault((row.owner, row.owner_name, row.name), []).append(float(row.value))
-
-    def settled_one(owner: str, called: str, attribute: Attribute) -> Attribute:
-        name, value, unit = attribute
-        there = known.get((owner, called, name))
-        if isinstance(value, str) or not there:
-            return attribute
-        nearest = min(there, key=lambda v: abs(v - value))
-        near = abs(nearest - value) <= max(ROUND_OFF_MM, _SHARE * abs(value))
-        return name, nearest if near else value, unit
-
-    for part in model.parts:
-        part.attributes = [settled_one("part", part.number, a) for a in part.attributes]
-    for assembly in model.assemblies:
-        assembly.attributes = [settled_one("object", assembly.name, a) for a in assembly.attributes]
