@@ -17,6 +17,7 @@ from relmodel.loading.mesh import read
 from relmodel.loading.mesh.read import read_mesh
 from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Shape
+from relmodel.loading.placed import PlacedParts
 from relmodel.loading.step.read import read_step
 
 from .curved_parts import generate
@@ -452,6 +453,55 @@ def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path: Path, mon
     assert (tmp_path / "part.3mf").stat().st_size < 1 << 20
     with pytest.raises(InputError, match="larger than 1 MB"):
         read_mesh(tmp_path / "part.3mf")
+
+
+def test_components_of_an_archive_nest(tmp_path: Path) -> None:
+    """Two build items of one part number, made of pairs of brackets; inches."""
+    bracket = l_bracket()
+    vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in bracket.vertices.tolist())
+    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in bracket.faces.tolist())
+    text = f"""<model unit="inch" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>
+<object id="1" name="L"><mesh><vertices>{vertices}</vertices><triangles>{faces}</triangles></mesh></object>
+<object id="2" name="pair"><components><component objectid="1"/>
+<component objectid="1" transform="0 1 0 -1 0 0 0 0 1 50 0 0"/></components></object>
+<object id="3" name="mirrored"><components>
+<component objectid="2" transform="1 0 0 0 1 0 0 0 -1 0 0 -9"/></components></object></resources>
+<build><item objectid="2" partnumber="P"/><item objectid="2" partnumber="P" transform="1 0 0 0 1 0 0 0 1 0 0 90"/>
+<item objectid="3"/></build></model>"""
+    path = tmp_path / "part.3mf"
+
+    def write(model: str) -> None:
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("3D/3dmodel.model", model)
+
+    write(text)
+    model = read_mesh(path)
+    assert [(i.name, i.kind) for i in model.assemblies[model.root].instances] == [
+        ("P", "assembly"), ("P", "assembly"), ("mirrored", "assembly"),
+    ]  # fmt: skip
+    places = PlacedParts(model).of(model.root)
+    assert [PlacedParts(model).path(model.root, i) for i in (0, 3, 5)] == ["P#0/L#0", "P#1/L#1", "mirrored/pair/L#1"]
+    assert len(model.shapes) == 2  # the second mirrored
+    # The corner at 30, 10, 5 inches of each bracket, by the rows of the file's transforms.
+    turned = np.array([50 - 10, 30, 5.0])
+    truth = [[30, 10, 5], turned, [30, 10, 95], turned + np.array([0, 0, 90]), [30, 10, -14], [40, 30, -14]]
+    for shape, pose, corner in zip(places.shape, places.pose, np.array(truth) * 25.4, strict=True):
+        points = model.shapes[shape].mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+        assert np.linalg.norm(points - corner, axis=1).min() < 1e-6
+    write(text.replace('<component objectid="1"/>', '<component objectid="3"/>'))
+    with pytest.raises(InputError, match="contains itself"):
+        read_mesh(path)
+    doubled = "".join(
+        f'<object id="{i}"><components>{f"""<component objectid="{i - 1}"/>""" * 2}</components></object>'
+        for i in range(4, 30)
+    )
+    write(
+        text.replace("</resources>", doubled + "</resources>").replace(
+            'objectid="3"/></build', 'objectid="29"/></build'
+        )
+    )
+    with pytest.raises(InputError, match="places more than 100000 objects"):
+        read_mesh(path)
 
 
 @pytest.mark.data

@@ -13,12 +13,13 @@ import numpy.typing as npt
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
+from relmodel.loading.mesh.build import Node, build_nodes
 from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Shape
 
 Floats = npt.NDArray[np.float64]
 
-LOADER_VERSION = "mesh 5"
+LOADER_VERSION = "mesh 6"
 UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
 UNITLESS_FORMATS = ("obj", "stl", "ply")
 FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
@@ -28,6 +29,7 @@ _LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "f
 _MOST_BYTES = 1 << 30
 # What is one mesh in the file is one here, whatever its colours: a body in two colours is not two open ones.
 _OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True}}
+_OPTIONS["3mf"] = {"postprocess": False}  # which would rename meshes
 _OPTIONS["obj"] = {"split_objects": True, "group_material": False}
 _UNNAMED = re.compile(r"geometry(_\d+)?")  # what trimesh calls a mesh without a name
 _MOST_TRIANGLES = 5_000_000
@@ -51,8 +53,11 @@ def read_mesh(
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
     resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
+        build = build_nodes(path) if form == "3mf" else None  # first: it may be too much for trimesh to expand
         with path.open("rb") as file:
             scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
+    except InputError:
+        raise
     except Exception as error:  # a parser of foreign bytes raises anything
         said = (str(error).strip().splitlines() or [type(error).__name__])[0]
         if isinstance(error, ImportError):  # trimesh would guess the encoding
@@ -68,7 +73,9 @@ def read_mesh(
     if short not in UNITS_MM:
         raise InputError(f"{path.name} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
     several = _of_several_materials(path) if form == "obj" else set()
-    model = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several).model(path.stem, np.diag(scale))
+    model = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build).model(
+        path.stem, np.diag(scale)
+    )
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
     model.format, model.unit = form, short
@@ -115,7 +122,9 @@ def _short(unit: str) -> str:
 class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
-    def __init__(self, scene: Any, unit_mm: float, file: str, name: str, without_colour: set[str]) -> None:
+    def __init__(
+        self, scene: Any, unit_mm: float, file: str, name: str, without_colour: set[str], build: list[Node] | None
+    ) -> None:
         self.scene = scene
         self.unit_mm = unit_mm
         self.file = file
@@ -127,10 +136,18 @@ class _Reader:
         self._part_of: dict[tuple[str, tuple[float, ...]], int | None] = {}
         self._nodes: dict[str, tuple[Floats, str | None]] = {}
         self._children: dict[str, list[str]] = {}
-        for parent, child, attributes in scene.graph.to_edgelist():
-            matrix = np.array(attributes.get("matrix", np.eye(4)), float)
-            self._nodes[child] = (matrix, attributes.get("geometry"))
-            self._children.setdefault(parent, []).append(child)
+        self._names: dict[str, str] = {}  # of nodes that are not named by their keys
+        if build is None:
+            for parent, child, attributes in scene.graph.to_edgelist():
+                matrix = np.array(attributes.get("matrix", np.eye(4)), float)
+                self._nodes[child] = (matrix, attributes.get("geometry"))
+                self._children.setdefault(parent, []).append(child)
+            return
+        for number, node in enumerate(build):
+            self._nodes[str(number)] = (node.parent_from_node, node.mesh)
+            self._names[str(number)] = node.name
+            parent = scene.graph.base_frame if node.parent < 0 else str(node.parent)
+            self._children.setdefault(parent, []).append(str(number))
 
     def model(self, name: str, stretch: Floats) -> LoadedModel:
         self.assemblies.append(Assembly(name, self._placed(stretch)))
@@ -180,8 +197,9 @@ class _Reader:
             if not instances:
                 continue
             if node in self._children:
-                self.assemblies.append(Assembly(node, instances))
-                one = Instance(node, "assembly", len(self.assemblies) - 1, parent_from_node)
+                name = self._names.get(node, node)
+                self.assemblies.append(Assembly(name, instances))
+                one = Instance(name, "assembly", len(self.assemblies) - 1, parent_from_node)
             else:
                 one = Instance(self._name(node), "part", instances[0].child, parent_from_node)
             inside.setdefault(parent, []).append(one)
@@ -189,6 +207,8 @@ class _Reader:
 
     def _name(self, node: str) -> str:
         """Name of a node; the geometry's where trimesh made a node up, with a random end, for one of several meshes."""
+        if node in self._names:
+            return self._names[node]
         made_up = re.fullmatch(r"(.+)_[0-9a-f]{6}", node)
         return self._named(str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node)
 
