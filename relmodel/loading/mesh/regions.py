@@ -32,7 +32,7 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     patches = cut_patches(vertices, triangles, edges, tolerance)
     patches, owner, dropped, kind, row = curved_surfaces(vertices, triangles, edges, patches, tolerance)
     owner, plane = _rest(vertices, triangles, patches, owner, len(kind), tolerance)
-    flat = np.zeros(int(owner.max()) + 1 - len(kind), bool)
+    flat = np.zeros(max(int(owner.max()) + 1 - len(kind), 0), bool)
     flat[owner[plane] - len(kind)] = True
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 10), np.nan)])

@@ -16,6 +16,7 @@ Ints = npt.NDArray[np.int64]
 
 _INEXACT = 2.0  # how far from a surface the vertices of a whole region may lie, in tolerances
 _LEAST = 5  # patches of such a region, and strips of a cylinder or cone
+_LEAST_POINTS = (0, 10, 12, 8)  # of such a region, by kind: twice as many as the surface has parameters
 _LEAST_DEEP = 10.0  # in that distance, how far such a region reaches from its mean plane
 _NO_CONE = 3.0  # how much worse than a cone, in its greatest distance, a cylinder may be, to be what it is
 _FACET, _SCRAP = 2, 24  # triangles of a plane, or of another region, that may be a scrap of a free-form one
@@ -57,10 +58,12 @@ def fit_whole(
         else:
             continue
         found = fit_region(told, members, near, numbers)
-        if kind[o] == FREE and found in RULED:
-            corners = vertices[triangles[np.isin(patches.of_triangle, members)]].reshape(-1, 3)
-            found *= _rulings(numbers, corners, near) > _LEAST
-        if found and (found == CYLINDER or kind[o] == FREE):
+        if found and kind[o] == FREE:
+            own = np.unique(triangles[np.isin(patches.of_triangle, members)])
+            told_by = len(own) >= _LEAST_POINTS[found]
+            if told_by and (found not in RULED or _rulings(numbers, vertices[own], near) > _LEAST):
+                kind[o], row[o] = found, numbers
+        elif found == CYLINDER and abs(numbers[3:6] @ row[o, 3:6]) > np.cos(FREE_RAD):
             kind[o], row[o] = found, numbers
 
 
@@ -81,20 +84,17 @@ def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
     a facet that is much wider than those about it, or a few that lie on some surface by chance.  So is a facet that is
     folded back onto a free-form surface, or stands out of it, as tessellations have them where edges are inexact."""
     a, b = patches.owners(), patches.other
-    while True:
-        rim = owner[a] != owner[b]
-        size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
-        small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
-        free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
-        folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
-        total, smooth, around = (
-            np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
-            for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
-        )
-        scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
-        into = np.flatnonzero(free & scrap[owner[a]])
-        if not len(into):
-            return owner
-        become = np.arange(len(kind))
-        become[owner[a[into]]] = owner[b[into]]
-        owner = become[owner]
+    rim = owner[a] != owner[b]
+    size = np.bincount(owner[patches.of_triangle], minlength=len(kind))
+    small = (kind != FREE) & (size <= np.where(kind == PLANE, _FACET, _SCRAP))
+    free = rim & (kind[owner[b]] == FREE) & small[owner[a]]
+    folded = (kind[owner[a]] == PLANE) & (patches.angle > np.pi - FREE_RAD)
+    total, smooth, around = (
+        np.bincount(owner[a[x]], patches.length[x], minlength=len(kind))
+        for x in (rim, free & ((patches.angle < FREE_RAD) | folded), free)
+    )
+    scrap = (smooth > _SCRAP_RIM * total) | ((kind == PLANE) & (around > _ENCLOSED * total))
+    into = np.flatnonzero(free & scrap[owner[a]])
+    become = np.arange(len(kind))
+    become[owner[a[into]]] = owner[b[into]]
+    return become[owner]
