@@ -135,10 +135,11 @@ class Sweep:
             place, left = order[begin[chord] + k], self._left[chord]
             height = self._v[left] + (u[place] - self._u[left]) * self._slope[chord]
             far = (height - v[place]) * way[place]
-            pair = np.flatnonzero((far > 0) & (far < least[place]) & (own[place] != chord))
-            pair = pair[np.lexsort((far[pair], place[pair]))]
-            pair = pair[np.append(True, np.diff(place[pair]) != 0)[: len(pair)]]
-            nearest[place[pair]], least[place[pair]] = chord[pair], far[pair]
+            pair = np.flatnonzero((far > 0) & (own[place] != chord))
+            chord, place, far = chord[pair], place[pair], far[pair]
+            np.minimum.at(least, place, far)
+            hit = far == least[place]
+            nearest[place[hit]] = chord[hit]
         return nearest
 
 
