@@ -5,9 +5,9 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.loading.mesh.doubts import turn
-from relmodel.loading.mesh.facets import shape_from_triangles
 from relmodel.loading.mesh.patches import cut_patches
 from relmodel.loading.mesh.pieces import united
+from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.mesh.triangles import find_edges
 from relmodel.loading.step import shape as step_shape
 
