@@ -90,11 +90,9 @@ def rounding(vertices: Floats) -> float:
     """What rounding may move a vertex by, mm: to single precision, in which most formats hold coordinates, or to four
     or five decimals, as texts do."""
     single = max(1e-6, 1e-7 * float(np.abs(vertices).max()))
-    for decimals in (4, 5):
-        if all(
-            np.abs(v - np.round(v, decimals)).max() <= single for v in (vertices[:99], vertices)
-        ):  # the fast no first
-            return max(single, 10.0**-decimals)
+    for step in (1e-4, 1e-5):  # the fast no first
+        if all(np.abs(v - step * np.round(v / step)).max() <= step / 10 for v in (vertices[:99], vertices)):
+            return max(single, step)
     return single
 
 
