@@ -23,7 +23,7 @@ from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, pl
 from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
 from vision.extraction.scales import elements_over_scales
 from vision.extraction.significance import clear, significance, surprises
-from vision.extraction.topography import Crests, crest_arcs, label_histogram, topographic_labels
+from vision.extraction.topography import Crests, crest_arcs, label_histogram, mark_inflections, topographic_labels
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -155,46 +155,36 @@ def extract(
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape = (grey.shape[0], grey.shape[1])
-    # Cleared is only when the arcs are known: a bridge or a join can make significant what alone is not.
-    chains = link(edges, shape, min_contrast=p.link_contrast)
-    chains = chains.take(chains.counts >= p.min_elements)
-    surprise = surprises(grey, edges, chains.elements)
-    chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
-    lap("linking")
-    members, kinds, turned = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
-    kept, keeping = clear(surprise, members, chains, min_significance=p.min_significance)
-    members, chains = members.take(kept), chains.take(keeping)
-    arcs = measure_arcs(edges, members, kinds[kept], turned, scale=p.scales[0])
-    arcs = replace(arcs, significance=significance(surprise, members))
-    lap("arcs")
-    junctions = find_junctions(grey, arcs)
-    arcs = close_ends(arcs, junctions)
-    lap("junctions")
-    linked = edges.take(np.unique(chains.elements))
-    labels, crests = topographic_labels(grey, noise, linked, sigma=p.topography_scale)
-    if mask is not None:
-        crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
-    lap("topography")
-    # Marks and crests, in the interpreter most of the time, and regions, out of it, need nothing of each other.
+    # Beside the way from edges over arcs to regions goes what that way does not need, or not yet.
     with ThreadPoolExecutor(1) as beside:
-        marked = beside.submit(arc_marks, grey, edges, arcs)
-        crested = beside.submit(
-            crest_arcs,
-            crests,
-            shape,
-            scale=p.topography_scale,
-            min_height=p.min_crest,
-            min_elements=p.min_crest_elements,
-        )
-        barrier = edge_mask(edges, chains, arcs, junctions, shape)
+        # Cleared is only when the arcs are known: a bridge or a join can make significant what alone is not.
+        chains = link(edges, shape, min_contrast=p.link_contrast)
+        chains = chains.take(chains.counts >= p.min_elements)
+        surprising = beside.submit(surprises, grey, edges, chains.elements)
+        sculpted = beside.submit(_topography, grey, noise, mask, p)
+        chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
+        lap("linking")
+        members, kinds, turned = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
+        surprise = surprising.result()
+        kept, keeping = clear(surprise, members, chains, min_significance=p.min_significance)
+        members, chains = members.take(kept), chains.take(keeping)
+        arcs = measure_arcs(edges, members, kinds[kept], turned, scale=p.scales[0])
+        arcs = replace(arcs, significance=significance(surprise, members))
+        lap("arcs")
+        junctions = find_junctions(grey, arcs)
+        arcs = close_ends(arcs, junctions)
+        marking = beside.submit(arc_marks, grey, edges, arcs)
+        lap("junctions")
+        barrier, linked = edge_mask(edges, chains, arcs, junctions, shape), edges.take(np.unique(chains.elements))
         if p.regions == "leak-proof":
             regions = leak_proof_regions(grey, barrier, min_area=p.min_region_area, inside=mask, edges=linked)
         else:
             regions = plain_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
         lap("regions")
-        marks, courses = marked.result(), crested.result()
-    marks_of_courses = crest_marks(grey, crests.elements, courses)
-    lap("marks and crests")
+        labels, crests, courses, marks_of_courses = sculpted.result()
+        mark_inflections(labels, linked.pixel)
+        marks = marking.result()
+        lap("topography and marks")
     histogram = label_histogram(labels, regions.labels, len(regions))
     borders = region_arcs(edges, arcs, regions)
     found = relations(arcs, junctions, regions, borders, radius=p.relation_radius)
@@ -218,3 +208,20 @@ def extract(
         found,
         timings,
     )
+
+
+def _topography(
+    grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
+) -> tuple[npt.NDArray[np.uint8], Crests, Arcs, ArcMarks]:
+    """Labels without inflections, crests, the arcs along these and their marks."""
+    labels, crests = topographic_labels(grey, noise, sigma=p.topography_scale)
+    if mask is not None:
+        crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
+    courses = crest_arcs(
+        crests,
+        (grey.shape[0], grey.shape[1]),
+        scale=p.topography_scale,
+        min_height=p.min_crest,
+        min_elements=p.min_crest_elements,
+    )
+    return labels, crests, courses, crest_marks(grey, crests.elements, courses)

@@ -117,11 +117,12 @@ def in_bands(
 
     def share(firsts: range) -> list[Found]:
         found = []
+        down = np.empty((4, picture.shape[1]), np.float32)
         moments = np.empty((len(MOMENTS), height, columns), np.float32)
         for first in firsts:
             if rows - first < height:
                 moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
-            _facet_kernels.moments(picture, first, taps, moments)
+            _facet_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
             flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
             _facet_kernels.look_up(flat[0], curve, noise_here)
             found.append(work(first * columns, flat, noise_here))

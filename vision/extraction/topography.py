@@ -61,7 +61,6 @@ _HALF_PLANE = 0.35
 def topographic_labels(
     grey: FloatArray,
     noise: FloatArray,
-    edges: EdgeElements | None = None,
     *,
     sigma: float = 2.0,
     min_slope: float = 0.5,
@@ -71,8 +70,7 @@ def topographic_labels(
     ridges and ravines as elements.
 
     A slope counts from `min_slope` grey/px and a second derivative from `min_bend` grey/px^2, or from three standard
-    deviations under `noise` (256,), the curve over grey.  Pixels of `edges` are inflections unless a stronger label
-    (peak, pit, saddle, ridge, ravine) holds.
+    deviations under `noise` (256,), the curve over grey.
     """
     from vision.extraction import _topography_kernels
 
@@ -93,9 +91,14 @@ def topographic_labels(
     pixel, rows = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, noise, of_band), strict=True)
     )
-    if edges is not None:
-        flat[edges.pixel[flat[edges.pixel] > _RAVINE]] = LABELS.index("inflection")
     return labels, _crests(pixel, rows.astype(np.float64), grey, noise, slope_sigma, sigma)
+
+
+def mark_inflections(labels: ByteArray, pixels: npt.NDArray[np.int32]) -> None:
+    """Make inflections of the `pixels` (row * columns + column) of edges where no stronger label (peak, pit, saddle,
+    ridge, ravine) holds."""
+    flat = labels.reshape(-1)
+    flat[pixels[flat[pixels] > _RAVINE]] = LABELS.index("inflection")
 
 
 def _crests(

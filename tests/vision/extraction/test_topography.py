@@ -5,7 +5,7 @@ import pytest
 
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
-from vision.extraction.topography import LABELS, crest_arcs, label_histogram, topographic_labels
+from vision.extraction.topography import LABELS, crest_arcs, label_histogram, mark_inflections, topographic_labels
 
 from .landscapes import labels_of, random_landscape
 from .synthetic import step
@@ -44,7 +44,8 @@ def test_a_ridge_is_a_line_one_pixel_wide() -> None:
 def test_edges_are_inflections_and_noise_stays_flat() -> None:
     image = step(0.4, 0.0) + np.random.default_rng(0).normal(0, 2.0, (64, 64))
     edges = edge_elements(image, min_contrast=30)
-    labels, _ = topographic_labels(image, np.full(256, 2.0), edges)
+    labels, _ = topographic_labels(image, np.full(256, 2.0))
+    mark_inflections(labels, edges.pixel)
     assert np.mean(labels.reshape(-1)[edges.pixel] == LABELS.index("inflection")) > 0.9
     noise = 100 + np.random.default_rng(1).normal(0, 2.0, (100, 100))
     assert np.mean(topographic_labels(noise, np.full(256, 2.0))[0] == LABELS.index("flat")) > 0.95
