@@ -185,7 +185,7 @@ def a_folder(good: Path, to: Path) -> None:
 
 BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
     (nothing, "there is no image"),
-    (a_folder, "there is no image"),
+    (a_folder, "is no file"),
     (no_picture, "no picture"),
     (empty, "no picture"),
     (truncated, "cannot be read"),

@@ -29,6 +29,8 @@ _REFUSALS = {
         "it refers to",
         "it defines",
         "it does not say",
+        "parameter belongs",
+        "too large for any computer",
     ),
     "kernel failed": ("could not be read", "kernel does not start"),
     "child killed": ("the CAD kernel crashed",),

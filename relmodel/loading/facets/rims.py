@@ -65,7 +65,7 @@ def rims(trims: Trims, coedges: Table, chords: Chords, wanted: Bools) -> Rims:
     step = np.where(backward[which], chords.count[arc][which] - step, step)
     end = chords.first[arc][which] + step
     face, loop = trims.surface[own], np.asarray(coedges["loop_no"], np.int64)[own]
-    uv, points = np.empty((len(end), 2)), chords.points[end]
+    uv, points = np.zeros((len(end), 2)), chords.points[end]
     flat = plane[face][which]
     at = np.flatnonzero(flat & ~last)
     uv[at] = np.column_stack(surfaces.parameters(face[which[at]], points[at]))
