@@ -180,8 +180,8 @@ def walk(file: Path) -> dict[str, float]:
         BRepMesh_IncrementalMesh(shape, 0.05, False, 0.15, False)
         for face in faces:
             mesh, surface = BRep_Tool.Triangulation_s(face, TopLoc_Location()), BRepAdaptor_Surface(face)
-            if mesh is None:
-                continue
+            if mesh is None or not mesh.HasUVNodes():
+                continue  # a file's own triangles have none
             for k in range(1, mesh.NbNodes() + 1):
                 mesh.Node(k).Coord()
                 BRepLProp_SLProps(surface, *mesh.UVNode(k).Coord(), 1, 1e-9)
