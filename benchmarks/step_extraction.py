@@ -224,8 +224,8 @@ def extract(file: Path) -> dict[str, float]:
 
         return run
 
-    step_shape.extract = timed(step_shape.extract, "seconds")
-    step_mesh.mesh = timed(step_mesh.mesh, "meshing")
+    step_shape.extract_all = timed(step_shape.extract_all, "seconds")
+    step_mesh.meshes = timed(step_mesh.meshes, "meshing")
     laps = []
     for _ in range(3):
         spent.update(seconds=0.0, meshing=0.0)

@@ -36,13 +36,14 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
     from relmodel.loading.step import shape as step_shape
 
     kept: list[tuple[Any, Shape]] = []
-    extract = step_shape.extract
+    extract_all = step_shape.extract_all
 
-    def keep(shape: Any, *marks: Any) -> Shape:
-        kept.append((shape, extract(shape, *marks)))
-        return kept[-1][1]
+    def keep(bodies: list[step_shape.Body]) -> list[Shape]:
+        made = extract_all(bodies)
+        kept.extend((body.shape, shape) for body, shape in zip(bodies, made, strict=True))
+        return made
 
-    monkeypatch.setattr(step_shape, "extract", keep)
+    monkeypatch.setattr(step_shape, "extract_all", keep)
     step_document.read(str(data_dir / name))
     assert kept
     for kernel, shape in kept:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.polynomial import legendre
 
-from relmodel.geometry.components import cross, dot
+from relmodel.geometry.components import cross, dot, taken
 from relmodel.geometry.curves import groups
 from relmodel.geometry.surfaces import Surfaces
 
@@ -60,7 +60,7 @@ class _Grid:
 class Antiderivatives:
     """Integrals from the least u of a surface's domain to u, at v, of the densities of `masses.face_integrals`.
 
-    rows: the surfaces that are asked for.
+    rows: the surfaces that are asked for.  about: (n, 3), for each surface.
     """
 
     def __init__(self, surfaces: Surfaces, rows: Index, about: Array) -> None:
@@ -158,7 +158,7 @@ def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> tuple[Array
             points, by_u, by_v = surfaces.evaluate_cells(row[at], u, v)
             normal = cross(by_u, by_v)
             element = np.sqrt(dot(normal, normal))
-            flux = dot(normal, points - about[:, None, None, None])
+            flux = dot(normal, points - taken(about, row[at])[:, :, None, None])
             values = np.stack([element, *(element * points), flux]) * ((u1 - u0)[at] / 2)[:, None, None]
             series = _ANALYSIS[n] @ values @ _ANALYSIS[m].T
             out[:, at, :n, :m] = series

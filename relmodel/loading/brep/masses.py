@@ -28,7 +28,9 @@ _GAP = 0.01  # between the ends of a loop that closes, of the domain's extent
 
 
 def face_integrals(trims: Trims, about: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Array:
-    """Area, first moments x y z, and outward flux of the vector from the point `about`, (n, 5).
+    """Area, first moments x y z, and outward flux of the vector from the point `about`, (n, 5) of n faces.
+
+    about: (3,), or (n, 3) for each face.
 
     The flux of all faces of a solid is three times its volume, wherever the point is; one amid the solid lets the gaps
     between faces count least.  NaN where a loop of a face does not close in (u, v), or nothing bounds it.
@@ -43,7 +45,8 @@ def face_integrals(trims: Trims, about: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Arra
     uv, by = trims.evaluate(coedge, t)
     weight *= trims.sign[coedge] * by[:, 1]
     surface = trims.surface[coedge]
-    values = weight * _densities(surfaces, surface, uv[:, 0], uv[:, 1], np.asarray(about, float))
+    origin = np.broadcast_to(np.asarray(about, float), (len(surfaces), 3))
+    values = weight * _densities(surfaces, surface, uv[:, 0], uv[:, 1], origin)
     out = np.stack([np.bincount(surface, row, len(surfaces)).astype(float) for row in values], axis=1)
     out[:, 4] *= np.where(surfaces.reversed, -1.0, 1.0)
     out[~_closed(trims)] = np.nan
@@ -125,7 +128,7 @@ def _round(surfaces: Surfaces, kind: str, row: Index, u: Array, v: Array, about:
     moment = element * (u * (o + height * z) + across * swept)
     hand = surfaces.hand[row]
     normal_e, normal_z = hand * across * height_by, -hand * across * across_by
-    arm = o - about[:, None]
+    arm = o - taken(about, row)
     along_z = dot(arm, z) + height
     flux = normal_e * (dot(arm, swept) + across * u) + normal_z * along_z * u
     return np.stack([element * u, *moment, flux])

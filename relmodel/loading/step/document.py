@@ -91,16 +91,17 @@ def read(source: str) -> LoadedModel:
         raise UnreadableError("the CAD kernel finds no shape in it")
     walk = _Walk(document)
     root = walk.root()
+    shapes = walk.shapes()
     instances = Instances(Path(source).read_bytes())
     unit, unit_mm = _unit(reader, instances)
-    step_text.attach(walk.shapes, walk.parts, instances, reader, walk.places)
-    step_drawn.attach(walk.shapes, walk.parts, walk.assemblies[root], instances, unit_mm)
+    step_text.attach(shapes, walk.parts, instances, reader, walk.places)
+    step_drawn.attach(shapes, walk.parts, walk.assemblies[root], instances, unit_mm)
     return LoadedModel(
         format="STEP",
         schema_name=None,
         unit=unit,
         unit_mm=unit_mm,
-        shapes=walk.shapes,
+        shapes=shapes,
         parts=walk.parts,
         assemblies=walk.assemblies,
         root=root,
@@ -141,7 +142,6 @@ class _Walk:
     """Walks the labels of a document; every product becomes one part or assembly, however often it is used."""
 
     document: Any
-    shapes: list[Shape] = field(default_factory=list)
     parts: list[Part] = field(default_factory=list)
     assemblies: list[Assembly] = field(default_factory=list)
 
@@ -151,9 +151,15 @@ class _Walk:
         self._layers = XCAFDoc_DocumentTool.LayerTool_s(main)
         self.faces = ShapeMap()  # every distinct face that came through, wherever it is placed
         self._places: dict[int, list[tuple[int, int]]] = {}  # by ordinal in it: part and surface_no
+        self._bodies: list[step_shape.Body | Shape] = []  # the former to be extracted
         self._solids = ShapeMap()  # distinct shapes in a place of their own
         self._shape_of: dict[tuple[int, float], tuple[int, list[int]]] = {}  # shape; face of each surface
         self._done: dict[tuple[str, float], _Child | None] = {}
+
+    def shapes(self) -> list[Shape]:
+        """The shapes that parts refer to; those of the kernel are extracted together."""
+        made = iter(step_shape.extract_all([one for one in self._bodies if isinstance(one, step_shape.Body)]))
+        return [one if isinstance(one, Shape) else next(made) for one in self._bodies]
 
     def root(self) -> int:
         """Walk from the free shapes; the index of the assembly that holds them all."""
@@ -198,7 +204,7 @@ class _Walk:
             return None
         name = name_of(label) or "assembly"
         if wrapper and all(one.kind == "part" for one in instances):
-            bodies, beside = self._bodies(instances)
+            bodies, beside = self._main(instances)
             if len(bodies) == 1:
                 name = name_of(label) or self.parts[bodies[0].child].name
             for i, one in enumerate(beside):
@@ -208,16 +214,18 @@ class _Walk:
         self.assemblies.append(Assembly(name, instances, attributes_of(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
-    def _bodies(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
+    def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
         """What a product is made of, and what is supplemental: sheets beside solids, wires beside either."""
-        rank = [self._rank(self.shapes[self.parts[one.child].shape]) for one in instances]
+        rank = [self._rank(self._bodies[self.parts[one.child].shape]) for one in instances]
         bodies = [one for one, its in zip(instances, rank, strict=True) if its == min(rank)]
         return bodies, [one for one in instances if not any(one is body for body in bodies)]
 
     @staticmethod
-    def _rank(shape: Shape) -> int:
+    def _rank(body: step_shape.Body | Shape) -> int:
         """0: encloses a volume, 1: sheet, 2: wire."""
-        return 2 if shape.kind == "wire" else int(shape.volume is None)
+        if isinstance(body, Shape):
+            return 2 if body.kind == "wire" else int(body.volume is None)
+        return int(not body.solid)
 
     def _collapsed(self, label: Any, name: str, body: Instance, beside: list[Instance]) -> _Child:
         """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
@@ -284,13 +292,12 @@ class _Walk:
         key = (self._solids.Add(shape), scale)
         if key not in self._shape_of:
             marks = self._marks(label, faces)
+            body: step_shape.Body | Shape = step_shape.Body(_scaled(shape, scale), *marks)
+            face_of = list(range(faces.Extent()))
             if step_tessellated.is_tessellated(faces):
-                made, face_of = step_tessellated.extract(_scaled(shape, scale), *marks)
-            else:
-                made = step_shape.extract(_scaled(shape, scale), *marks)
-                face_of = list(range(faces.Extent()))
-            self.shapes.append(made)
-            self._shape_of[key] = len(self.shapes) - 1, face_of
+                body, face_of = step_tessellated.extract(_scaled(shape, scale), *marks)
+            self._bodies.append(body)
+            self._shape_of[key] = len(self._bodies) - 1, face_of
         shape_no, face_of = self._shape_of[key]
         self.parts.append(Part(name, name, shape_no, material_of(label), colour_of(label)))
         for surface_no, face in enumerate(face_of):
@@ -304,10 +311,10 @@ class _Walk:
         wire = step_supplemental.extract_edges(_scaled(shape, scale)) if edges else None
         if wire is None:
             return None
-        self.shapes.append(wire)
+        self._bodies.append(wire)
         layers = sorted({layer for layer, drawn in self._drawn if any(drawn.Contains(edge) for edge in edges)})
         attributes: list[Attribute] = [("layer", ", ".join(layers), None)] if layers else []
-        self.parts.append(Part(name, name, len(self.shapes) - 1, None, None, attributes, supplemental=True))
+        self.parts.append(Part(name, name, len(self._bodies) - 1, None, None, attributes, supplemental=True))
         return _Child("part", len(self.parts) - 1, located)
 
     @cached_property

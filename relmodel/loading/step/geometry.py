@@ -64,16 +64,15 @@ class CurveRows:
     """
 
     def __init__(self, basis: CurveRows | None = None) -> None:
-        self.basis = basis or self
+        self.basis = self if basis is None else basis
         self._offsets: list[tuple[float, ...]] = []
         self._kinds: list[str] = []
         self._recognised: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, t0, t1
         self._splines: list[tuple[int, Spline]] = []
 
-    @property
-    def empty(self) -> bool:
-        return not self._kinds
+    def __len__(self) -> int:
+        return len(self._kinds)
 
     def add_degenerate(self, point: tuple[float, float, float], t0: float, t1: float) -> int:
         return self._append("degenerate", "degenerate", (*point, *_NO_FRAME[3:]), _NAN, _NAN, t0, t1)
@@ -168,7 +167,7 @@ class CurveRows:
     @cached_property
     def curves(self) -> Curves:
         """The curves to be evaluated."""
-        basis = None if self.basis is self or self.basis.empty else self.basis.curves
+        basis = None if self.basis is self or not self.basis else self.basis.curves
         return Curves(self.columns(), self.splines, offsets=self.offsets, basis=basis)
 
 
@@ -181,7 +180,7 @@ class SurfaceRows:
 
     def __init__(self, basis_curves: CurveRows, basis: SurfaceRows | None = None) -> None:
         self.basis_curves = basis_curves
-        self.basis = basis or self
+        self.basis = self if basis is None else basis
         self._kinds: list[str] = []
         self._recognised: list[str] = []
         self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, semi_angle, u0, u1, v0, v1
@@ -190,9 +189,8 @@ class SurfaceRows:
         self._splines: list[tuple[int, Any]] = []
         self._swept: list[tuple[float, ...]] = []
 
-    @property
-    def empty(self) -> bool:
-        return not self._kinds
+    def __len__(self) -> int:
+        return len(self._kinds)
 
     def add(self, surface: Any, domain: tuple[float, ...], reversed_: bool = False, shape: Any = None) -> int:
         """Append a surface over a domain u0 u1 v0 v1, return its row; `shape` is the face to recognise a spline on."""
@@ -278,8 +276,8 @@ class SurfaceRows:
     @cached_property
     def surfaces(self) -> Surfaces:
         """The surfaces to be evaluated."""
-        basis = None if self.basis is self or self.basis.empty else self.basis.surfaces
-        basis_curves = None if self.basis_curves.empty else self.basis_curves.curves
+        basis = None if self.basis is self or not self.basis else self.basis.surfaces
+        basis_curves = None if not self.basis_curves else self.basis_curves.curves
         return Surfaces(self.columns(), self.splines, self.swept, basis_curves, basis)
 
 

@@ -1,11 +1,14 @@
-"""One shape of the CAD kernel as columns: what only the kernel knows; the rest follows in `brep/measures.py`.
+"""Shapes of the CAD kernel as columns: what only the kernel knows; the rest follows in `brep/measures.py`.
 
 Runs in the child process of `kernel.py` alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,8 +27,9 @@ from OCP.TopoDS import TopoDS, TopoDS_Iterator
 from relmodel.geometry.curves import BOX, Array, box_columns, vector_columns
 from relmodel.loading.brep import bulges, loops, masses
 from relmodel.loading.brep import measures as brep
+from relmodel.loading.brep.bodies import Bodies
 from relmodel.loading.brep.trims import Trims
-from relmodel.loading.neutral import Shape, Table
+from relmodel.loading.neutral import ArcSamples, Shape, Table
 from relmodel.loading.step import geometry as step_geometry
 from relmodel.loading.step import triangulation as step_mesh
 from relmodel.loading.step.boundary import Boundary, Coedge, Wire
@@ -34,60 +38,115 @@ from relmodel.loading.step.maps import edge_map, face_map
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
 _KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its plain ones are rough
+_FACES_AT_ONCE = 400  # of several bodies: what an array costs however short is paid once, and memory stays bounded
+
+Marks = dict[int, str]
 
 
-def extract(shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]) -> Shape:
-    """Columns of a shape that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
-    BRepLib.BuildCurves3d_s(shape)
-    face_keys, boundary = face_map(shape), Boundary(shape)
-    edges = _Edges(face_keys)
-    faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
+@dataclass(frozen=True)
+class Body:
+    """A shape of the kernel that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
+
+    shape: Any
+    names: Marks = field(default_factory=dict)
+    colours: Marks = field(default_factory=dict)
+    layers: Marks = field(default_factory=dict)
+
+    @cached_property
+    def solid(self) -> bool:
+        keys = ShapeMap()
+        TopExp.MapShapes_s(self.shape, Type.TopAbs_SOLID, keys)
+        return bool(keys.Extent())
+
+
+def extract(shape: Any, names: Marks, colours: Marks, layers: Marks) -> Shape:
+    """Columns of one shape that has faces."""
+    return extract_all([Body(shape, names, colours, layers)])[0]
+
+
+def extract_all(bodies: Sequence[Body]) -> list[Shape]:
+    """Columns of each of some bodies, the same as of each alone."""
+    return [shape for some in _at_once(bodies) for shape in _extracted(some)]
+
+
+def _at_once(bodies: Sequence[Body]) -> Iterator[list[_Source]]:
+    """Bodies in their order, as many together as are worked on at once."""
+    some: list[_Source] = []
+    count = 0
+    for body in bodies:
+        one = _Source(body)
+        if some and count + len(one.faces) > _FACES_AT_ONCE:
+            yield some
+            some, count = [], 0
+        some.append(one)
+        count += len(one.faces)
+    if some:
+        yield some
+
+
+def _extracted(sources: list[_Source]) -> list[Shape]:
+    """Columns of some bodies, worked on as if they were one; whose rows are whose, `Bodies` knows."""
     basis_curve_rows = step_geometry.CurveRows()
     basis_rows = step_geometry.SurfaceRows(basis_curve_rows)
     support = step_geometry.SurfaceRows(basis_curve_rows, basis_rows)
-    for face in faces:
-        support.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), reversed_=_is_reversed(face), shape=face)
-    curve_rows = _edge_rows(boundary, basis_curve_rows, edges)
+    curve_rows = step_geometry.CurveRows(basis_curve_rows)
+    begins = [(0, 0, 0, 0)]
+    for source in sources:
+        for face in source.faces:
+            support.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), reversed_=_is_reversed(face), shape=face)
+        source.add_edges(curve_rows)
+        begins.append((len(support), len(curve_rows), len(basis_rows), len(basis_curve_rows)))
+    bodies = Bodies(*np.array(begins).T)
     surface_columns = support.columns()
     arc_columns = curve_rows.columns()
-    bounds, coedges, pcurves = _loops(boundary, faces, surface_columns["kind"], edges)
+    bounds, coedges, pcurves = _loops(sources, bodies, surface_columns["kind"])
 
     curves, surfaces = curve_rows.curves, support.surfaces
     trims = loops.outer_first(Trims(surfaces, curves, coedges, pcurves), bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
-    box = np.stack([arc_columns[name] for name in BOX], axis=1)
-    middle = (box[:, :3].min(axis=0) + box[:, 3:].max(axis=0)) / 2 if len(box) else np.zeros(3)
-    integrals = masses.face_integrals(trims, middle)
-    mass_columns, volume = _masses(faces, integrals, middle)
+    low, high = bodies.extents(bodies.of_arc, arc_columns)
+    middle = np.where(np.isfinite(low), (low + high) / 2, 0.0)[bodies.of_surface]
+    faces = [face for source in sources for face in source.faces]
+    mass_columns, flux = _masses(faces, masses.face_integrals(trims, middle), middle)
     surface_columns |= mass_columns
     surface_columns |= box_columns(_boxes(trims, arc_columns))
-    for name, values in (("name", names), ("colour", colours), ("layer", layers)):
-        surface_columns[name] = [values.get(i + 1) for i in range(len(faces))]
+    for column, name in (("name", "names"), ("colour", "colours"), ("layer", "layers")):
+        marks = [(getattr(source.body, name), len(source.faces)) for source in sources]
+        surface_columns[column] = [one.get(i + 1) for one, count in marks for i in range(count)]
     normals = brep.ArcNormals(trims)
     arc_columns |= brep.adjacency(normals)
-    solid = _has(shape, Type.TopAbs_SOLID)
-    return Shape(
-        kind="solid" if solid else "sheet",
-        volume=volume if solid else None,
-        surfaces=surface_columns,
-        surface_splines=support.splines,
-        surface_swept=support.swept,
-        arcs=arc_columns,
-        arc_splines=curve_rows.splines,
-        loops=bounds,
-        coedges=coedges,
-        pcurves=pcurves,
-        arc_offsets=curve_rows.offsets,
+    tables = {
+        "surfaces": surface_columns,
+        "surface_splines": support.splines,
+        "surface_swept": support.swept,
+        "arcs": arc_columns,
+        "arc_splines": curve_rows.splines,
+        "arc_offsets": curve_rows.offsets,
+        "loops": bounds,
+        "coedges": coedges,
+        "pcurves": pcurves,
         **_basis(basis_curve_rows, basis_rows),
-        mesh=step_mesh.mesh(faces, trims, coedges, surface_columns),
-        samples=brep.samples(normals, arc_columns["length"]),
-    )
+        "samples": vars(brep.samples(normals, arc_columns["length"])),
+    }
+    meshes = step_mesh.meshes(bodies, faces, trims, coedges, surface_columns)
+    return [
+        Shape(
+            kind="solid" if source.body.solid else "sheet",
+            volume=abs(float(flux[first:last].sum())) / 3 if source.body.solid else None,
+            mesh=mesh,
+            samples=ArcSamples(**own.pop("samples")),
+            **own,
+        )
+        for source, own, mesh, (first, last) in zip(
+            sources, bodies.apart(tables), meshes, pairwise(bodies.surface.tolist()), strict=True
+        )
+    ]
 
 
 def _basis(curves: step_geometry.CurveRows, surfaces: step_geometry.SurfaceRows) -> dict[str, Table]:
-    """What a shape holds of the curves and surfaces that others are made from."""
-    if curves.empty and surfaces.empty:
-        return {name: dict(table) for name, table in _no_basis().items()}
+    """What shapes hold of the curves and surfaces that others are made from."""
+    if not curves and not surfaces:
+        return _no_basis()
     return _basis_tables(curves, surfaces)
 
 
@@ -108,34 +167,29 @@ def _basis_tables(curves: step_geometry.CurveRows, surfaces: step_geometry.Surfa
     }
 
 
-def _has(shape: Any, kind: Any) -> bool:
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, kind, keys)
-    return bool(keys.Extent())
-
-
 def _is_reversed(shape: Any) -> bool:
     return bool(shape.Orientation() == Sense.TopAbs_REVERSED)
 
 
-def _edge_rows(boundary: Boundary, basis: step_geometry.CurveRows, edges: _Edges) -> step_geometry.CurveRows:
-    rows = step_geometry.CurveRows(basis)
-    for i, edge in enumerate(boundary.edges):
-        rows.add_edge(edge, boundary.matrix(edge.location) if edge.location else None, partial(edges.shape, i))
-    return rows
+class _Source:
+    """A body as the kernel has it, its faces and edges in the order of their numbers."""
 
+    def __init__(self, body: Body) -> None:
+        BRepLib.BuildCurves3d_s(body.shape)
+        self.body, self._faces = body, face_map(body.shape)
+        self.faces = [TopoDS.Face(self._faces.FindKey(i)) for i in range(1, self._faces.Extent() + 1)]
+        self.boundary = Boundary(body.shape)
 
-class _Edges:
-    """The edges of a shape as the kernel has them, for what only the kernel can tell of them."""
-
-    def __init__(self, faces: Any) -> None:
-        self._faces = faces
+    def add_edges(self, rows: step_geometry.CurveRows) -> None:
+        for i, edge in enumerate(self.boundary.edges):
+            matrix = self.boundary.matrix(edge.location) if edge.location else None
+            rows.add_edge(edge, matrix, partial(self.edge, i))
 
     @cached_property
     def _keys(self) -> Any:
         return edge_map(self._faces)
 
-    def shape(self, number: int) -> Any:
+    def edge(self, number: int) -> Any:
         return TopoDS.Edge(self._keys.FindKey(number + 1))
 
     def explored(self, wire: Wire, face: Any, position: int) -> list[Coedge] | None:
@@ -172,28 +226,30 @@ def _is_chain(wire: Wire) -> bool:
     return len(coedges) < 2 or all(a.head == b.tail for a, b in zip(coedges, following, strict=True))
 
 
-def _loops(boundary: Boundary, faces: list[Any], kinds: list[str], edges: _Edges) -> tuple[Table, Table, Table]:
+def _loops(sources: list[_Source], bodies: Bodies, kinds: list[str]) -> tuple[Table, Table, Table]:
     """Loops, coedges head to tail as the faces are oriented, and the pcurves of those that are not planes."""
     bounds: list[tuple[int, int]] = []
     coedges: list[tuple[int, int, int, int, bool]] = []
     pcurves = step_geometry.PcurveRows()
-    for surface_no, (face, wires) in enumerate(zip(faces, boundary.faces, strict=True)):
-        backwards, curved = _is_reversed(face), kinds[surface_no] != "plane"
-        for loop_no, wire in enumerate(wires):
-            bounds.append((surface_no, loop_no))
-            ordered = wire.coedges[::-1] if wire.reversed != backwards else wire.coedges
-            if not _is_chain(wire):
-                found = edges.explored(wire, TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD)), loop_no)
-                if found is not None:
-                    ordered = found[::-1] if backwards else found
-            for coedge_no, one in enumerate(ordered):
-                coedges.append((surface_no, loop_no, coedge_no, one.edge, one.reversed != backwards))
-                drawn = boundary.pcurve(one) if curved else None
-                if drawn is not None:
-                    curve, t0, t1 = drawn
-                    if curve.kind == "offset":
-                        curve = step_geometry.drawn_pcurve(_pcurve(edges.shape(one.edge), one, face), t0, t1)
-                    pcurves.add((surface_no, loop_no, coedge_no), curve, t0, t1)
+    for source, first, first_arc in zip(sources, bodies.surface.tolist(), bodies.arc.tolist(), strict=False):
+        faces = zip(source.faces, source.boundary.faces, strict=True)
+        for surface_no, (face, wires) in enumerate(faces, first):
+            backwards, curved = _is_reversed(face), kinds[surface_no] != "plane"
+            for loop_no, wire in enumerate(wires):
+                bounds.append((surface_no, loop_no))
+                ordered = wire.coedges[::-1] if wire.reversed != backwards else wire.coedges
+                if not _is_chain(wire):
+                    found = source.explored(wire, TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD)), loop_no)
+                    if found is not None:
+                        ordered = found[::-1] if backwards else found
+                for coedge_no, one in enumerate(ordered):
+                    coedges.append((surface_no, loop_no, coedge_no, first_arc + one.edge, one.reversed != backwards))
+                    drawn = source.boundary.pcurve(one) if curved else None
+                    if drawn is not None:
+                        curve, t0, t1 = drawn
+                        if curve.kind == "offset":
+                            curve = step_geometry.drawn_pcurve(_pcurve(source.edge(one.edge), one, face), t0, t1)
+                        pcurves.add((surface_no, loop_no, coedge_no), curve, t0, t1)
     columns = np.array(coedges, np.int64).reshape(-1, 5).T
     table: Table = dict(zip(COEDGE_COLUMNS, (column.copy() for column in columns), strict=True))
     table["reversed"] = table["reversed"].astype(bool)
@@ -207,8 +263,8 @@ def _pcurve(edge: Any, coedge: Coedge, face: Any) -> Any:
     return BRep_Tool.CurveOnSurface_s(TopoDS.Edge(edge.Oriented(sense)), forward, 0.0, 0.0)
 
 
-def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, float]:
-    """Area and centroid of each face, and the volume that they enclose.
+def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, Array]:
+    """Columns of area and centroid of the faces, and the flux (n,) out of each of the vector from a point (n, 3).
 
     Of faces where the boundary turns out not to close in (u, v), by the kernel.
     """
@@ -216,13 +272,13 @@ def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, fl
         props = GProp_GProps()
         BRepGProp.SurfaceProperties_s(faces[i], props, _KERNEL_EPS, False)
         flux = BRepGProp_Vinert()
-        flux.SetLocation(gp_Pnt(*about.tolist()))
+        flux.SetLocation(gp_Pnt(*about[i].tolist()))
         flux.Perform(BRepGProp_Face(faces[i]), BRepGProp_Domain(faces[i]), _KERNEL_EPS)
         area, centroid = abs(props.Mass()), np.array(props.CentreOfMass().Coord())
         integrals[i] = area, *(area * centroid), 3 * flux.Mass()
     area = integrals[:, 0]
     centroid = integrals[:, 1:4] / np.where(area > 0, area, 1.0)[:, None]
-    return {"area": area.copy(), **vector_columns("centroid", centroid)}, abs(float(integrals[:, 4].sum())) / 3
+    return {"area": area.copy(), **vector_columns("centroid", centroid)}, integrals[:, 4]
 
 
 def _boxes(trims: Trims, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from io import BytesIO
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,8 @@ from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face
 
-from relmodel.geometry.curves import BOX
 from relmodel.geometry.normals import normals_at
+from relmodel.loading.brep.bodies import Bodies
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import chords
 from relmodel.loading.facets.facets import Facets, facets
@@ -41,69 +42,95 @@ CHORD_SHARE = 1e-5
 _VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
 
 
-def mesh(faces: list[Any], trims: Trims, coedges: Table, columns: Table) -> Mesh:
-    """Triangles of all faces, vertices apart for each face, normals those of the surface at the vertices.
+def meshes(bodies: Bodies, faces: list[Any], trims: Trims, coedges: Table, columns: Table) -> list[Mesh]:
+    """Triangles of all faces of each body, vertices apart for each face, normals those of the surface there.
 
     Only faces whose boundaries cross, or that are not brought near to their surfaces, go through the kernel's mesher.
-    trims: of the coedges.  columns: areas and boxes of the faces.
+    faces: of all bodies, as trims and coedges are.  columns: areas and boxes of the faces.
     """
-    surfaces, area = trims.surfaces, columns["area"]
-    low, high = (np.stack([columns[name] for name in names], axis=1) for names in (BOX[:3], BOX[3:]))
-    size = float(np.linalg.norm(high.max(axis=0) - low.min(axis=0))) if len(faces) else 0.0
-    chord = max(CHORD_MM, CHORD_SHARE * size)
+    low, high = bodies.extents(bodies.of_surface, columns)
+    chord = np.maximum(CHORD_MM, CHORD_SHARE * np.linalg.norm(high - low, axis=1))
+    made: list[Facets] = []
+    for one in np.unique(chord).tolist():
+        made += _facets(bodies, chord == one, faces, trims, coedges, columns["area"], one)
+    face, corners = np.concatenate([one.face for one in made]), _joined_corners(made)
+    points, owner = np.concatenate([one.points for one in made]), np.concatenate([one.point_face for one in made])
+    normals = normals_at(trims.surfaces, owner, points)
+    bare = np.flatnonzero(np.isnan(normals[:, 0]))
+    uv = np.concatenate([one.uv for one in made])[bare]
+    normals[bare] = trims.surfaces.normals(owner[bare], uv[:, 0], uv[:, 1])
+    order, vertex = np.argsort(face, kind="stable"), np.argsort(bodies.of_surface[owner], kind="stable")
+    place = np.empty(len(vertex), np.int64)
+    place[vertex] = np.arange(len(vertex))
+    face, corners, points, normals = face[order], place[corners[order]], points[vertex], normals[vertex]
+    ends = np.searchsorted(face, bodies.surface)
+    if (np.diff(ends) == 0).any():
+        raise ValueError("the kernel made no triangle of any face")
+    points_ends = np.searchsorted(bodies.of_surface[owner[vertex]], np.arange(len(bodies) + 1))
+    return [
+        Mesh(
+            chord_mm=float(chord[i]),
+            chord_rad=CHORD_RAD,
+            vertices=points[first:last],
+            normals=normals[first:last].astype(np.float32),
+            triangles=(corners[start:end] - first).astype(np.int32),
+            triangle_surfaces=(face[start:end] - bodies.surface[i]).astype(np.int32),
+        )
+        for i, ((first, last), (start, end)) in enumerate(
+            zip(pairwise(points_ends.tolist()), pairwise(ends.tolist()), strict=True)
+        )
+    ]
+
+
+def _facets(
+    bodies: Bodies, wanted: Bools, faces: list[Any], trims: Trims, coedges: Table, area: Array, chord: float
+) -> list[Facets]:
+    """Triangles of the wanted bodies (k,), which have one chord."""
     cuts = chords.cut(trims.curves, chord / 2, CHORD_RAD / 2)
-    rest = np.ones(len(faces), bool)
+    rest = wanted[bodies.of_surface]
     made = facets(trims, coedges, cuts, rest, chord, CHORD_RAD)
     for some in made:
         rest[some.face] = False
-    if rest.any():
-        kernels = _kernel_facets(faces, np.flatnonzero(rest).tolist(), area, chord)
-        beside, cuts = _recut(faces, rest, trims, cuts)
-        again = facets(trims, coedges, cuts, beside, chord, CHORD_RAD) if beside.any() else []
-        for some in again:
-            beside[some.face] = False
-            rest[some.face] = True
-        made = [kernels, *(some.without(rest) for some in made), *again]
-    face, corners = np.concatenate([one.face for one in made]), _joined_corners(made)
-    if not len(face):
-        raise ValueError("the kernel made no triangle of any face")
-    points, owner = np.concatenate([one.points for one in made]), np.concatenate([one.point_face for one in made])
-    normals = normals_at(surfaces, owner, points)
-    bare = np.flatnonzero(np.isnan(normals[:, 0]))
-    uv = np.concatenate([one.uv for one in made])[bare]
-    normals[bare] = surfaces.normals(owner[bare], uv[:, 0], uv[:, 1])
-    order = np.argsort(face, kind="stable")
-    return Mesh(
-        chord_mm=chord,
-        chord_rad=CHORD_RAD,
-        vertices=points,
-        normals=normals.astype(np.float32),
-        triangles=corners[order].astype(np.int32),
-        triangle_surfaces=face[order].astype(np.int32),
-    )
+    if not rest.any():
+        return made
+    kernels: list[Facets] = []
+    found: dict[int, Array] = {}
+    for first, last, first_arc in zip(
+        *(ends.tolist() for ends in (bodies.surface, bodies.surface[1:], bodies.arc)), strict=False
+    ):
+        which = first + np.flatnonzero(rest[first:last])
+        if len(which):
+            kernels.append(_kernel_facets(faces, which.tolist(), area, chord))
+            found |= _kernel_cuts(faces[first:last], which.tolist(), first, first_arc, trims)
+    beside = np.zeros(len(faces), bool)
+    beside[trims.surface[np.isin(trims.arc, list(found))]] = True
+    beside &= ~rest
+    again = facets(trims, coedges, cuts.replaced(trims.curves, found), beside, chord, CHORD_RAD) if found else []
+    for some in again:
+        rest[some.face] = True
+    return [*kernels, *(some.without(rest) for some in made), *again]
 
 
-def _recut(faces: list[Any], rest: Bools, trims: Trims, cuts: chords.Chords) -> tuple[Bools, chords.Chords]:
-    """Faces (n,) beside those that the kernel made (`rest`) whose common arcs it cut otherwise, and its chords."""
+def _kernel_cuts(faces: list[Any], which: list[int], first: int, first_arc: int, trims: Trims) -> dict[int, Array]:
+    """Parameters at which the kernel cut the arcs of some of a body's faces, where it cuts them otherwise than we do.
+
+    first, first_arc: numbers that the body's faces and arcs begin with.
+    """
     numbers = ShapeMap()
     for face in faces:
         numbers.Add(face)
     keys = maps.edge_map(numbers)
-    even = np.isin(trims.curves.kind.astype(str), chords.EVEN)
     found: dict[int, Array] = {}
-    for i in np.flatnonzero(rest).tolist():
+    for i in which:
         place = TopLoc_Location()
-        triangulation = BRep_Tool.Triangulation_s(faces[i], place)
-        for arc in np.flatnonzero(np.bincount(trims.arc[trims.surface == i])).tolist():
-            if triangulation is not None and not even[arc]:
-                polygon = BRep_Tool.PolygonOnTriangulation_s(TopoDS.Edge(keys.FindKey(arc + 1)), triangulation, place)
+        triangulation = BRep_Tool.Triangulation_s(faces[i - first], place)
+        for arc in np.unique(trims.arc[trims.surface == i]).tolist():
+            if triangulation is not None and trims.curves.kind[arc] not in chords.EVEN:
+                edge = TopoDS.Edge(keys.FindKey(arc - first_arc + 1))
+                polygon = BRep_Tool.PolygonOnTriangulation_s(edge, triangulation, place)
                 if polygon is not None and polygon.HasParameters():
                     found[arc] = np.sort([polygon.Parameter(k) for k in range(1, polygon.NbNodes() + 1)])
-    beside = np.zeros(len(faces), bool)
-    if not found:
-        return beside, cuts
-    beside[trims.surface[np.isin(trims.arc, list(found))]] = True
-    return beside & ~rest, cuts.replaced(trims.curves, found)
+    return found
 
 
 def _joined_corners(made: list[Facets]) -> npt.NDArray[np.int64]:
