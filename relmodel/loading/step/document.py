@@ -40,7 +40,7 @@ from relmodel.loading.step.labels import attributes_of, colour_of, entry, materi
 from relmodel.loading.step.part21_instances import Instances, references
 from relmodel.loading.step.part21_units import unit as unit_of
 
-LOADER_VERSION = f"step-5 ocp-{OCP.__version__}"
+LOADER_VERSION = f"step-6 ocp-{OCP.__version__}"
 
 # Names of length units as the kernel gives them (of SI units in full, of conversion-based ones as in the file).
 UNITS_MM = {

@@ -35,8 +35,9 @@ from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Cone, gp_Cylinder, gp_Elips, gp_Lin, gp_Pln, gp_Sphere
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 
-from relmodel.geometry.curves import Curves, vector_columns
+from relmodel.geometry.curves import Curves, vector_columns, vectors
 from relmodel.geometry.surfaces import Surfaces
+from relmodel.loading.brep.tori import tori
 from relmodel.loading.neutral import Table
 from relmodel.loading.step.boundary import Curve, Edge, Spline
 from relmodel.store.columns import Ragged
@@ -231,7 +232,9 @@ class SurfaceRows:
             frame, direct = _frame(position), position.Direct()
         elif shape is not None:
             recognised, found, sizes_found = _recognised_surface(shape)
-            if recognised is not None and kind != "revolution":
+            if kind == "revolution":
+                found = _on_axis(recognised, found, frame)
+            if recognised is not None:
                 frame, sizes = found, sizes_found
         row = len(self._kinds)  # after those of the basis, which may be in the same table
         if swept is not None:
@@ -279,6 +282,29 @@ class SurfaceRows:
         basis = None if self.basis is self or not self.basis else self.basis.surfaces
         basis_curves = None if not self.basis_curves else self.basis_curves.curves
         return Surfaces(self.columns(), self.splines, self.swept, basis_curves, basis)
+
+
+def _on_axis(kind: str | None, found: tuple[float, ...], frame: tuple[float, ...]) -> tuple[float, ...]:
+    """The frame of a recognised surface with its origin on the axis that it is revolved about, as `frame` has it."""
+    if kind is None:
+        return frame
+    foot, axis = np.array(frame[:3]), np.array(frame[6:])
+    return *(foot + axis * (axis @ (found[:3] - foot))).tolist(), *found[3:]
+
+
+def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
+    """Enter the tori that splines and surfaces of revolution are; the kernel recognises none."""
+    kinds = np.array(columns["recognised_kind"], object)
+    found = tori(surfaces, np.flatnonzero(np.isin(kinds, ("spline", "revolution"))), RECOGNITION_MM)
+    kinds[found.row] = "torus"
+    columns["recognised_kind"] = kinds.tolist()
+    columns["radius"][found.row], columns["radius2"][found.row] = found.major, found.minor
+    foot, axis = vectors(columns, "origin")[found.row], vectors(columns, "axis_z")[found.row]
+    on_axis = foot + axis * np.sum(axis * (found.centre - foot), axis=1, keepdims=True)
+    centre = np.where(np.isnan(foot), found.centre, on_axis)  # what is revolved stays on its own axis
+    for name, values in (("origin", centre), ("axis_x", found.across), ("axis_z", found.axis)):
+        for i, letter in enumerate("xyz"):
+            columns[f"{name}_{letter}"][found.row] = values[:, i]
 
 
 class PcurveRows:

@@ -102,6 +102,7 @@ def _extracted(sources: list[_Source]) -> list[Shape]:
     bounds, coedges, pcurves = _loops(sources, bodies, surface_columns["kind"])
 
     curves, surfaces = curve_rows.curves, support.surfaces
+    step_geometry.recognise_tori(surface_columns, surfaces)
     trims = loops.outer_first(Trims(surfaces, curves, coedges, pcurves), bounds, coedges, pcurves)
     arc_columns |= brep.arc_measures(curves)
     low, high = bodies.extents(bodies.of_arc, arc_columns)
