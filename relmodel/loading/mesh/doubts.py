@@ -26,6 +26,7 @@ _LEVEL = 0.5  # of the bend between facets: surfaces whose normals differ by les
 _DEEP = 20.0  # how far a surface that is held inexactly reaches from its mean plane, in tolerances; others one
 _ENDING = 0.25  # least cosine between a ruling and an edge of the ends at which a cylinder or cone stops bending
 _STEP = 1e-3  # of the length of an edge
+_SHORT = 0.25  # greatest length of short rulings, in lengths around
 _STEADY = 0.5  # least share of a surface's own bend that the next facet has, if it bends on; four times that is most
 
 
@@ -38,9 +39,11 @@ def without_chance(
     or cone stops bending (a strip of a free-form surface may be cut off sharply on both sides), or any surface that
     runs on nearly all around.
 
-    May be chance: surfaces of few patches, of little turn, and those that hold their patches `inexact`ly.  To run on is
-    to bend, less than a free-form surface does, into patches that nobody owns and that bend on, or into a surface that
-    may be chance and whose normal there is another one.  Nor is any cylinder or cone one of the part that runs on into
+    May be chance: surfaces of few patches, of little turn, and those that hold their patches `inexact`ly; of cylinders
+    and cones of short rulings, which are hardly more than one arc, those of twice as many patches and turn.  To run on
+    is to bend, less than a free-form surface does, into patches that nobody owns and that bend on (where rulings are
+    short, into any that go on in others as wide: no planes), or into a surface that may be chance and whose normal
+    there is another one.  Nor is any cylinder or cone one of the part that runs on into
     one of about its radius whose normal there is another one, or, if both may be chance, whose axis is parallel; nor
     are two surfaces that may be chance, and have about one curvature across the rim between them.
     """
@@ -61,9 +64,12 @@ def without_chance(
     ruling = _rulings(row[o[ruled]], middle[ruled])
     ending = np.zeros(len(a), bool)
     ending[ruled] = np.abs(np.sum(ruling * along[ruled], axis=1)) > _ENDING * length[ruled]
-    runs = (bend < FREE_RAD) & (patches.width[b] < WIDE * patches.width[a])
-    wide = np.flatnonzero((bend < FREE_RAD) & (o >= 0) & ~runs)
+    smooth = bend < FREE_RAD
+    runs = smooth & (patches.width[b] < WIDE * patches.width[a])
+    even = runs & (patches.width[a] < WIDE * patches.width[b])
+    wide = np.flatnonzero(smooth & (o >= 0) & ~runs)
     runs[wide] = _bend_on(kind[o[wide]], row[o[wide]], middle[wide], vertices[triangles[beyond[wide]]])
+    short = _short(vertices, triangles, owner[patches.of_triangle], kind, row, turned)
     level, drift, akin = (np.zeros(len(a), bool) for _ in range(3))
     met = np.flatnonzero(runs & (o >= 0) & (owner[b] >= 0) & (o != owner[b]))
     pair = o[met], owner[b[met]]
@@ -75,16 +81,21 @@ def without_chance(
     one_rate, other_rate = (_curvature(kind[i], row[i], middle[met], ahead) for i in pair)
     least = np.minimum(np.abs(one_rate), np.abs(other_rate))
     akin[met] = np.abs(one_rate - np.sign(cosine) * other_rate) < ALIKE * least
+    few = np.array(_FEW)[kind]
     while (owner >= 0).any():
         size = np.bincount(owner[owner >= 0], minlength=len(kind))
-        poor = (size <= np.array(_FEW)[kind]) | (turned < _LITTLE_RAD) | inexact
+        poor = (size <= few) | (turned < _LITTLE_RAD) | inexact
+        poor |= short & (size <= 2 * few) & (turned < 2 * _LITTLE_RAD)
         rim = (owner[a] >= 0) & (owner[a] != owner[b])
-        free = np.zeros(len(owner), bool)
-        free[a[runs & (owner[a] < 0) & (owner[b] < 0)]] = True
+        free, net = np.zeros((2, len(owner)), bool)
+        unowned = (owner[a] < 0) & (owner[b] < 0)
+        free[a[runs & unowned]] = True
+        net[a[even & unowned]] = True
         met = runs & rim & (owner[b] >= 0)
         both = poor[owner[a]] & poor[owner[b]]
         chain = met & (drift & (~level | both) | akin & both)
-        on = rim & runs & (owner[b] < 0) & free[b] | met & poor[owner[b]] & ~level | chain
+        on = rim & (owner[b] < 0) & (runs & free[b] | smooth & short[owner[a]] & net[b])
+        on |= met & poor[owner[b]] & ~level | chain
         whole, runs_on, drifts = (np.bincount(owner[a[x]], length[x], len(kind)) for x in (rim, rim & on, chain))
         drop = (np.where(poor, runs_on, drifts) > _FREE_RIM * whole) | (runs_on > _MOST_FREE * whole)
         whole, runs_on = (np.bincount(owner[a[x]], length[x], len(kind)) for x in (rim & ending, rim & ending & on))
@@ -93,6 +104,17 @@ def without_chance(
             break
         owner = np.where((owner >= 0) & drop[owner], -1, owner)
     return owner
+
+
+def _short(vertices: Floats, triangles: Ints, owner: Ints, kind: Ints, row: Floats, turned: Floats) -> Bools:
+    """Whether surfaces are cylinders or cones whose rulings are short beside the way around."""
+    mine, owner = triangles[owner >= 0], owner[owner >= 0]
+    arm, axis = vertices[mine].mean(axis=1) - row[owner, :3], row[owner, 3:6]
+    off = np.linalg.norm(arm - np.sum(arm * axis, axis=1, keepdims=True) * axis, axis=1)
+    size = np.linalg.norm(area_normals(vertices, mine), axis=1)
+    area, moment = np.bincount(owner, size, len(kind)), np.bincount(owner, size * off, len(kind))
+    around = turned * moment / np.maximum(area * np.abs(row[:, 8]), 1e-300)
+    return np.asarray(np.isin(kind, RULED) & (area < _SHORT * around * around))
 
 
 def _curvature(kind: Ints, row: Floats, points: Floats, ahead: Floats) -> Floats:
