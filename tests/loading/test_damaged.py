@@ -15,6 +15,8 @@ from relmodel.loading.step.read import read_step
 from relmodel.store import Store
 from tests.loading.damage import KINDS, damaged, load_damaged
 
+pytestmark = pytest.mark.usefixtures("read_by_child")
+
 SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
 
 
