@@ -12,6 +12,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sqlalchemy as sa
@@ -26,12 +27,34 @@ _READ_BY_CHILD = step._run
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Deselect, not skip, tests marked `data` where RELMODEL_TEST_DATA is unset."""
+    items.sort(key=lambda item: next((i for i, name in enumerate(_FIRST) if item.nodeid.startswith(name)), len(_FIRST)))
     if os.environ.get("RELMODEL_TEST_DATA"):
         return
     gone = [item for item in items if item.get_closest_marker("data")]
     if gone:
         config.hook.pytest_deselected(items=gone)
         items[:] = [item for item in items if item not in gone]
+
+
+# Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
+_TOGETHER = ("tests/cli", "tests/variants")
+# What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
+_FIRST = ("tests/cli/", "tests/loading/", "tests/vision/localisation/", "tests/variants/", "tests/test_wheel.py")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """The tests of a file, or of a folder of `_TOGETHER`, go to one worker: what they share is made once."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):  # type: ignore[misc]
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            folder = file.rpartition("/")[0]
+            return folder if folder in _TOGETHER else file
+
+    config.option.loadscopereorder = False  # of the order below, not of how many tests a file has
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope="session")
@@ -87,6 +110,12 @@ def duckdb_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.fixture
+def duckdb_file(duckdb_template: Path, tmp_path: Path) -> Path:
+    """A DuckDB store with nothing in it, a test's own."""
+    return Path(shutil.copy(duckdb_template, tmp_path / "store.duckdb"))
+
+
 @pytest.fixture(scope="session")
 def postgresql_template(postgresql_server: str) -> Iterator[str]:
     """Name of a database that holds a store with nothing in it, to be copied."""
@@ -98,15 +127,14 @@ def postgresql_template(postgresql_server: str) -> Iterator[str]:
 
 
 @pytest.fixture(params=["duckdb", "postgresql"])
-def fresh_store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+def fresh_store(request: pytest.FixtureRequest) -> Iterator[str]:
     """Target of a store that was made and has nothing in it, once on each engine."""
     if request.param == "postgresql":
         template = request.getfixturevalue("postgresql_template")
         with _database(request.getfixturevalue("postgresql_server"), template) as url:
             yield url
     else:
-        shutil.copy(request.getfixturevalue("duckdb_template"), tmp_path / "store.duckdb")
-        yield str(tmp_path / "store.duckdb")
+        yield str(request.getfixturevalue("duckdb_file"))
 
 
 @pytest.fixture(scope="session")
