@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import pickle
 import shutil
 import tempfile
+import threading
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sqlalchemy as sa
 
+from relmodel.errors import InputError
+from relmodel.loading.neutral import LoadedModel
+from relmodel.loading.step import kernel
+from relmodel.loading.step import read as step
+
+_READ_BY_CHILD = step._run
+
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Deselect, not skip, tests marked `data` where RELMODEL_TEST_DATA is unset."""
+    items.sort(key=lambda item: next((i for i, name in enumerate(_FIRST) if item.nodeid.startswith(name)), len(_FIRST)))
     if os.environ.get("RELMODEL_TEST_DATA"):
         return
     gone = [item for item in items if item.get_closest_marker("data")]
@@ -24,10 +36,68 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if item not in gone]
 
 
+# Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
+_TOGETHER = ("tests/cli", "tests/variants")
+# What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
+_FIRST = ("tests/cli/", "tests/loading/", "tests/vision/localisation/", "tests/variants/", "tests/test_wheel.py")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """The tests of a file, or of a folder of `_TOGETHER`, go to one worker: what they share is made once."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):  # type: ignore[misc]
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            folder = file.rpartition("/")[0]
+            return folder if folder in _TOGETHER else file
+
+    config.option.loadscopereorder = False  # of the order below, not of how many tests a file has
+    return ByFile(config, log)
+
+
 @pytest.fixture(scope="session")
 def data_dir() -> Path:
     """Folder of the test data; tests that use it carry the mark `data`."""
     return Path(os.environ["RELMODEL_TEST_DATA"])
+
+
+@pytest.fixture(scope="session", autouse=True)
+def step_files_read_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """STEP files are read in the process of the tests, for a child takes a second to begin, and equal files once.
+
+    What a child would hand back is kept in a folder that all workers of one run share.
+    """
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    folder /= "step"
+    folder.mkdir(exist_ok=True)
+    turn = threading.Lock()  # loaders ask for files side by side, as children would read them
+
+    def read(plain: Path, path: Path, *_limits: object) -> LoadedModel:
+        with plain.open("rb") as file:
+            kept = folder / hashlib.file_digest(file, "sha256").hexdigest()
+        with turn:
+            if not kept.exists():
+                own = folder / uuid.uuid4().hex
+                own.write_bytes(pickle.dumps(kernel._read(str(plain)), protocol=5))
+                own.replace(kept)
+            model = pickle.loads(kept.read_bytes())
+        if isinstance(model, LoadedModel):
+            return model
+        raise InputError(str(model).replace("{path}", str(path)))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(step, "_run", read)
+        yield
+
+
+@pytest.fixture
+def read_by_child(monkeypatch: pytest.MonkeyPatch) -> None:
+    """STEP files are read as users read them: each by a child process of its own."""
+    monkeypatch.setattr(step, "_run", _READ_BY_CHILD)
 
 
 @pytest.fixture(scope="session")
@@ -38,6 +108,12 @@ def duckdb_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("template") / "store.duckdb"
     Store.create(file).close()
     return file
+
+
+@pytest.fixture
+def duckdb_file(duckdb_template: Path, tmp_path: Path) -> Path:
+    """A DuckDB store with nothing in it, a test's own."""
+    return Path(shutil.copy(duckdb_template, tmp_path / "store.duckdb"))
 
 
 @pytest.fixture(scope="session")
@@ -51,15 +127,14 @@ def postgresql_template(postgresql_server: str) -> Iterator[str]:
 
 
 @pytest.fixture(params=["duckdb", "postgresql"])
-def fresh_store(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+def fresh_store(request: pytest.FixtureRequest) -> Iterator[str]:
     """Target of a store that was made and has nothing in it, once on each engine."""
     if request.param == "postgresql":
         template = request.getfixturevalue("postgresql_template")
         with _database(request.getfixturevalue("postgresql_server"), template) as url:
             yield url
     else:
-        shutil.copy(request.getfixturevalue("duckdb_template"), tmp_path / "store.duckdb")
-        yield str(tmp_path / "store.duckdb")
+        yield str(request.getfixturevalue("duckdb_file"))
 
 
 @pytest.fixture(scope="session")

@@ -37,9 +37,25 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     scripts = folder / ("Scripts" if os.name == "nt" else "bin")
     install = [str(scripts / "python"), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
     subprocess.run(install, check=True, capture_output=True)
-    packages = sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)})
-    (Path(packages) / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    packages = Path(sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)}))
+    (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    lend_kernels(packages)
     return scripts / "relmodel"
+
+
+def lend_kernels(packages: Path) -> None:
+    """What the checkout has compiled already, for to compile it again takes a minute.
+
+    Numba takes it where size and time of the source are the same.
+    """
+    for compiled in [file for name in ("relmodel", "vision") for file in (CHECKOUT / name).rglob("*.nb[ic]")]:
+        folder = packages / compiled.parent.relative_to(CHECKOUT)
+        folder.mkdir(exist_ok=True)
+        shutil.copy(compiled, folder)
+    for source in [file for name in ("relmodel", "vision") for file in (CHECKOUT / name).rglob("*.py")]:
+        installed = packages / source.relative_to(CHECKOUT)
+        assert installed.read_bytes() == source.read_bytes()
+        shutil.copystat(source, installed)
 
 
 def run(program: Path, *arguments: str, folder: Path) -> str:
@@ -78,12 +94,7 @@ def test_installed_wheel_runs(installed: Path, tmp_path: Path) -> None:
 
 
 def test_installed_wheel_runs_the_demonstration(installed: Path, tmp_path: Path) -> None:
-    """In an empty folder, with the packages where nothing can be written: kernels are then cached elsewhere or not."""
-    packages = Path(run(installed.with_name("python"), "-c", "import vision; print(vision.__file__)", folder=tmp_path))
-    folders = [path for name in ("vision", "relmodel") for path in (packages.parents[1] / name).rglob("__pycache__")]
-    for folder in folders:
-        shutil.rmtree(folder)
-        folder.write_text("")  # a file in the place of the folder stops root too, whom permissions do not
+    """In an empty folder."""
     said = run(installed, "demo", folder=tmp_path)
     assert "verdict   accepted" in said
     off = re.search(r"pose +([\d.]+) mm and ([\d.]+) degrees", said)
@@ -92,3 +103,15 @@ def test_installed_wheel_runs_the_demonstration(installed: Path, tmp_path: Path)
     assert float(off[2]) < 0.1
     assert (tmp_path / "demo" / "pair_00_overlay.png").stat().st_size > 10_000
     run(installed, "check", "--store", "demo/cell.duckdb", folder=tmp_path)
+
+
+def test_kernels_run_where_nothing_can_be_written_beside_them(installed: Path, tmp_path: Path) -> None:
+    """They are then cached elsewhere or not."""
+    python = installed.with_name("python")
+    packages = Path(run(python, "-c", "import vision; print(vision.__file__)", folder=tmp_path)).parents[1]
+    cache = packages / "relmodel" / "index" / "__pycache__"
+    shutil.rmtree(cache, ignore_errors=True)
+    cache.write_text("")  # a file in the place of the folder stops root too, whom permissions do not
+    kernel = "import numpy; from relmodel.index.kernels import _grown; print(len(_grown(numpy.empty(64, numpy.int64))))"
+    assert run(python, "-c", kernel, folder=tmp_path) == "128\n"
+    assert cache.is_file()

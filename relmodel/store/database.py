@@ -10,11 +10,34 @@ from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from sqlalchemy import Connection, Engine, MetaData, Row, Table, inspect
+import sqlalchemy as sa
+from sqlalchemy import Connection, Engine, Row, Table, inspect
+from sqlalchemy.types import TypeEngine
 
 from relmodel.errors import StoreError
 from relmodel.store import bulk, sql
 from relmodel.store.columns import Columns
+
+# Types of columns by the names that DuckDB and PostgreSQL have for them.
+_TYPES: dict[str, type[TypeEngine[Any]]] = {
+    "bigint": sa.BigInteger,
+    "blob": sa.LargeBinary,
+    "boolean": sa.Boolean,
+    "bytea": sa.LargeBinary,
+    "character varying": sa.String,
+    "decimal": sa.Numeric,
+    "double": sa.Double,
+    "double precision": sa.Double,
+    "float": sa.REAL,
+    "integer": sa.Integer,
+    "json": sa.JSON,
+    "jsonb": sa.JSON,
+    "numeric": sa.Numeric,
+    "real": sa.REAL,
+    "text": sa.Text,
+    "timestamp with time zone": sa.TIMESTAMP,
+    "varchar": sa.String,
+}
 
 
 class Database:
@@ -49,17 +72,21 @@ class Database:
         return self.engine.dialect.name
 
     @cached_property
-    def _metadata(self) -> MetaData:
-        """All tables, reflected at once: one at a time each costs nearly as much as all."""
-        metadata = MetaData()
-        metadata.reflect(self.engine)
-        return metadata
+    def _tables(self) -> dict[str, Table]:
+        """All tables, from one query: SQLAlchemy's own reflection asks dozens and takes ten times as long."""
+        with self.read() as connection:
+            rows = self.rows(connection, f"columns.{self.dialect}")
+        columns: dict[str, list[sa.Column[Any]]] = {}
+        for row in rows:
+            columns.setdefault(row.relation, []).append(sa.Column(row.name, _type(row.type)))
+        catalogue = sa.MetaData()
+        return {name: Table(name, catalogue, *own) for name, own in columns.items()}
 
     def table(self, name: str) -> Table:
-        """Table of the store, reflected: its columns are spelled in `schema/` only."""
-        if name not in self._metadata.tables:
+        """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
+        if name not in self._tables:
             raise ValueError(f"the store has no table {name!r}")
-        return self._metadata.tables[name]
+        return self._tables[name]
 
     @contextmanager
     def read(self) -> Iterator[Connection]:
@@ -146,3 +173,10 @@ def newer_store(database: Database) -> StoreError:
     return StoreError(
         f"the store {database.name} is of a newer version ({database.revision}) than this program: upgrade relmodel"
     )
+
+
+def _type(spelled: str) -> TypeEngine[Any]:
+    """The type that the database spells so, as `DECIMAL(9,2)` or `double precision[]`."""
+    name, _, size = spelled.lower().removesuffix("[]").rstrip(")").partition("(")
+    one = _TYPES[name](*map(int, size.split(","))) if size else _TYPES[name]()
+    return sa.ARRAY(one) if spelled.endswith("[]") else one

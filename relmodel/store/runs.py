@@ -222,6 +222,8 @@ def mark_dead_runs(store: Database) -> None:
             )
         else:
             dead = store.rows(connection, "run/dead.postgresql")
+        if not dead:
+            return
         store.append(
             connection,
             "run_event",

@@ -186,13 +186,13 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: 
 
 
 def test_postgresql_gives_the_same_answer(
-    answer: dict[str, Any], postgresql_url: str, fill_store: Callable[[str], None], pair: Pair
+    answer: dict[str, Any], new_store: Callable[[str], str], fill_store: Callable[[str], None], pair: Pair
 ) -> None:
-    Store.create(postgresql_url).close()
-    fill_store(postgresql_url)
-    there = inspected(postgresql_url, *pair.options())
+    target = new_store("postgresql")
+    fill_store(target)
+    there = inspected(target, *pair.options())
     assert there["verdict"] == answer["verdict"]
     np.testing.assert_allclose(there["world_from_rig"], answer["world_from_rig"], atol=1e-9)
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
-    assert main(["check", "--store", postgresql_url]) == 0
+    assert main(["check", "--store", target]) == 0

@@ -227,8 +227,8 @@ def test_sql_equals_brute_force(filled: tuple[Store, Oracle], level: str) -> Non
         assert answer(in_volume(store, view, level=level)) == oracle.in_view(view, level)
 
 
-def test_empty_and_whole(store_target: str, tmp_path: Path) -> None:
-    with Store.create(store_target) as store:
+def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
         assert len(in_volume(store, Box(0, 0, 0, 1, 1, 1))["path"]) == 0  # a store without a world
         assert len(WorldIndex.load(store).in_volume(Box(0, 0, 0, 1, 1, 1), "arc")[0]) == 0
         with pytest.raises(UsageError, match="holds none"):

@@ -144,9 +144,9 @@ def scans(node: Any) -> Iterator[tuple[str, int]]:
             yield from scans(node.children().apply(number))
 
 
-def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_path: Path) -> None:
+def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_path: Path, duckdb_file: Path) -> None:
     model = SyntheticModel(31, groups=30)
-    with Store.create(tmp_path / "store.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         model.fill(store)
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [{"object": "thing"}]))
         volumes = questions(Oracle(model, {"thing": np.eye(4)}))

@@ -42,7 +42,7 @@ def printed_rows(target: str, statements: list[str]) -> list[list[str]]:
     else:
         program = Path(sys.executable).parent / "duckdb"
         command = [str(program), "-readonly", "-csv", "-noheader", "-init", "/dev/null", target]
-    said = subprocess.run(command, input=script, capture_output=True, text=True, timeout=60)
+    said = subprocess.run(command, input=script, capture_output=True, text=True, timeout=600)
     assert (said.returncode, said.stderr) == (0, "")
     return list(csv.reader(said.stdout.splitlines()))
 

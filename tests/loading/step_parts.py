@@ -5,19 +5,15 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 from relmodel.loading.neutral import LoadedModel
-from relmodel.loading.step import read as step
+from relmodel.loading.step.read import read_step
 
 
 @cache
 def loaded(path: Path) -> LoadedModel:
-    """A file that is known to be good, read in this process: a child of its own takes a second to begin."""
-    from relmodel.loading.step import document as step_document
-
-    with patch.object(step, "_run", lambda plain, *_: step_document.read(str(plain))):
-        return step.read_step(path)
+    """A file, read once for all tests of this process."""
+    return read_step(path)
 
 
 def compound(*shapes: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from pathlib import Path
@@ -14,6 +15,8 @@ from relmodel.loading.step import part21
 from relmodel.loading.step.read import read_step
 from relmodel.store import Store
 from tests.loading.damage import KINDS, damaged, load_damaged
+
+pytestmark = pytest.mark.usefixtures("read_by_child")
 
 SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
 
@@ -134,7 +137,7 @@ CUBE = (
 @pytest.mark.parametrize(("kernel", "said"), FAILURES)
 def test_how_the_child_fails_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kernel: str, said: str) -> None:
     (tmp_path / "OCP.py").write_text(kernel)
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     path = tmp_path / "face.step"
     path.write_text(CUBE)
     with pytest.raises(InputError) as error:
@@ -146,7 +149,7 @@ def test_how_the_child_fails_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_a_child_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "OCP.py").write_text("import time; time.sleep(60)")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     path = tmp_path / "face.step"
     path.write_text(CUBE)
     with pytest.raises(InputError, match=r"more than 0\.5 s and was stopped"):

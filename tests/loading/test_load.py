@@ -180,12 +180,12 @@ def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Pat
     ],
 )
 def test_a_bad_call_leaves_nothing(
-    name: str, content: bytes | None, unit: str | None, said: str, tmp_path: Path
+    name: str, content: bytes | None, unit: str | None, said: str, tmp_path: Path, duckdb_file: Path
 ) -> None:
     path = tmp_path / name
     if content is not None:
         path.write_bytes(content)
-    with Store.create(tmp_path / "store.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=said):
             load(store, path, name="part", unit=unit)
         with store.read() as connection:

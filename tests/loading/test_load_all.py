@@ -100,7 +100,11 @@ def test_several_files_on_the_command_line(
 
 
 @pytest.mark.data
-def test_step_files_side_by_side(data_dir: Path, duckdb_template: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("read_by_child")
+def test_step_files_side_by_side(
+    data_dir: Path, duckdb_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Read by children, and then one after another in this process."""
     files = [data_dir / "step" / name for name in ("cube-in.step", "cube-m.step", "sg1-c5-214.stp")]
     stores = []
     for name in ("together", "turns"):
@@ -108,5 +112,6 @@ def test_step_files_side_by_side(data_dir: Path, duckdb_template: Path, tmp_path
         stores.append(Store.open(tmp_path / f"{name}.duckdb"))
     with stores[0] as together, stores[1] as turns:
         reports = [report for _, report in load_all(together, [Request(f, f.stem) for f in files])]
+        monkeypatch.undo()
         assert reports == [load(turns, f, name=f.stem) for f in files]
         assert contents(together) == contents(turns)

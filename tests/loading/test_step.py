@@ -378,6 +378,7 @@ def test_numbers_that_are_none_are_refused(radius: str, said: str, tmp_path: Pat
 
 
 @pytest.mark.data
+@pytest.mark.usefixtures("read_by_child")
 def test_a_reading_that_takes_too_long_is_stopped(data_dir: Path) -> None:
     with pytest.raises(InputError, match=r"more than 0\.01 s"):
         read_step(data_dir / "step" / "cube-in.step", time_limit_s=0.01)

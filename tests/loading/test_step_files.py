@@ -39,12 +39,12 @@ EXPECTED = {
 
 
 @pytest.mark.data
-def test_every_file_loads_and_is_reported(data_dir: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_file_loads_and_is_reported(data_dir: Path, duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files = sorted((data_dir / "step").iterdir())
     assert {file.name for file in files} == set(EXPECTED)
     models = {file: loaded(file) for file in files}  # read once for all tests
     monkeypatch.setattr(loading, "_read", lambda request, *_: (models[request.path], 0.0))
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         for file in files:
             loading.load(store, file, name=file.name)
         assert not [finding for finding in check(store) if finding.rows]

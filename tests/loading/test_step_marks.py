@@ -144,7 +144,7 @@ def test_sql_questions_pmi(data_dir: Path, fresh_store: str) -> None:
             assert len(connection.execute(store.table("part_pmi").select()).all()) == 21
 
 
-def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path) -> None:
+def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path, duckdb_file: Path) -> None:
     """The same box, once written from a turned copy of itself, is one shape: PMI stays with its face."""
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
     from dataclasses import replace
@@ -157,7 +157,7 @@ def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path)
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
     model = read_step(path)
     top = int(np.argmax(np.asarray(model.shapes[0].surfaces["centroid_z"])))
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         load(store, path, name="plain")
         shape, before = model.shapes[0], model_keys(model).shapes[0].shape
         order = np.arange(6)[::-1]
@@ -365,7 +365,7 @@ def test_units_of_length(tmp_path: Path) -> None:
         read_step(path)
 
 
-def test_what_is_stored_as_splines_is_recognised(tmp_path: Path) -> None:
+def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Path) -> None:
     """A block with a bore, a cone and a part of a sphere cut out, all turned into b-splines."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
     from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
@@ -391,7 +391,7 @@ def test_what_is_stored_as_splines_is_recognised(tmp_path: Path) -> None:
     assert set(shape.surfaces["kind"]) == {"spline"}
     recognised = Counter(map(str, shape.surfaces["recognised_kind"]))
     assert recognised == {"plane": 7, "cylinder": 1, "cone": 1, "sphere": 1}  # the seventh at the end of the cone
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         load(store, path, name="block")
         with store.read() as connection:
             rows = connection.execute(store.table("surface").select()).all()

@@ -181,15 +181,14 @@ def test_a_mesh_behind_a_link_is_refused(tmp_path: Path) -> None:
         read_urdf(written(tmp_path / "inside", visual('<mesh filename="part.stl"/>')))
 
 
-def test_a_load_notes_the_meshes_it_read(tmp_path: Path) -> None:
+def test_a_load_notes_the_meshes_it_read(tmp_path: Path, duckdb_file: Path) -> None:
     import hashlib
 
     import trimesh
 
     trimesh.creation.box((1, 2, 3)).export(tmp_path / "block.stl")
     path = written(tmp_path, visual('<mesh filename="block.stl"/>'))
-    Store.create(tmp_path / "s.duckdb").close()
-    with Store.open(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         load(store, path, name="bot")
         with pytest.raises(InputError, match="beside the URDF"):
             load(store, written(tmp_path, visual('<mesh filename="http://x/y.stl"/>')), name="bot")

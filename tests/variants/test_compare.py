@@ -82,13 +82,13 @@ def test_known_changes_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
             compare(store, ("plate", "A"), ("plate", "C"))
 
 
-def test_a_boundary_split_elsewhere_is_no_change(duckdb_template: Path, tmp_path: Path) -> None:
+def test_a_boundary_split_elsewhere_is_no_change(duckdb_file: Path, tmp_path: Path) -> None:
     square: list[Point] = [(0, 0), (100, 0), (100, 60), (0, 60)]
     paths = [
         write_plate(tmp_path / f"{x}.step", [*square[:1], (x, 0), *square[1:]], [(20, 20, 5)], (0, 0, 0))
         for x in (40, 70)
     ]
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         for variant, path in zip("AB", paths, strict=True):
             load(store, path, name="plate", variant=variant)
         rows = [r for r in differences(store, "A", "B", "plate") if r["level"] == "surface"]
@@ -96,9 +96,9 @@ def test_a_boundary_split_elsewhere_is_no_change(duckdb_template: Path, tmp_path
     assert Counter(r["status"] for r in rows) == {"identical": 6, "retrimmed": 2}
 
 
-def test_round_off_is_no_change(tmp_path: Path) -> None:
+def test_round_off_is_no_change(duckdb_file: Path, tmp_path: Path) -> None:
     square: list[Point] = [(0.1, 0.2), (100.3, 0.7), (99.9, 60), (0, 60.1)]
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         added = []
         for variant in "AB":
             noise = [4e-7, 4e-7, 4e-7] if variant == "B" else [0, 0, 0]  # enough to leave the cell of a grid
@@ -113,10 +113,10 @@ def test_round_off_is_no_change(tmp_path: Path) -> None:
     assert {(r["status"], r["differs"]) for r in rows} == {("identical", None)}
 
 
-def test_a_comparison_is_made_once_and_of_itself_finds_nothing(duckdb_template: Path, tmp_path: Path) -> None:
+def test_a_comparison_is_made_once_and_of_itself_finds_nothing(duckdb_file: Path, tmp_path: Path) -> None:
     square: list[Point] = [(0, 0), (100, 0), (100, 60), (0, 60)]
     path = write_plate(tmp_path / "a.step", square, [(20, 20, 5)], (0, 0, 0))
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         load(store, path, name="plate", variant="A")
         first = compare(store, ("plate", "A"), ("plate", "A"))
         assert first.counts == {("part", "identical"): 1}
@@ -179,12 +179,12 @@ def test_the_differences_are_those_of_the_generators_history(demo: list[dict[str
 
 
 @pytest.mark.data
-def test_the_differences_are_those_of_the_given_list(data_dir: Path, tmp_path: Path) -> None:
+def test_the_differences_are_those_of_the_given_list(data_dir: Path, duckdb_file: Path) -> None:
     folder = data_dir / "bulkhead"
     truth = json.loads((folder / "diff_truth.json").read_text())
     faces = {v: json.loads((folder / v / "model.json").read_text())["faces"] for v in "AB"}
     bodies = {v: [f for f in faces[v] if f["component"] == "BODY:1"] for v in "AB"}
-    with Store.create(tmp_path / "s.duckdb") as store:
+    with Store.open(duckdb_file) as store:
         for variant in "AB":
             load(store, folder / variant / "bulkhead_parts.step", name="bulkhead", variant=variant)
         rows = differences(store, "A", "B", "bulkhead")

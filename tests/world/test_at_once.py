@@ -96,10 +96,10 @@ def test_readers_see_whole_revisions_while_writers_write(target: str, tmp_path: 
         reading = [pool.submit(read, asked()) for _ in range(READERS)]
         try:
             for done in writing:
-                done.result(60)
+                done.result(600)
         finally:
             written.set()
-        answers = [a for done in reading for a in done.result(60)]
+        answers = [a for done in reading for a in done.result(600)]
 
     with Store.open(target) as store, store.read() as connection:
         worlds = connection.execute(store.table("world").select())

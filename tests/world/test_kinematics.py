@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -157,11 +158,9 @@ def test_wrong_states_and_links_are_refused(fresh_store: str, tmp_path: Path) ->
 
 
 @pytest.fixture(scope="module")
-def rig(tmp_path_factory: pytest.TempPathFactory) -> MountedRig:
-    folder = tmp_path_factory.mktemp("cell")
-    target = str(folder / "store.duckdb")
-    Store.create(target).close()
-    placed(target, cell(folder))
+def rig(tmp_path_factory: pytest.TempPathFactory, new_store: Callable[[str], str]) -> MountedRig:
+    target = new_store("duckdb")
+    placed(target, cell(tmp_path_factory.mktemp("cell")))
     with Store.open(target, read_only=True) as store:
         with pytest.raises(UsageError, match="several rigs head: name one of: head on one, head on two"):
             mounted_rig(store, "head")

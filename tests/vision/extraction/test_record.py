@@ -22,10 +22,10 @@ from .synthetic import disc, sectors
 MEGABYTE = 1_000_000
 
 
-def test_rows_are_the_columns(tmp_path: Path) -> None:
+def test_rows_are_the_columns(duckdb_file: Path) -> None:
     grey = disc(60.3, 58.8, 30.0, (120, 120))
     found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
-    with Store.create(tmp_path / "store.duckdb") as store, Run.begin(store, "extract", {}) as run:
+    with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
             first = record_extraction(run, connection, image, "ab", found)
@@ -62,10 +62,10 @@ def test_rows_are_the_columns(tmp_path: Path) -> None:
             assert sum(pixels) == 120 * 120
 
 
-def test_ends_of_arcs_are_those_of_their_junctions(tmp_path: Path) -> None:
+def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
     grey = sectors((40.3, 38.8), [0.3, 1.7, 0.3 + np.pi], [180.0, 110.0, 40.0], (80, 80))
     found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
-    with Store.create(tmp_path / "store.duckdb") as store, Run.begin(store, "extract", {}) as run:
+    with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
             record_extraction(run, connection, image, "ab", found)
@@ -85,11 +85,11 @@ def test_ends_of_arcs_are_those_of_their_junctions(tmp_path: Path) -> None:
     assert (getattr(arc, f"{what}_x"), getattr(arc, f"{what}_y")) == (junction.x, junction.y)
 
 
-def test_a_free_arc_has_a_course(tmp_path: Path) -> None:
+def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
     grey = disc(60.3, 58.8, 30.0, (120, 120))
     found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
     found = replace(found, arcs=replace(found.arcs, kind=np.array([FREE], np.int8)))
-    with Store.create(tmp_path / "store.duckdb") as store, Run.begin(store, "extract", {}) as run:
+    with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
             record_extraction(run, connection, image, "ab", found)
@@ -110,16 +110,15 @@ def crowded_picture() -> npt.NDArray[np.float64]:
     return np.asarray(np.rint(gaussian_filter(np.block(cells), 0.8) + noise))
 
 
-def test_a_picture_takes_less_than_3_mb_of_the_file(tmp_path: Path) -> None:
+def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
     """Each of several, its own bytes too, stored by processes one after the other: each ends with a checkpoint."""
-    grey, path = crowded_picture(), tmp_path / "store.duckdb"
+    grey, path = crowded_picture(), duckdb_file
     found = extract(grey)
     assert len(found.chains.elements) > 25_000
     assert len(found.arcs) > 400
     assert len(found.relations) > 4000
     data = cv2.imencode(".png", grey.astype(np.uint8))[1].tobytes()
     assert len(data) > 590_000
-    Store.create(path).close()
     sizes = [path.stat().st_size]
     for number in range(4):
         with Store.open(path) as store, Run.begin(store, "extract", {}) as run, run.write() as connection:

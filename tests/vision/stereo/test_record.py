@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -25,8 +25,8 @@ def found() -> StereoMatches:
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory, found: StereoMatches) -> Iterator[tuple[Store, int]]:
-    with Store.create(tmp_path_factory.mktemp("stereo") / "cell.duckdb") as store:
+def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[tuple[Store, int]]:
+    with Store.open(new_store("duckdb")) as store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             sets = []
             for n, count in ((1, len(found.left_votable)), (2, len(found.right_votable))):
