@@ -11,7 +11,7 @@ import numpy.typing as npt
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import COURSE, Junctions
-from vision.extraction.regions import Regions, border_pairs
+from vision.extraction.regions import Regions, border_sums
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -165,21 +165,12 @@ def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64]
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
     apart.
     """
-    lesser, greater, _, _ = border_pairs(labels)
-    key, steps = np.unique_counts(lesser * count + greater)
-    flat, columns = labels.reshape(-1), labels.shape[1]
-    aslant = np.zeros(len(key))
-    for one, other, step in (
-        (labels[:-1, :-1], labels[1:, 1:], columns + 1),
-        (labels[:-1, 1:], labels[1:, :-1], columns - 1),
-    ):
-        met = np.flatnonzero(one != other)
-        met += met // max(columns - 1, 1) + (step < columns)
-        a, b = flat.take(met).astype(np.int64), flat.take(met + step).astype(np.int64)
-        pair = np.minimum(a, b) * count + np.maximum(a, b)
-        at = np.searchsorted(key[:-1], pair)  # a pair that meets in a corner alone is none
-        aslant += np.bincount(at[key[at] == pair], minlength=len(key)) if len(key) else 0
-    return key, np.pi / 8.0 * (steps + aslant / np.sqrt(2.0))
+    from vision.extraction import _border_kernels
+
+    nowhere = np.zeros(labels.shape, np.bool_)
+    lesser, greater, sums = border_sums(labels, nowhere, nowhere)
+    crossed = sums[:, _border_kernels.SIDES] + sums[:, _border_kernels.ASLANT] / np.sqrt(2.0)
+    return lesser * count + greater, np.pi / 8.0 * crossed
 
 
 def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
