@@ -13,6 +13,7 @@ from vision.extraction.edges import EdgeElements
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,11 @@ class Chains:
     def chain_of_member(self) -> npt.NDArray[np.intp]:
         """Chain number of each entry of `elements`."""
         return np.repeat(np.arange(len(self)), self.counts)
+
+    def beside(self, *columns: FloatArray) -> tuple[FloatArray, ...]:
+        """Columns of the edge elements, of each entry of `elements`."""
+        at = self.elements.astype(np.intp)
+        return tuple(column.take(at) for column in columns)
 
     def mean(self, values: FloatArray) -> FloatArray:
         """Mean over each chain of a column of the edge elements."""
@@ -97,6 +103,16 @@ def fill_gaps(
             next_chain[tail[at]], previous[head[at]] = head[at], tail[at]
     sequence, offsets, looped = _followed(next_chain)
     return _concatenate(chains, opened[sequence], offsets, looped)
+
+
+def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
+    """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
+    them of the mask `looked`."""
+    from vision.extraction import _link_kernels
+
+    x, y = np.ascontiguousarray(place[:, 0]), np.ascontiguousarray(place[:, 1])
+    looked = np.ones(len(x), np.bool_) if looked is None else looked
+    return _link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
 
 
 def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
