@@ -1,4 +1,4 @@
-"""Compiled kernels of linking, and of what lies near to what."""
+"""Compiled kernels of linking: what lies near to what, and what belongs together."""
 
 from math import sqrt
 
@@ -116,4 +116,27 @@ def pairs_within(x: FloatArray, y: FloatArray, looked: BoolArray, order: IndexAr
     order; by `order` x ascends."""
     out = np.empty((_count_or_fill(x, y, looked, order, reach, np.empty((0, 2), np.int64)), 2), np.int64)
     _count_or_fill(x, y, looked, order, reach, out)
+    return out
+
+
+@kernel("i8[::1](i8[:, ::1], i8)")
+def components(pairs: IndexArray, count: int) -> IndexArray:
+    """Which of `count` belong together by `pairs` (n, 2): (count,) their number, in the order of their first."""
+    root = np.arange(count)
+    for at in range(len(pairs)):
+        one, other = pairs[at, 0], pairs[at, 1]
+        while root[one] != one:
+            root[one] = root[root[one]]
+            one = root[one]
+        while root[other] != other:
+            root[other] = root[root[other]]
+            other = root[other]
+        root[max(one, other)] = min(one, other)
+    out, found = np.empty(count, np.int64), 0
+    for i in range(count):
+        if root[i] == i:
+            out[i] = found
+            found += 1
+        else:
+            out[i] = out[root[i]]  # of one before it
     return out

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import END, START, Junctions
-from vision.extraction.linking import Chains
+from vision.extraction.linking import Chains, components
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -304,9 +304,6 @@ def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tu
 
 def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step: float) -> IntArray | None:
     """Which regions one round makes one; None where there is nothing to merge."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
         return None
@@ -338,9 +335,7 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     joined[pair[candidate[chosen]]] = True
     if not joined.any():
         return None
-    graph = coo_array((np.ones(int(joined.sum())), (a[joined], b[joined])), shape=(count, count))
-    _, component = connected_components(graph, directed=False)
-    return np.asarray(component, dtype=np.int32)
+    return components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
 def _renumber(labels: IntArray, min_area: int) -> IntArray:
