@@ -1,4 +1,5 @@
-"""Compiled kernels of edge detection: which pixels may hold a crossing, and which of them is nearest to it."""
+"""Compiled kernels of edge detection: the noise, which pixels may hold a crossing, and which of them is nearest to
+it."""
 
 from math import pi
 
@@ -9,6 +10,31 @@ from vision.extraction._compiled import kernel
 
 SingleArray = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
+
+
+@kernel("i8[:, ::1](f8[:, ::1], i8, i8)")
+def high_pass_histogram(grey: npt.NDArray[np.float64], bands: int, bins: int) -> npt.NDArray[np.int64]:
+    """(bands, bins): the rounded magnitudes of the high pass by band of grey; every second row, clipped pixels left
+    out."""
+    rows, columns = grey.shape
+    out = np.zeros((bands + 1, bins), np.int64)
+    middle, beside = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    half, two, four = np.float32(0.5), np.float32(2.0), np.float32(4.0)
+    to_band = np.float32(bands / 256.0 / 9.0)
+    for r in range(1, rows - 1, 2):
+        for c in range(columns):
+            middle[c] = grey[r, c]
+            beside[c] = np.float32(grey[r - 1, c]) + np.float32(grey[r + 1, c])
+        for c in range(1, columns - 1):
+            corners = beside[c - 1] + beside[c + 1]
+            sides = beside[c] + middle[c - 1] + middle[c + 1]
+            centre = middle[c]
+            high = abs(corners - two * sides + four * centre)
+            band = min(max(int((corners + sides + centre) * to_band), 0), bands - 1)
+            if centre <= half or centre >= np.float32(254.5):
+                band = bands
+            out[band, min(int(high + half), bins - 1)] += 1
+    return out[:bands]
 
 
 @kernel("void(f4[:, ::1], f4[::1], f4[::1], f4, f4, f4, f4, f4, f4, f4, f4[:, ::1], b1[::1])")

@@ -54,6 +54,41 @@ def _correlate(
             )
 
 
+@kernel("void(f4[::1], i8, i8, f4[::1], f4[::1], b1, f4[::1], f4[::1])", helper=True)
+def _correlate_two(
+    source: SingleArray,
+    centre: int,
+    step: int,
+    taps: SingleArray,
+    others: SingleArray,
+    odd: bool,
+    out: SingleArray,
+    out2: SingleArray,
+) -> None:
+    """The same with two kernels, both even or both odd: these share the sums or differences about the centre."""
+    here, w0, v0 = source[centre:], taps[0], others[0]
+    for c in range(len(out)):
+        out[c], out2[c] = w0 * here[c], v0 * here[c]
+    for t in range(1, len(taps), 4):
+        after, before = centre + t * step, centre - t * step
+        right1, right2 = source[after:], source[after + step :]
+        right3, right4 = source[after + 2 * step :], source[after + 3 * step :]
+        left1, left2 = source[before:], source[before - step :]
+        left3, left4 = source[before - 2 * step :], source[before - 3 * step :]
+        w1, w2, w3, w4 = taps[t], taps[t + 1], taps[t + 2], taps[t + 3]
+        v1, v2, v3, v4 = others[t], others[t + 1], others[t + 2], others[t + 3]
+        if odd:
+            for c in range(len(out)):
+                a1, a2, a3, a4 = right1[c] - left1[c], right2[c] - left2[c], right3[c] - left3[c], right4[c] - left4[c]
+                out[c] += (w1 * a1 + w2 * a2) + (w3 * a3 + w4 * a4)
+                out2[c] += (v1 * a1 + v2 * a2) + (v3 * a3 + v4 * a4)
+        else:
+            for c in range(len(out)):
+                a1, a2, a3, a4 = right1[c] + left1[c], right2[c] + left2[c], right3[c] + left3[c], right4[c] + left4[c]
+                out[c] += (w1 * a1 + w2 * a2) + (w3 * a3 + w4 * a4)
+                out2[c] += (v1 * a1 + v2 * a2) + (v3 * a3 + v4 * a4)
+
+
 @kernel("void(f4[::1], i8, i8, f4[:, ::1], f4[:, ::1], f4[:, :, ::1])")
 def moments(grey: SingleArray, width: int, first: int, taps: SingleArray, down: SingleArray, out: SingleArray) -> None:
     """The a_ij of every pixel of some rows from `first` on: (10, rows, columns) in the order 00 01 02 03 10 11 12 20
@@ -66,13 +101,16 @@ def moments(grey: SingleArray, width: int, first: int, taps: SingleArray, down: 
         # a stretch of columns at a time: the rows around it stay in the nearest cache for all four
         begin = (first + row + reach) * width
         for c in range(0, width, _STRETCH):
-            for i in range(4):
-                _correlate(grey, begin + c, width, taps[i], _SIGN[i & 1], down[i, c : c + _STRETCH])
-        at = 0
-        for i in range(4):
-            for j in range(4 - i):
-                _correlate(down[i], reach, 1, taps[j], _SIGN[j & 1], out[at, row])
-                at += 1
+            for i in range(2):
+                one, other = down[i, c : c + _STRETCH], down[i + 2, c : c + _STRETCH]
+                _correlate_two(grey, begin + c, width, taps[i], taps[i + 2], i == 1, one, other)
+        for i, at in enumerate((0, 4, 7, 9)):
+            for j in range(min(2, 4 - i)):
+                one = out[at + j, row]
+                if j + 2 < 4 - i:
+                    _correlate_two(down[i], reach, 1, taps[j], taps[j + 2], j == 1, one, out[at + j + 2, row])
+                else:
+                    _correlate(down[i], reach, 1, taps[j], _SIGN[j], one)
 
 
 @kernel("void(f4[::1], f4[::1], f4[::1])")

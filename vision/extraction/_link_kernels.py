@@ -1,4 +1,4 @@
-"""Compiled kernels of linking."""
+"""Compiled kernels of linking: what lies near to what, and what belongs together."""
 
 from math import sqrt
 
@@ -9,6 +9,8 @@ from vision.extraction._compiled import kernel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+IndexArray = npt.NDArray[np.int64]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @kernel("i4[::1](f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], i8, i8)")
@@ -23,14 +25,14 @@ def mutual_successors(
     at = np.full(rows * columns, -1, np.int32)
     for i in range(n):
         at[pixel[i]] = i
-    best = np.full((2, n), -1, np.int32)
+    # Each pair is priced once, from its first; `pixel` ascends, so of equal prices the first in the picture is kept.
+    best, least = np.full((2, n), -1, np.int32), np.full((2, n), 1e9)
     for i in range(n):
         r, c = pixel[i] // columns, pixel[i] % columns
-        cost_ahead, cost_behind = 1e9, 1e9
-        for rr in range(max(r - 2, 0), min(r + 3, rows)):
-            for cc in range(max(c - 2, 0), min(c + 3, columns)):
+        for rr in range(r, min(r + 3, rows)):
+            for cc in range(c + 1 if rr == r else max(c - 2, 0), min(c + 3, columns)):
                 j = at[rr * columns + cc]
-                if j < 0 or j == i:
+                if j < 0:
                     continue
                 turn = nx[i] * nx[j] + ny[i] * ny[j]
                 if turn < 0.8:
@@ -42,12 +44,13 @@ def mutual_successors(
                 if abs(along) < 0.5:
                     continue
                 cost = d + 2.0 * (1.0 - turn) + 3.0 * (1.0 - abs(along))
-                if along > 0.0 and cost < cost_ahead:
-                    cost_ahead = cost
-                    best[0, i] = j
-                elif along < 0.0 and cost < cost_behind:
-                    cost_behind = cost
-                    best[1, i] = j
+                ahead = 0 if along > 0.0 else 1
+                if cost < least[ahead, i]:
+                    least[ahead, i] = cost
+                    best[ahead, i] = j
+                if cost < least[1 - ahead, j]:
+                    least[1 - ahead, j] = cost
+                    best[1 - ahead, j] = i
     successor = np.full(n, -1, np.int32)
     for i in range(n):
         j = best[0, i]
@@ -57,7 +60,7 @@ def mutual_successors(
 
 
 @kernel("i8(i4[::1], i4[::1], i4[::1], b1[::1])")
-def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: npt.NDArray[np.bool_]) -> int:
+def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: BoolArray) -> int:
     """Chains of a one-to-one successor map of n elements, and how many: the elements in order (n,), the offsets
     (n + 1,) of the chains, and whether each is a loop (n,).
 
@@ -85,3 +88,55 @@ def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: npt.
             chains += 1
             offsets[chains] = filled
     return chains
+
+
+@kernel("i8(f8[::1], f8[::1], b1[::1], i8[::1], f8, i8[:, ::1])", helper=True)
+def _count_or_fill(
+    x: FloatArray, y: FloatArray, looked: BoolArray, order: IndexArray, reach: float, out: IndexArray
+) -> int:
+    """How many pairs `pairs_within` gives; of these as many as `out` has room for."""
+    count = 0
+    for first in range(len(order)):
+        i = order[first]
+        for second in range(first + 1, len(order)):
+            j = order[second]
+            dx, dy = x[j] - x[i], y[j] - y[i]
+            if dx > reach:
+                break
+            if dx * dx + dy * dy <= reach * reach and (looked[i] or looked[j]):
+                if count < len(out):
+                    out[count, 0], out[count, 1] = min(i, j), max(i, j)
+                count += 1
+    return count
+
+
+@kernel("i8[:, ::1](f8[::1], f8[::1], b1[::1], i8[::1], f8)")
+def pairs_within(x: FloatArray, y: FloatArray, looked: BoolArray, order: IndexArray, reach: float) -> IndexArray:
+    """Pairs (n, 2) i < j of points, at least one of them `looked` at, no farther from each other than `reach`, in any
+    order; by `order` x ascends."""
+    out = np.empty((_count_or_fill(x, y, looked, order, reach, np.empty((0, 2), np.int64)), 2), np.int64)
+    _count_or_fill(x, y, looked, order, reach, out)
+    return out
+
+
+@kernel("i8[::1](i8[:, ::1], i8)")
+def components(pairs: IndexArray, count: int) -> IndexArray:
+    """Which of `count` belong together by `pairs` (n, 2): (count,) their number, in the order of their first."""
+    root = np.arange(count)
+    for at in range(len(pairs)):
+        one, other = pairs[at, 0], pairs[at, 1]
+        while root[one] != one:
+            root[one] = root[root[one]]
+            one = root[one]
+        while root[other] != other:
+            root[other] = root[root[other]]
+            other = root[other]
+        root[max(one, other)] = min(one, other)
+    out, found = np.empty(count, np.int64), 0
+    for i in range(count):
+        if root[i] == i:
+            out[i] = found
+            found += 1
+        else:
+            out[i] = out[root[i]]  # of one before it
+    return out

@@ -28,6 +28,25 @@ def grey_beside(
     return out
 
 
+@kernel("f8[::1](f8[:, ::1], f8[::1], f8[::1])")
+def grey_between(grey: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
+    """The bilinear grey (n,) at places; beyond the border, that of the border."""
+    rows, columns = grey.shape
+    out = np.empty(len(x))
+    for i in range(len(x)):
+        px, py = min(max(x[i], 0.0), columns - 1.0), min(max(y[i], 0.0), rows - 1.0)
+        c, r = int(px), int(py)
+        left, above = 1.0 - (px - c), 1.0 - (py - r)
+        after, below = min(c + 1, columns - 1), min(r + 1, rows - 1)
+        out[i] = (
+            grey[r, c] * above * left
+            + grey[r, after] * above * (1.0 - left)
+            + grey[below, c] * (1.0 - above) * left
+            + grey[below, after] * (1.0 - above) * (1.0 - left)
+        )
+    return out
+
+
 @kernel("void(i4[::1], i4[::1], i8[::1], i8[::1], i8, i4[::1], i8, u1[::1], f8[::1])")
 def parallels(
     cell: IntArray,
@@ -43,12 +62,13 @@ def parallels(
     """(n,) for each element of `which`: how many lie in the cells `near`, are of a turn that is `alike`, and of its
     grade, of up to `fainter` grades below, or above.
 
-    `cell` is the place of an element's cell in `grid`, zeros at first, which counts in each cell the kinds, turn times
-    `grades` plus grade; `near` are steps from one cell to another, `alike` from one turn's kinds to another's, those of
-    turn t at 3 t.
+    `cell` is the place of an element's cell in `grid`, zeros at first, which counts in each cell those of each kind,
+    turn times `grades` plus grade, and of higher grade; `near` are steps from one cell to another, `alike` from one
+    turn's kinds to another's, those of turn t at 3 t.
     """
     for i in range(len(cell)):
-        grid[cell[i] + kind[i]] += 1
+        for faint in range(cell[i] + kind[i] - kind[i] % grades, cell[i] + kind[i] + 1):
+            grid[faint] += 1
     for at in range(len(which)):
         i = which[at]
         turn = kind[i] // grades
@@ -56,7 +76,5 @@ def parallels(
         total = 0
         for beside in near:
             for step in alike[3 * turn : 3 * turn + 3]:
-                begin = cell[i] + beside + step
-                for g in range(begin + first, begin + grades):
-                    total += grid[g]
+                total += grid[cell[i] + beside + step + first]
         out[at] = total

@@ -9,50 +9,41 @@ FloatArray = npt.NDArray[np.float64]
 LabelArray = npt.NDArray[np.int32]
 
 
-@kernel("i8(f4[:, ::1], f4, i4[::1], i8)")
-def trap(depth: npt.NDArray[np.float32], radius: float, cells: LabelArray, count: int) -> int:
-    """Give the 4-connected parts deeper than `radius` that hold no labelled pixel new labels after `count`; returns the
-    last.
+@kernel("i8(i8[::1], i8, i4[::1], i8)")
+def trap(runs: npt.NDArray[np.int64], stride: int, cells: LabelArray, count: int) -> int:
+    """Give the 4-connected parts that hold no labelled pixel new labels after `count`; returns the last.
 
-    `cells`: the picture, row by row, framed by one pixel of -1; 256 times the label (0 is none) plus a level below 256.
+    `runs`: where in `cells` stretches of the parts begin and end, in turn, ascending and none beyond its row.  `cells`:
+    the picture, row by row, `stride` from one to the next, framed by one pixel of -1; 256 times the label (0 is none)
+    plus a level below 256.
     """
-    rows, columns = depth.shape
-    # runs of pixels along the rows, joined where they touch a run of the row above
-    begin, end = np.empty(rows * (columns // 2 + 1), np.int32), np.empty(rows * (columns // 2 + 1), np.int32)
-    part = np.empty(len(begin), np.int32)
-    runs, above, last_above = 0, 0, 0
-    for r in range(rows):
-        line, origin, first = depth[r], (r + 1) * (columns + 2) + 1, runs
-        c = 0
-        while c < columns:
-            if line[c] <= radius:
-                c += 1
-                continue
-            start = c
-            while c < columns and line[c] > radius:
-                c += 1
-            begin[runs], end[runs], part[runs] = origin + start, origin + c, runs
-            while above < last_above and end[above] + columns + 2 <= origin + start:
-                above += 1
-            at = above
-            while at < last_above and begin[at] + columns + 2 < origin + c:
-                one, other = part[at], part[runs]
-                while part[one] != one:
-                    one = part[one]
-                while part[other] != other:
-                    other = part[other]
-                part[max(one, other)] = part[runs] = min(one, other)
-                at += 1
-            runs += 1
-        above, last_above = first, runs
-    new = np.zeros(runs, np.int32)
-    for run in range(runs):
+    n = len(runs) // 2
+    begin, end = runs[0::2], runs[1::2]
+    # joined where they touch a run of the row above
+    part = np.arange(n)
+    above = 0
+    for run in range(n):
+        while end[above] + stride <= begin[run]:
+            above += 1
+        at = above
+        while begin[at] + stride < end[run]:
+            one, other = part[at], part[run]
+            while part[one] != one:
+                one = part[one]
+            while part[other] != other:
+                other = part[other]
+            part[max(one, other)] = part[run] = min(one, other)
+            at += 1
+    new = np.zeros(n, np.int32)
+    for run in range(n):
         part[run] = part[part[run]]  # what a part is joined to comes before it, and is settled
+        if new[part[run]] < 0:
+            continue
         for pixel in range(begin[run], end[run]):
             if cells[pixel] >= 256:
                 new[part[run]] = -1
                 break
-    for run in range(runs):
+    for run in range(n):
         if part[run] == run and new[run] == 0:
             count += 1
             new[run] = count
@@ -63,51 +54,71 @@ def trap(depth: npt.NDArray[np.float32], radius: float, cells: LabelArray, count
     return count
 
 
-@kernel("void(i4[::1], i8)")
-def flood(cells: LabelArray, stride: int) -> None:
-    """Watershed in place: labels grow over what has none from high levels to low, 4-connected, first come first served.
+@kernel("void(i4[::1], f4[:, ::1])")
+def flood(cells: LabelArray, depth: npt.NDArray[np.float32]) -> None:
+    """Watershed in place: labels grow over what has none from high levels, four to a px of `depth`, to low,
+    4-connected, first come first served.
 
-    `cells` as `trap` takes them, `stride` from one row to the next.
+    `cells`: the picture, row by row, framed by one pixel of -1; 256 times the label (0 is none).
     """
-    # every pixel is queued once, in the queue of its level or of the level that the flood stands at if that is lower
-    following = np.empty(len(cells), np.int32)
-    first, last = np.full(256, -1, np.int64), np.full(256, -1, np.int64)
+    rows, columns = depth.shape
+    stride = columns + 2
+    for r in range(rows):
+        line, deep = cells[(r + 1) * stride + 1 :], depth[r]
+        for c in range(columns):
+            line[c] |= np.int32(np.float32(4.0) * min(deep[c], np.float32(63.75)))
+    # every pixel is queued once: in the queue of its level, or at once if the flood stands there or lower
+    border = np.empty(len(cells), np.int32)
+    borders = 0
+    ends = np.zeros(257, np.int64)  # of the queues, first as many as they may hold
     for pixel in range(stride, len(cells) - stride):
         cell = cells[pixel]
         # what lies inside a seed has nowhere to grow
-        if cell < 256 or (
+        if cell > 255 and (
             np.uint32(cells[pixel - 1]) > 255
             and np.uint32(cells[pixel + 1]) > 255
             and np.uint32(cells[pixel - stride]) > 255
             and np.uint32(cells[pixel + stride]) > 255
         ):
             continue
-        level = cell & 255
-        following[pixel] = -1
-        if first[level] < 0:
-            first[level] = pixel
-        else:
-            following[last[level]] = pixel
-        last[level] = pixel
+        if cell >= 0:
+            ends[(cell & 255) + 1] += 1
+            border[borders] = pixel
+            borders += cell > 255
+    for level in range(256):
+        ends[level + 1] += ends[level]
+    begins = ends.copy()
+    queue, now = np.empty(ends[256], np.int32), np.empty(ends[256], np.int32)
+    for pixel in border[:borders]:
+        level = cells[pixel] & 255
+        queue[ends[level]] = pixel
+        ends[level] += 1
     for level in range(255, -1, -1):
-        pixel = first[level]
-        while pixel >= 0:
+        waiting, at = ends[level] - begins[level], 0
+        now[:waiting] = queue[begins[level] : ends[level]]
+        while at < waiting:
+            pixel = now[at]
+            at += 1
             label = cells[pixel] & ~255
             for step in (stride, -stride, 1, -1):
                 neighbour = pixel + step
                 here = cells[neighbour]
-                if here < 0 or here > 255:
+                if np.uint32(here) > 255:
                     continue
                 cells[neighbour] = label | here
-                at = min(here, level)
-                following[neighbour] = -1
-                if first[at] < 0:
-                    first[at] = neighbour
+                if here >= level:
+                    now[waiting] = neighbour
+                    waiting += 1
                 else:
-                    following[last[at]] = neighbour
-                last[at] = neighbour
-            pixel = following[pixel]
-            first[level] = pixel
+                    queue[ends[here]] = neighbour
+                    ends[here] += 1
+
+
+@kernel("void(i4[::1], i4[::1])")
+def rename(labels: LabelArray, names: LabelArray) -> None:
+    """Give each of the pixels the name of its label."""
+    for i in range(len(labels)):
+        labels[i] = names[labels[i]]
 
 
 @kernel("f8[:, ::1](i4[:, ::1], f8[:, ::1], f4[:, ::1], i8, f8)")

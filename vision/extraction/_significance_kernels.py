@@ -19,12 +19,15 @@ def histograms(
     greys at plus and minus each of `offsets` (turns, 2: down, across), by `grade` (256,) of the magnitude."""
     rows, columns = grey.shape
     out = np.zeros(((rows + cell - 1) // cell, (columns + cell - 1) // cell, len(offsets), grades), np.int32)
-    for turn in range(len(offsets)):
-        down, across = offsets[turn]
-        reach_down, reach_across = abs(down), abs(across)
-        for r in range(reach_down, rows - reach_down, stride):
-            for c in range(reach_across, columns - reach_across, stride):
-                height = abs(grey[r + down, c + across] - grey[r - down, c - across])
+    for first in range(0, rows, stride):
+        for turn in range(len(offsets)):
+            down, across = offsets[turn]
+            r, reach = first + abs(down), abs(across)
+            if r >= rows - abs(down):
+                continue
+            ahead, behind = grey[r + down], grey[r - down]
+            for c in range(reach, columns - reach, stride):
+                height = abs(ahead[c + across] - behind[c - across])
                 out[r // cell, c // cell, turn, grade[min(int(height), 255)]] += 1
     return out
 

@@ -109,10 +109,12 @@ def correlation_at(scale: float) -> float:
     return float(2.0 * np.sqrt(np.pi) * scale)
 
 
-def weight_of(edges: EdgeElements, scale: float) -> FloatArray:
-    """Of each element: one over the variance of its place that noise, the edge itself and what lies beside it give."""
-    slope = edges.contrast / np.sqrt(2.0 * np.pi * (edges.width**2 + scale**2))
-    return np.asarray(1.0 / (edges.sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
+def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
+    """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
+    beside it give."""
+    contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
+    slope = contrast / np.sqrt(2.0 * np.pi * (width**2 + scale**2))
+    return np.asarray(1.0 / (sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
 
 
 def ellipses_of(
@@ -163,8 +165,8 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     follow from them; `turned` says of each edge element whether its bright side is on the right of the walk."""
     from vision.extraction import _arc_kernels
 
-    correlation, weight = correlation_at(scale), weight_of(edges, scale)
-    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    correlation, w = correlation_at(scale), weight_of(edges, members, scale)
+    x, y = members.beside(edges.x, edges.y)
     fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * _FLAT * fit[:, 2])  # or no circle at all
     if flat.any():

@@ -109,7 +109,7 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
     """
     from vision.extraction import _course_kernels
 
-    x, y, sigma = (column[members.elements] for column in (edges.x, edges.y, edges.sigma))
+    x, y, sigma = members.beside(edges.x, edges.y, edges.sigma)
     if len(members) == 0:
         return Course(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))

@@ -24,7 +24,7 @@ from vision.extraction.arcs import (
     weight_of,
 )
 from vision.extraction.edges import EdgeElements
-from vision.extraction.linking import Chains
+from vision.extraction.linking import Chains, pairs_within
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -69,10 +69,11 @@ def cut_arcs(
     from vision.extraction import _arc_kernels
 
     chains = _start_straight(edges, chains)
-    correlation, weight = correlation_at(scale), weight_of(edges, scale)
+    correlation, weight = correlation_at(scale), np.zeros(len(edges))
+    weight[chains.elements] = weight_of(edges, chains, scale)
 
     def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
-        x, y, w = (np.ascontiguousarray(column[what.elements]) for column in (edges.x, edges.y, weight))
+        x, y, w = what.beside(edges.x, edges.y, weight)
         bow = (_MIN_SAGITTA, _MIN_BOW, _MIN_RISE)
         pieces, kinds, costs = _arc_kernels.segment(
             x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, *bow
@@ -119,9 +120,9 @@ def _take_free(
     owner[curves.elements] = curves.chain_of_member
     of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
     within = of_arc[0] == of_arc[1]
-    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    x, y, w = members.beside(edges.x, edges.y, weight)
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    apart = _PRICE[kinds] + _misfits(x, y, w, members, kinds, alone, correlation)
+    apart = _PRICE[kinds] + _misfits(x, y, w, members, kinds, alone, within, correlation)
     paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
     cheaper = paid > prices
     leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
@@ -202,12 +203,11 @@ def _join(
     """
     from vision.extraction import _arc_kernels
 
-    x, y, w = (np.ascontiguousarray(column[members.elements]) for column in (edges.x, edges.y, weight))
+    x, y, w = members.beside(edges.x, edges.y, weight)
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    tail, head, turn, distance = _in_line(edges, members, kinds, alone[:, 2:4], turned, reach)
+    tail, head, turn, distance = _in_line(edges, members, kinds, alone[:, 2:4], turned, fresh, reach)
     straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
     likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
-    likely &= fresh[tail] | fresh[head]
     tail, head, turn = tail[likely], head[likely], turn[likely]
     # Of an ellipse it is known that it turns enough.
     own = np.select(
@@ -245,15 +245,20 @@ def _join(
 
 
 def _in_line(
-    edges: EdgeElements, members: Chains, kinds: IntArray, direction: FloatArray, turned: BoolArray, reach: float
+    edges: EdgeElements,
+    members: Chains,
+    kinds: IntArray,
+    direction: FloatArray,
+    turned: BoolArray,
+    fresh: BoolArray,
+    reach: float,
 ) -> tuple[IndexArray, IndexArray, IndexArray, FloatArray]:
-    """Pairs of arcs of which one leads on into the other within `reach` px: the first, the second, which of them has to
-    be walked the other way for that (-1: neither), and how far apart (px) their ends are.
+    """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `reach` px: the first,
+    the second, which of them has to be walked the other way for that (-1: neither), and how far apart (px) their ends
+    are.
 
     `direction` (n, 2), either way, is that of lines, whose last elements may be drawn aside by what ends them.
     """
-    from scipy.spatial import cKDTree
-
     usable = np.flatnonzero(~members.closed & (kinds != FREE))
     n = len(usable)
     arc, at_end = np.tile(usable, 2), np.arange(2 * n) >= n
@@ -264,8 +269,10 @@ def _in_line(
     chord = np.tile(place[n:] - place[:n], (2, 1)) * np.where(at_end, 1.0, -1.0)[:, None]
     along = direction[arc] * np.where(np.sum(chord * direction[arc], axis=1) < 0.0, -1.0, 1.0)[:, None]
     outward = np.where((kinds[arc] == LINE)[:, None], along, outward)
-    near = cKDTree(place).query_pairs(reach, output_type="ndarray") if n > 1 else np.zeros((0, 2), np.intp)
-    one, other = near[arc[near[:, 0]] != arc[near[:, 1]]].T
+    one, other = np.ascontiguousarray(pairs_within(place, reach, fresh[arc]).T)
+    opposed = outward[one, 0] * outward[other, 0] + outward[one, 1] * outward[other, 1] < -0.5
+    opposed &= arc[one] != arc[other]
+    one, other = one[opposed], other[opposed]
     # the arc left at its end comes first; where two ends or two starts meet, the longer arc keeps its way
     longer = members.counts[arc[one]] >= members.counts[arc[other]]
     first = np.where(at_end[one] != at_end[other], at_end[one], longer == at_end[one])
@@ -273,8 +280,7 @@ def _in_line(
     gap = place[head] - place[tail]
     distance = np.hypot(*gap.T)
     ahead = np.sum(gap * outward[tail], axis=1)
-    agree = -np.sum(outward[tail] * outward[head], axis=1)
-    likely = np.flatnonzero((ahead > -3.0) & (ahead > 0.7 * distance - 3.0) & (agree > 0.5))
+    likely = np.flatnonzero((ahead > -3.0) & (ahead > 0.7 * distance - 3.0))
     tail, head = tail[likely], head[likely]
     turn = np.where(~at_end[tail], arc[tail], np.where(at_end[head], arc[head], -1))
     return arc[tail], arc[head], turn, distance[likely]
@@ -297,7 +303,9 @@ def _savings(
     """
     from vision.extraction import _arc_kernels
 
-    misfit = _misfits(x, y, w, members, kinds, alone, correlation)
+    looked = np.zeros(len(members), np.bool_)
+    looked[pairs] = True
+    misfit = _misfits(x, y, w, members, kinds, alone, looked, correlation)
     apart = (_PRICE[kinds] + misfit)[pairs].sum(axis=1)
     total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation)
@@ -322,17 +330,27 @@ def _savings(
 
 
 def _misfits(
-    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, kinds: IntArray, fit: FloatArray, correlation: float
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
+    members: Chains,
+    kinds: IntArray,
+    fit: FloatArray,
+    looked: BoolArray,
+    correlation: float,
 ) -> FloatArray:
-    """What the members of each arc cost beside its price; of `fit` the rows of ellipses are not theirs."""
+    """What the members of each arc that is `looked` at cost beside its price; of `fit` the rows of ellipses are not
+    theirs."""
     square = fit[:, 4].copy()
-    ovals = np.flatnonzero(kinds == ELLIPTIC)
+    ovals = np.flatnonzero((kinds == ELLIPTIC) & looked)
     square[ovals] = np.nan_to_num(ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
     return np.asarray(square * fit[:, 5] / (2.0 * correlation))
 
 
 def _turned_round(members: Chains, which: BoolArray, turned: BoolArray) -> tuple[Chains, BoolArray]:
     """The arcs of the mask `which` walked the other way, and of which elements the bright side is on the right then."""
+    if not which.any():
+        return members, turned
     mine, at = np.repeat(which, members.counts), np.arange(len(members.elements))
     mirrored = np.repeat(members.offsets[:-1] + members.offsets[1:] - 1, members.counts) - at
     turned = turned.copy()

@@ -48,7 +48,8 @@ class EdgeElements:
 
     def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "EdgeElements":
         """The elements that `rows` (indices or a mask) selects."""
-        return EdgeElements(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+        at = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows.astype(np.intp)
+        return EdgeElements(**{field.name: getattr(self, field.name).take(at) for field in fields(self)})
 
 
 def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:

@@ -41,39 +41,17 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
     if len(counts) == 0:
         return Ellipses(*np.zeros((6, 0)))
-    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
+    from vision.extraction import _ellipse_kernels
 
-    def total(values: FloatArray) -> FloatArray:
-        return np.asarray(np.add.reduceat(values, first, axis=-1))
-
-    def spread(values: FloatArray) -> FloatArray:
-        return np.asarray(np.repeat(values, counts, axis=-1))
-
-    middle_x, middle_y = total(x) / counts, total(y) / counts
-    u, v = x - spread(middle_x), y - spread(middle_y)
-    scale = np.sqrt(total(u * u + v * v) / counts)
-    good = (counts >= 6) & (scale > 0.0)
-    scale = np.where(good, scale, 1.0)
-    u, v = u / spread(scale), v / spread(scale)
-    uu, uv, vv, one = u * u, u * v, v * v, np.ones_like(u)
-    # the products of any two of uu, uv, vv, u, v, 1
-    products = np.stack(
-        [uu * uu, uu * uv, uu * vv, uv * vv, vv * vv, uu * u, uu * v, vv * u, vv * v, uu, uv, vv, u, v, one]
-    )
-    weight_sum = total(weight)
-    gain, gradient = weight / spread(weight_sum), one
-    conic = np.zeros((len(counts), 6))
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    (middle_x, middle_y, scale, weight_sum), points = _ellipse_kernels.normalised(x, y, weight, offsets)
+    good = counts >= 6
+    conic, squares = np.zeros((len(counts), 6)), np.zeros(len(counts))
     for _ in range(_ROUNDS):
-        conic, found = _direct(total(gain * products)[_PRODUCT].transpose(2, 0, 1))
-        a, b, c, d, e, f = spread(conic.T)
-        gradient = (2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2
-        least, greatest = np.minimum.reduceat(gradient, first), np.maximum.reduceat(gradient, first)
-        good &= found & (least > 1e-12 * greatest)
-        gradient = np.where(np.repeat(good, counts), gradient, 1.0)
-        gain = weight / gradient
-        gain /= spread(total(gain))
-    value = a * uu + b * uv + c * vv + d * u + e * v + f
-    square = total(weight * value**2 / gradient) / weight_sum * scale**2
+        conic, found = _direct(_ellipse_kernels.products(points, offsets)[_PRODUCT].transpose(2, 0, 1))
+        good &= found
+        squares = _ellipse_kernels.weigh(points, weight, offsets, conic, good)
+    square = squares / weight_sum * scale**2
     conic[~good] = (1.0, 0.0, 1.0, 0.0, 0.0, -1.0)
     a, b, c, d, e, f = conic.T
     determinant = 4.0 * a * c - b * b

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.arcs import Arcs
+from vision.extraction.linking import components, grey_between, pairs_within
 from vision.extraction.local_curves import LocalCurves, local_curves
 
 FloatArray = npt.NDArray[np.float64]
@@ -166,13 +167,11 @@ def _ends_that_meet(
     grey: FloatArray, arcs: Arcs, ends: _Ends, courses: _Courses, hit: IndexArray, way: FloatArray
 ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Pairs of ends, both ways, and the greater of the distances (px) to where they meet."""
-    from scipy.spatial import cKDTree
-
     curve = ends.curve
     nothing = np.zeros(0, np.intp)
     if len(ends.arc) < 2:
         return nothing, nothing, np.zeros(0)
-    pairs = cKDTree(np.column_stack([curve.x, curve.y])).query_pairs(1.5 * _REACH, output_type="ndarray")
+    pairs = pairs_within(np.column_stack([curve.x, curve.y]), 1.5 * _REACH)
     pairs = pairs[ends.arc[pairs[:, 0]] != ends.arc[pairs[:, 1]]]
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     if len(pairs) == 0:
@@ -284,15 +283,10 @@ def _supported(
     grey: FloatArray, arcs: Arcs, arc: IndexArray, at: IndexArray, curve: LocalCurves, along: FloatArray
 ) -> BoolArray:
     """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign a quarter as high."""
-    from scipy.ndimage import map_coordinates
-
     shown = np.maximum(along - _BLURRED, 0.0)
     s = shown[:, None] * np.linspace(0.1, 1.0, 8)
     places, normals = curve.points(s), curve.normals(s)
-    sides = [
-        map_coordinates(grey, np.moveaxis((places + side * normals)[..., ::-1], -1, 0), order=1, mode="nearest")
-        for side in (_BESIDE, -_BESIDE)
-    ]
+    sides = [grey_between(grey, places + side * normals) for side in (_BESIDE, -_BESIDE)]
     # where the bright side is on the left of who walks from start to end, it is against the normal
     left = arcs.bright_left[np.where(at == END, arcs.offsets[arc + 1] - 1, arcs.offsets[arc])]
     bright = np.where((at == END) == left, -1.0, 1.0)[:, None]
@@ -347,7 +341,7 @@ def _joined(
     """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of courses, and of courses that cross at
     places `crossings` (n, 2); those in one place as one."""
     used = np.unique(np.concatenate([couples.ravel(), end]))
-    component = _components(couples, len(ends.arc))
+    component = components(couples, len(ends.arc))
     crossing = len(ends.arc) + np.repeat(np.arange(len(crossings)), 2)
     met = np.concatenate([met, crossings.ravel()])
     meetings = _Meetings(
@@ -388,22 +382,11 @@ def _joined(
     )
 
 
-def _components(pairs: IndexArray, count: int) -> IndexArray:
-    """Which of `count` belong together by `pairs` (n, 2)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.intp)
-
-
 def _one_a_place(meetings: _Meetings) -> _Meetings:
-    from scipy.spatial import cKDTree
-
     if meetings.count < 2:
         return meetings
-    pairs = cKDTree(meetings.places()[0]).query_pairs(_SAME, output_type="ndarray")
-    group = _components(pairs, meetings.count)[meetings.group]
+    pairs = pairs_within(meetings.places()[0], _SAME)
+    group = components(pairs, meetings.count)[meetings.group]
     return replace(meetings, group=group).take(np.arange(len(group)))
 
 

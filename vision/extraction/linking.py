@@ -13,6 +13,7 @@ from vision.extraction.edges import EdgeElements
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,11 @@ class Chains:
         """Chain number of each entry of `elements`."""
         return np.repeat(np.arange(len(self)), self.counts)
 
+    def beside(self, *columns: FloatArray) -> tuple[FloatArray, ...]:
+        """Columns of the edge elements, of each entry of `elements`."""
+        at = self.elements.astype(np.intp)
+        return tuple(column.take(at) for column in columns)
+
     def mean(self, values: FloatArray) -> FloatArray:
         """Mean over each chain of a column of the edge elements."""
         return np.add.reduceat(values[self.elements], self.offsets[:-1]) / self.counts if len(self) else np.zeros(0)
@@ -54,11 +60,11 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
     """
     from vision.extraction import _link_kernels
 
-    used = np.flatnonzero(edges.contrast >= min_contrast).astype(np.int32)
-    part = edges.take(used)
-    successor = _link_kernels.mutual_successors(part.x, part.y, part.nx, part.ny, part.pixel, *shape)
+    used = np.flatnonzero(edges.contrast >= min_contrast)
+    x, y, nx, ny = (column.take(used) for column in (edges.x, edges.y, edges.nx, edges.ny))
+    successor = _link_kernels.mutual_successors(x, y, nx, ny, edges.pixel.take(used), *shape)
     order, offsets, closed = _followed(successor)
-    return Chains(used[order], offsets, closed)
+    return Chains(used[order].astype(np.int32), offsets, closed)
 
 
 def fill_gaps(
@@ -69,17 +75,18 @@ def fill_gaps(
 
     One to one, cheapest d (1 + 2 (a1 + a2)) first where each is the other's best.
     """
-    from scipy.spatial import cKDTree
-
     opened = np.flatnonzero(~chains.closed)
     if len(opened) < 2:
         return chains
     first, last = chains.elements[chains.offsets[opened]], chains.elements[chains.offsets[opened + 1] - 1]
     starts, ends = np.column_stack([edges.x[first], edges.y[first]]), np.column_stack([edges.x[last], edges.y[last]])
-    pairs = cKDTree(ends).sparse_distance_matrix(cKDTree(starts), reach, output_type="coo_matrix")
-    order = np.lexsort((pairs.col, pairs.row))
-    tail, head, distance = pairs.row[order], pairs.col[order], pairs.data[order]
-    chord = (starts[head] - ends[tail]) / np.maximum(distance, 1e-9)[:, None]
+    pairs = pairs_within(np.concatenate([ends, starts]), reach)
+    pairs = pairs[(pairs[:, 0] < len(ends)) & (pairs[:, 1] >= len(ends))]
+    tail, head = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].T
+    head = head - len(ends)
+    gap = starts[head] - ends[tail]
+    distance = np.sqrt(gap[:, 0] ** 2 + gap[:, 1] ** 2)
+    chord = gap / np.maximum(distance, 1e-9)[:, None]
     a1 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=True)[tail].T)
     a2 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=False)[head].T)
     likely = (distance <= 3.0) & (a1 < np.pi / 3) & (a2 < np.pi / 3) | (a1 < max_angle) & (a2 < max_angle)
@@ -97,6 +104,25 @@ def fill_gaps(
             next_chain[tail[at]], previous[head[at]] = head[at], tail[at]
     sequence, offsets, looped = _followed(next_chain)
     return _concatenate(chains, opened[sequence], offsets, looped)
+
+
+def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
+    """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
+    them of the mask `looked`."""
+    from vision.extraction import _link_kernels
+
+    x, y = np.ascontiguousarray(place.T)
+    if len(x) and np.ptp(y) > np.ptp(x):
+        x, y = y, x
+    looked = np.ones(len(x), np.bool_) if looked is None else looked
+    return _link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
+
+
+def components(pairs: IndexArray, count: int) -> IndexArray:
+    """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
+    from vision.extraction import _link_kernels
+
+    return _link_kernels.components(np.ascontiguousarray(pairs), count)
 
 
 def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
@@ -136,15 +162,18 @@ def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
     return np.asarray(np.arccos(np.clip(chord[:, 0] * tx + chord[:, 1] * ty, -1.0, 1.0)))
 
 
+def grey_between(grey: FloatArray, place: FloatArray) -> FloatArray:
+    """The bilinear grey at places (..., 2); beyond the border, that of the border."""
+    from vision.extraction import _mark_kernels
+
+    x, y = (np.ascontiguousarray(place[..., i]) for i in (0, 1))
+    return _mark_kernels.grey_between(grey, x.reshape(-1), y.reshape(-1)).reshape(x.shape)
+
+
 def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray) -> FloatArray:
     """Mean over nine points of each bridge of the grey 2 px to its left less that 2 px to its right."""
-    from scipy.ndimage import map_coordinates
-
     share = np.linspace(0.1, 0.9, 9)
     points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]
     left = np.column_stack([chord[:, 1], -chord[:, 0]])[:, None, :]
-    grey_at = [
-        map_coordinates(grey, [(points + side * left)[..., 1], (points + side * left)[..., 0]], order=1, mode="nearest")
-        for side in (2.0, -2.0)
-    ]
+    grey_at = [grey_between(grey, points + side * left) for side in (2.0, -2.0)]
     return np.asarray((grey_at[0] - grey_at[1]).mean(axis=1))

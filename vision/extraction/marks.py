@@ -54,9 +54,9 @@ def arc_marks(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
 
     if len(arcs) == 0:
         return ArcMarks(np.zeros(0), np.zeros(0))
-    chains, part = arcs.chains, edges.take(arcs.elements)
-    distances = np.array([_NEAR, -_NEAR, _FAR, -_FAR, _BESIDE])
-    beside = _mark_kernels.grey_beside(grey, part.x, part.y, part.nx, part.ny, distances)
+    chains, distances = arcs.chains, np.array([_NEAR, -_NEAR, _FAR, -_FAR, _BESIDE])
+    x, y, nx, ny = chains.beside(edges.x, edges.y, edges.nx, edges.ny)
+    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, distances)
     per_arc = np.add.reduceat(
         np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= _SATURATED]),
         arcs.offsets[:-1],

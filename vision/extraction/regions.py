@@ -15,16 +15,15 @@ import numpy.typing as npt
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import END, START, Junctions
-from vision.extraction.linking import Chains
+from vision.extraction.linking import Chains, components
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
+CountArray = npt.NDArray[np.int64]
 
 _SATURATED = 250.0
 _BALLS = (12.0, 5.0, 2.0, 0.9)  # px: radii of the trapped balls
-_LEVELS = np.float32(4.0)  # a px, at which the flood falls; 256 of them
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
 _LARGE = 6.0  # px: inradius from which a region stands by itself
 _ROUNDS = 3  # of merging
@@ -178,7 +177,7 @@ def leak_proof_regions(
 
     if inside is not None:
         mask = mask | ~inside
-    depth = np.asarray(cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
+    depth = np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
     labels = _flooded(depth)
     if edges is not None:
         _share_out(labels, edges)
@@ -193,15 +192,20 @@ def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
     """Labels 0.. of the trapped balls, grown over the picture."""
     from vision.extraction import _region_kernels
 
-    cells = np.full((depth.shape[0] + 2, depth.shape[1] + 2), -1, np.int32)
-    cells[1:-1, 1:-1] = _LEVELS * np.minimum(depth, np.float32(63.75))
-    count, flat = 0, cells.reshape(-1)
+    rows, columns = depth.shape
+    cells, deep = np.zeros((rows + 2, columns + 2), np.int32), np.zeros((rows + 2, columns + 2), np.bool_)
+    cells[[0, -1]], cells[:, [0, -1]] = -1, -1
+    count, flat, flags = 0, cells.reshape(-1), deep.reshape(-1)
     for radius in _BALLS:
-        count = _region_kernels.trap(depth, radius, flat, count)
+        np.greater(depth, np.float32(radius), out=deep[1:-1, 1:-1])
+        runs = np.flatnonzero(flags[1:] != flags[:-1]) + 1
+        count = _region_kernels.trap(runs, columns + 2, flat, count)
     if count == 0:
-        cells[1:-1, 1:-1] += 256
-    _region_kernels.flood(flat, cells.shape[1])
-    return np.asarray((cells[1:-1, 1:-1] >> 8) - 1)
+        cells[1:-1, 1:-1] = 256
+    _region_kernels.flood(flat, depth)
+    labels = cells[1:-1, 1:-1] >> 8
+    labels -= 1
+    return labels
 
 
 def _share_out(labels: IntArray, edges: EdgeElements) -> None:
@@ -236,75 +240,49 @@ def _merge(
     max_step: float,
 ) -> tuple[IntArray, FloatArray]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
+    from vision.extraction import _region_kernels
+
     totals = _totals(grey, labels, depth)
-    count = len(totals)
-    pairs = border_pairs(labels)
-    pixel, other = pairs[2], pairs[3]
-    key, which = np.unique(pairs[0] * count + pairs[1], return_inverse=True)
-    edge = mask.reshape(-1)
-    on_edge = edge[pixel] | edge[other]
-    columns = None, on_edge, pixel % labels.shape[1], pixel // labels.shape[1]
-    common = [np.bincount(which, column, len(key)) for column in columns]
-    strips = _strips(pixel[~on_edge], other[~on_edge], which[~on_edge], len(key), labels.shape[1])
-    loose = _near_loose_ends(mask).reshape(-1)
-    leaks = np.bincount(which, loose[pixel] | loose[other], len(key))
-    borders = _Borders(key // count, key % count, np.column_stack([*common, strips, leaks]).astype(np.float64))
-    final = np.arange(count, dtype=np.int32)
+    a, b, sums = border_sums(labels, mask, _near_loose_ends(mask))
+    final = np.arange(len(totals), dtype=np.int32)
+    borders = _Borders(a, b, sums.astype(np.float64))
     for _ in range(_ROUNDS):
         component = _components(borders, totals, min_area, max_step)
         if component is None:
             break
         borders, totals = _contract(borders, totals, component)
         final = component[final]
-    return final.take(labels), totals
+    _region_kernels.rename(labels.reshape(-1), final)
+    return labels, totals
 
 
-def border_pairs(labels: IntArray) -> npt.NDArray[np.int64]:
-    """Pairs of 4-neighbours of unlike labels >= 0: (4, m) of lesser label, greater label, and the flat indices of both,
-    those side by side first."""
-    flat = labels.reshape(-1)
-    beside = np.zeros(labels.shape, np.bool_)
-    np.not_equal(labels[:, :-1], labels[:, 1:], out=beside[:, :-1])
-    across, down = np.flatnonzero(beside), np.flatnonzero(labels[:-1] != labels[1:])
-    first, second = np.concatenate([across, down]), np.concatenate([across + 1, down + labels.shape[1]])
-    a, b = flat[first].astype(np.int64), flat[second].astype(np.int64)
-    return np.stack([np.minimum(a, b), np.maximum(a, b), first, second])[:, (a >= 0) & (b >= 0)]
+def border_sums(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
+    """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `_border_kernels.borders`."""
+    from vision.extraction import _border_kernels
 
-
-def _strips(pixel: IndexArray, other: IndexArray, pair: IndexArray, count: int, columns: int) -> IndexArray:
-    """(count,): into how many strips the sides between pixels `pixel` and `other`, right of it or below, of each of the
-    pairs of regions fall: as many as there are sides, less the corners that two sides of one pair share."""
-    across = other - pixel == 1
-    # the corners of a side, each numbered as the pixel that it is the upper left corner of
-    corner = np.concatenate([np.where(across, other, other + 1), np.where(across, other + columns, other)])
-    met = np.unique_counts(corner * np.int64(count) + np.tile(pair, 2))
-    shared = np.bincount(met.values % count, met.counts > 1, count)
-    return np.asarray(np.bincount(pair, minlength=count) - shared, dtype=np.intp)
+    key, sums = _border_kernels.borders(labels, edge, loose)
+    order = np.argsort(key)
+    order = order[sums[order, _border_kernels.SIDES] > 0]
+    a, b = np.divmod(key[order], 1 << 32)
+    return a, b, sums[order]
 
 
 def _near_loose_ends(mask: BoolArray) -> BoolArray:
-    """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5; what
-    leaves the picture runs on."""
+    """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5."""
     import cv2
 
-    framed = np.pad(mask, 2, constant_values=True)
-    row, column = np.nonzero(mask)
-    flat, pixel = framed.reshape(-1), (row + 2) * framed.shape[1] + column + 2
-    ring = np.stack([flat.take(pixel + (down * framed.shape[1] + right)) for down, right in _RING])
-    places = np.count_nonzero(ring & ~np.roll(ring, 1, axis=0), axis=0)
-    loose = np.zeros(mask.shape, np.uint8)
-    ends = (places < 2) & ~ring.all(axis=0)
-    loose[row[ends], column[ends]] = 1
-    return np.asarray(cv2.dilate(loose, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))) > 0)
+    from vision.extraction import _border_kernels
+
+    disc = np.ascontiguousarray(np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))) - 4)
+    return _border_kernels.near_loose_ends(mask, np.array(_RING), disc)
 
 
 @dataclass(frozen=True)
 class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 6): pixel sides, those on edges, x, y, the strips that
-    the others form, and the sides near to where an edge ends."""
+    """Neighbours a < b, and of their common border the sums (n, 7) of `_border_kernels.borders`."""
 
-    a: npt.NDArray[np.int64]
-    b: npt.NDArray[np.int64]
+    a: CountArray
+    b: CountArray
     totals: FloatArray
 
 
@@ -326,9 +304,6 @@ def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tu
 
 def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step: float) -> IntArray | None:
     """Which regions one round makes one; None where there is nothing to merge."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
         return None
@@ -360,9 +335,7 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     joined[pair[candidate[chosen]]] = True
     if not joined.any():
         return None
-    graph = coo_array((np.ones(int(joined.sum())), (a[joined], b[joined])), shape=(count, count))
-    _, component = connected_components(graph, directed=False)
-    return np.asarray(component, dtype=np.int32)
+    return components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
 def _renumber(labels: IntArray, min_area: int) -> IntArray:
@@ -420,7 +393,7 @@ def _outlines(labels: IntArray, boxes: npt.NDArray[np.intp]) -> tuple[IntArray, 
     region: list[int] = []
     rings: list[npt.NDArray[np.int32]] = []
     for i, (x0, y0, x1, y1) in enumerate(boxes):
-        crop = (labels[y0 : y1 + 1, x0 : x1 + 1] == i).astype(np.uint8)
+        crop = (labels[y0 : y1 + 1, x0 : x1 + 1] == i).view(np.uint8)
         found, tree = cv2.findContours(crop, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE, offset=(int(x0), int(y0)))
         # one outer ring first (a region that touches itself only at corners keeps its largest), then the holes
         outer = [k for k in range(len(found)) if tree[0, k, 3] < 0]

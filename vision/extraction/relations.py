@@ -1,6 +1,7 @@
 """Relations among the arcs and regions of one image, each with its value and standard deviation.
 
-Units are numbered arcs first, then regions.  Candidates come from KD-trees and from label images, never from all pairs.
+Units are numbered arcs first, then regions.  Candidates come from what lies near and from label images,
+never from all pairs.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,8 @@ import numpy.typing as npt
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import COURSE, Junctions
-from vision.extraction.regions import Regions, border_pairs
+from vision.extraction.linking import pairs_within
+from vision.extraction.regions import Regions, border_sums
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -165,27 +167,16 @@ def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64]
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
     apart.
     """
-    lesser, greater, _, _ = border_pairs(labels)
-    key, steps = np.unique_counts(lesser * count + greater)
-    flat, columns = labels.reshape(-1), labels.shape[1]
-    aslant = np.zeros(len(key))
-    for one, other, step in (
-        (labels[:-1, :-1], labels[1:, 1:], columns + 1),
-        (labels[:-1, 1:], labels[1:, :-1], columns - 1),
-    ):
-        met = np.flatnonzero(one != other)
-        met += met // max(columns - 1, 1) + (step < columns)
-        a, b = flat.take(met).astype(np.int64), flat.take(met + step).astype(np.int64)
-        pair = np.minimum(a, b) * count + np.maximum(a, b)
-        at = np.searchsorted(key[:-1], pair)  # a pair that meets in a corner alone is none
-        aslant += np.bincount(at[key[at] == pair], minlength=len(key)) if len(key) else 0
-    return key, np.pi / 8.0 * (steps + aslant / np.sqrt(2.0))
+    from vision.extraction import _border_kernels
+
+    nowhere = np.zeros(labels.shape, np.bool_)
+    lesser, greater, sums = border_sums(labels, nowhere, nowhere)
+    crossed = sums[:, _border_kernels.SIDES] + sums[:, _border_kernels.ASLANT] / np.sqrt(2.0)
+    return lesser * count + greater, np.pi / 8.0 * crossed
 
 
 def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
     """Parallel, collinear and perpendicular rows among the straight arcs."""
-    from scipy.spatial import cKDTree
-
     line = np.flatnonzero((arcs.kind == LINE) & (arcs.length >= _MIN_LINE))
     start = np.column_stack([arcs.start_x, arcs.start_y])[line]
     direction, length = arcs.direction[line], arcs.length[line]
@@ -196,10 +187,7 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
     nth = np.arange(len(owner)) - np.repeat(np.cumsum(samples) - samples, samples)
     along = np.minimum(nth * step, length[owner])
     points = start[owner] + direction[owner] * along[:, None]
-    if len(line) < 2:
-        near = np.zeros((0, 2), np.intp)
-    else:
-        near = owner[cKDTree(points).query_pairs(radius + 0.5 * step, output_type="ndarray")]
+    near = owner[pairs_within(points, radius + 0.5 * step)]
     near = near[near[:, 0] != near[:, 1]]
     a, b = np.divmod(np.unique(near.min(axis=1) * len(line) + near.max(axis=1)), max(len(line), 1))
     cross = direction[a, 0] * direction[b, 1] - direction[a, 1] * direction[b, 0]
@@ -259,8 +247,6 @@ def _junctions(arcs: Arcs, junctions: Junctions) -> tuple[Part, Part]:
 
 def _centres(arcs: Arcs, radius: float) -> tuple[Part, Part]:
     """Concentric circular and elliptic arcs, and circular arcs of equal radius within three times `radius`."""
-    from scipy.spatial import cKDTree
-
     centre_variance = arcs.covariance[:, 0, 0] + arcs.covariance[:, 1, 1]
     sure = np.isin(arcs.kind, (CIRCULAR, ELLIPTIC)) & (centre_variance < 2.0 * _MAX_CENTRE_SIGMA**2)
     which = np.flatnonzero(sure)
@@ -268,7 +254,7 @@ def _centres(arcs: Arcs, radius: float) -> tuple[Part, Part]:
         nothing: Part = (which[:0], which[:0], np.zeros(0), np.zeros(0))
         return nothing, nothing
     centre = np.column_stack([arcs.centre_x, arcs.centre_y])[which]
-    pairs = cKDTree(centre).query_pairs(3.0 * radius, output_type="ndarray")
+    pairs = pairs_within(centre, 3.0 * radius)
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
     a, b = which[pairs].T

@@ -47,7 +47,8 @@ def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integ
     least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
     share = np.minimum(np.maximum(exceed, 1.0) / np.maximum(exceed[..., :1], 1.0), np.exp(-least / _STEP_OF_METAL))
     table = -np.log(0.5 * share)  # half of all steps have the sign
-    x, y, nx, ny = (column[which] for column in (edges.x, edges.y, edges.nx, edges.ny))
+    which = which.astype(np.intp)
+    x, y, nx, ny = (column.take(which) for column in (edges.x, edges.y, edges.nx, edges.ny))
     beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, np.array([_BESIDE, -_BESIDE]))
     height = np.ascontiguousarray(beside[:, 0] - beside[:, 1])
     out = np.zeros(len(edges))

@@ -1,5 +1,6 @@
 """Regions against known layouts."""
 
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -15,7 +16,7 @@ from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
 from vision.extraction.linking import fill_gaps, link
-from vision.extraction.regions import BoolArray, FloatArray, border_pairs, edge_mask, leak_proof_regions, plain_regions
+from vision.extraction.regions import BoolArray, FloatArray, border_sums, edge_mask, leak_proof_regions, plain_regions
 
 from .synthetic import disc, linked, render
 
@@ -204,26 +205,59 @@ def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
         assert (mask[ahead].any(axis=1) == reached).all()
 
 
-def test_borders_are_those_of_all_neighbours() -> None:
-    labels = np.random.default_rng(4).integers(-1, 3, (12, 17)).astype(np.int32)
-    expected = []
-    for r, c in np.ndindex(labels.shape):
-        for rr, cc in ((r, c + 1), (r + 1, c)):
-            if rr < 12 and cc < 17 and labels[r, c] != labels[rr, cc] and min(labels[r, c], labels[rr, cc]) >= 0:
-                expected.append((*sorted((labels[r, c], labels[rr, cc])), r * 17 + c, rr * 17 + cc))
-    assert sorted(map(tuple, border_pairs(labels).T.tolist())) == sorted(expected)
+def _corners_shared(labels: npt.NDArray[np.int32], edge: BoolArray) -> Counter[tuple[int, int]]:
+    """Of pairs of labels: corners at which two of their sides off the edges meet."""
+    shared: Counter[tuple[int, int]] = Counter()
+    for r, c in np.ndindex(labels.shape[0] - 1, labels.shape[1] - 1):
+        four = (r, c), (r, c + 1), (r + 1, c + 1), (r + 1, c)
+        sides = zip(four, four[1:] + four[:1], strict=True)
+        pairs = Counter(tuple(sorted((labels[p], labels[q]))) for p, q in sides if not (edge[p] or edge[q]))
+        shared.update(pair for pair, number in pairs.items() if number > 1)
+    return shared
 
 
-@pytest.mark.parametrize("radius", [0.5, 2.0])
-def test_trapped_balls_are_the_connected_parts_that_hold_no_label(radius: float) -> None:
+@pytest.mark.parametrize("kinds", [3, 2000])
+def test_borders_are_those_of_all_neighbours(kinds: int) -> None:
+    rng = np.random.default_rng(4)
+    shape = (12, 17) if kinds == 3 else (60, 50)
+    labels = rng.integers(-1, kinds, shape).astype(np.int32)
+    edge, loose = rng.random(shape) < 0.3, rng.random(shape) < 0.2
+    expected: dict[tuple[int, int], npt.NDArray[np.int64]] = {}
+    for r, c in np.ndindex(shape):
+        for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            other = r + down, c + right
+            if other[0] == shape[0] or not 0 <= other[1] < shape[1]:
+                continue
+            pair = min(labels[r, c], labels[other]), max(labels[r, c], labels[other])
+            if pair[0] == pair[1] or pair[0] < 0:
+                continue
+            sums = expected.setdefault(pair, np.zeros(7, np.int64))
+            on_edge = edge[r, c] or edge[other]
+            sums += [0, 0, 0, 0, 0, 0, 1] if down and right else [
+                1, on_edge, c, r, not on_edge, loose[r, c] or loose[other], 0
+            ]  # fmt: skip
+    for pair, number in _corners_shared(labels, edge).items():
+        if pair in expected:
+            expected[pair][4] -= number
+    a, b, found = border_sums(labels, edge, loose)
+    pairs = list(zip(a.tolist(), b.tolist(), strict=True))
+    assert pairs == sorted(pair for pair, sums in expected.items() if sums[0])
+    assert all(np.array_equal(sums, expected[pair]) for pair, sums in zip(pairs, found, strict=True))
+
+
+@pytest.mark.parametrize("share", [0.6, 0.3])
+def test_trapped_balls_are_the_connected_parts_that_hold_no_label(share: float) -> None:
     rng = np.random.default_rng(5)
-    depth = rng.choice(np.array([0, 1, 3], np.float32), (40, 33), p=[0.4, 0.3, 0.3])
+    deep = np.zeros((42, 35), np.bool_)
+    deep[1:-1, 1:-1] = rng.random((40, 33)) < share
+    runs = np.flatnonzero(deep.reshape(-1)[1:] != deep.reshape(-1)[:-1]) + 1
+    deep = deep[1:-1, 1:-1]
     cells = np.full((42, 35), -1, np.int32)
     cells[1:-1, 1:-1] = np.where(rng.random((40, 33)) < 0.02, 256, 0)
     marked = cells[1:-1, 1:-1] > 0
-    count = _region_kernels.trap(depth, radius, cells.reshape(-1), 7)
+    count = _region_kernels.trap(runs, 35, cells.reshape(-1), 7)
     found = cells[1:-1, 1:-1] >> 8
-    parts, number = scipy.ndimage.label(depth > radius)
+    parts, number = scipy.ndimage.label(deep)
     new = [part for part in range(1, number + 1) if not marked[parts == part].any()]
     assert count == 7 + len(new)
     for part in range(1, number + 1):
