@@ -3,5 +3,5 @@
 SELECT r.relname AS relation, c.attname AS name, format_type(c.atttypid, c.atttypmod) AS type
 FROM pg_attribute AS c
 JOIN pg_class AS r ON r.oid = c.attrelid
-WHERE r.relnamespace = 'public'::regnamespace AND r.relkind = 'r' AND c.attnum > 0 AND NOT c.attisdropped
+WHERE r.relnamespace = current_schema()::regnamespace AND r.relkind = 'r' AND c.attnum > 0 AND NOT c.attisdropped
 ORDER BY relation, c.attnum

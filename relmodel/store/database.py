@@ -176,7 +176,10 @@ def newer_store(database: Database) -> StoreError:
 
 
 def _type(spelled: str) -> TypeEngine[Any]:
-    """The type that the database spells so, as `DECIMAL(9,2)` or `double precision[]`."""
+    """The type that the database spells so, as `DECIMAL(9,2)` or `double precision[]`; others than those of `schema/`,
+    of tables that somebody else keeps in the database, are left open."""
     name, _, size = spelled.lower().removesuffix("[]").rstrip(")").partition("(")
+    if name not in _TYPES:
+        return sa.types.NullType()
     one = _TYPES[name](*map(int, size.split(","))) if size else _TYPES[name]()
     return sa.ARRAY(one) if spelled.endswith("[]") else one
