@@ -22,7 +22,8 @@ import numpy.typing as npt
 import sqlalchemy as sa
 from tabulate import tabulate
 
-from relmodel.store import Columns, Store
+from relmodel.columns import Columns
+from relmodel.store import Store
 from relmodel.store.engine import connect, store_url
 
 Array = npt.NDArray[Any]

@@ -8,8 +8,9 @@ from collections.abc import Callable
 
 from sqlalchemy import Connection
 
+from relmodel.columns import Columns, Ragged
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.store import Columns, Ragged, Run
+from relmodel.store import Run
 from vision.cameras import Camera, Rig
 from vision.images import Picture
 

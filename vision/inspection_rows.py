@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.store import Ragged, Run
+from relmodel.store import Run
 from vision.cameras import Prior, Rig
 from vision.extraction.extract import Extraction
 from vision.extraction.record import record_extraction

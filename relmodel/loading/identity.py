@@ -20,10 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged, row_count
 from relmodel.errors import InputError
 from relmodel.geometry.joints import Joint
 from relmodel.loading.neutral import Assembly, Attribute, LoadedModel, Part, Shape, Table
-from relmodel.store.columns import Ragged, row_count
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -12,8 +12,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged
 from relmodel.geometry.joints import Joint
-from relmodel.store.columns import Ragged
 
 Table = dict[str, Any]  # column name -> array, Ragged or list; all of one length
 Attribute = tuple[str, float | str, str | None]  # name, value, unit of a number

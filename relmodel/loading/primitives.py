@@ -10,12 +10,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep import measures as brep
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Mesh, Shape, Table
-from relmodel.store.columns import Ragged
 
 Array = npt.NDArray[np.float64]
 

@@ -1,7 +1,6 @@
 """The relational store: one schema on DuckDB and on PostgreSQL, written by columns, with a row for every run."""
 
-from relmodel.store.columns import Columns, Ragged
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 
-__all__ = ["Columns", "Ragged", "Run", "Store"]
+__all__ = ["Run", "Store"]

@@ -14,9 +14,9 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Engine, Row, Table, inspect
 from sqlalchemy.types import TypeEngine
 
+from relmodel.columns import Columns
 from relmodel.errors import StoreError
 from relmodel.store import bulk, sql
-from relmodel.store.columns import Columns
 
 # Types of columns by the names that DuckDB and PostgreSQL have for them.
 _TYPES: dict[str, type[TypeEngine[Any]]] = {

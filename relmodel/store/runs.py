@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import relmodel
+from relmodel.columns import Columns
 from relmodel.store import bulk, journal
-from relmodel.store.columns import Columns
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection

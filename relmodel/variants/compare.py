@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.columns import stack
 from relmodel.errors import UsageError
 from relmodel.geometry.curves import Curves
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
-from relmodel.store.columns import stack
 from relmodel.variants.features import FeatureSet, feature_set, other_dimensions, pair_features
 from relmodel.variants.parts import alike, differing_labels, motion, pair_parts, placed_parts, stays
 from relmodel.variants.surfaces import Pairs, SurfaceSet, boundary_integrals, carried, pair_surfaces, surface_set

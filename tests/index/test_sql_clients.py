@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 import relmodel
+from relmodel.columns import Ragged
 from relmodel.index.find import LEVELS, in_volume
 from relmodel.index.volumes import Box, Frustum, Sphere, Volume
-from relmodel.store import Ragged, Store
+from relmodel.store import Store
 from tests.index.test_find import Oracle, fill, random_boxes, random_solids, random_views
 
 

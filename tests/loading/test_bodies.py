@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from relmodel.columns import Ragged
 from relmodel.loading.facets.facets import Facets, facets
 from relmodel.loading.neutral import Mesh
 from relmodel.loading.step import shape as step_shape
 from relmodel.loading.step import triangulation
-from relmodel.store.columns import Ragged
 
 from .test_exact import compound, faces_of_rare_kinds
 from .test_features import box, cut, cylinder

@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from relmodel.columns import Ragged
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.relations import arc_relations, surface_relations
 from relmodel.loading.step import shape as step_shape
-from relmodel.store.columns import Ragged
 
 from .step_parts import loaded
 from .test_features import box, cut, cylinder, plate, rounded, turned

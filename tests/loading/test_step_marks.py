@@ -149,10 +149,10 @@ def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path,
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
     from dataclasses import replace
 
+    from relmodel.columns import take
     from relmodel.loading.identity import model_keys
     from relmodel.loading.write import model as write
     from relmodel.store import Run
-    from relmodel.store.columns import take
 
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
     model = read_step(path)

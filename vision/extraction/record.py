@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.store.columns import Columns, Ragged
+from relmodel.columns import Columns, Ragged
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns

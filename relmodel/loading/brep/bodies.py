@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import part
 from relmodel.geometry.curves import BOX
 from relmodel.loading.neutral import Table
-from relmodel.store.columns import part
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

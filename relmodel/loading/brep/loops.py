@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import take
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import Table
-from relmodel.store.columns import take
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged
 from relmodel.geometry.components import cross, dot, put, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.normals import normals_at
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import ArcSamples, Shape, Table
-from relmodel.store.columns import Ragged
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

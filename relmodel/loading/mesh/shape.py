@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.loading.mesh.chains import Chains, chain_edges, without_lines
 from relmodel.loading.mesh.face_regions import face_regions
@@ -17,7 +18,6 @@ from relmodel.loading.mesh.patches import FREE_RAD
 from relmodel.loading.mesh.regions import Regions, cut_regions
 from relmodel.loading.mesh.triangles import Edges, components, find_edges, rounding, weld
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
-from relmodel.store import Ragged
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged, stack, take
 from relmodel.geometry.spline_curves import SplineCurves
 from relmodel.loading.identity import row_count_or_none
 from relmodel.loading.neutral import Table
-from relmodel.store.columns import Ragged, stack, take
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

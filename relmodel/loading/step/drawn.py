@@ -10,11 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.loading.neutral import Assembly, Instance, Part, Shape, Table
 from relmodel.loading.step import supplemental as step_supplemental
 from relmodel.loading.step.part21_instances import Instances, Reference, references
-from relmodel.store.columns import Ragged
 
 Floats = npt.NDArray[np.float64]
 

@@ -35,12 +35,12 @@ from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Cone, gp_Cylinder, gp_Elips, gp_Lin, gp_Pln, gp_Sphere
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 
+from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, vector_columns, vectors
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.tori import tori
 from relmodel.loading.neutral import Table
 from relmodel.loading.step.boundary import Curve, Edge, Spline
-from relmodel.store.columns import Ragged
 
 # A spline is called by the name of an analytic form that lies within this of it, mm.
 RECOGNITION_MM = 1e-3

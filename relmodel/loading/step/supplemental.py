@@ -15,12 +15,12 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS, TopoDS_Compound
 
+from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.loading.brep import measures as brep
 from relmodel.loading.neutral import ArcSamples, Mesh, Shape, Table
 from relmodel.loading.step import geometry as step_geometry
 from relmodel.loading.step import maps
-from relmodel.store.columns import Ragged
 
 
 def without_loose_faces(shape: Any) -> tuple[Any, Any]:

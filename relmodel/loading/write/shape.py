@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.columns import Ragged, stack, take
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.index.packing import pack, page_boxes
@@ -16,8 +17,7 @@ from relmodel.loading.identity import ShapeKeys, row_count_or_none
 from relmodel.loading.neutral import Shape, Table
 from relmodel.loading.relations import arc_relations, surface_relations
 from relmodel.loading.write.keyed import ids_by_key
-from relmodel.store import Ragged, Run
-from relmodel.store.columns import stack, take
+from relmodel.store import Run
 
 Floats = npt.NDArray[np.float64]
 

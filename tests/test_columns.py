@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.store.columns import Columns, Ragged, row_count, stack, take
+from relmodel.columns import Columns, Ragged, row_count, stack, take
 
 
 def lists(column: object) -> list[list[float] | None]:
