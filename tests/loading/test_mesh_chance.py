@@ -1,5 +1,7 @@
 """Surfaces that few vertices of a mesh seem to tell: arcs with a point or two beside them, few rulings, narrow ones."""
 
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -9,6 +11,8 @@ from relmodel.loading.mesh.patches import cut_patches
 from relmodel.loading.mesh.pieces import united
 from relmodel.loading.mesh.shape import shape_from_triangles
 from relmodel.loading.mesh.triangles import find_edges
+from relmodel.loading.neutral import Shape
+from relmodel.loading.step import document
 from relmodel.loading.step import shape as step_shape
 
 from . import splined_parts
@@ -31,14 +35,8 @@ def torus(major: float, minor: float, u: Floats, v: Floats) -> Floats:
     return np.stack([rho * np.cos(u), rho * np.sin(u), minor * np.sin(v)], axis=-1).reshape(-1, 3)
 
 
-# Of splined parts: fans about a point beside the rim of a blend, an extrusion of few and uneven strips, a folded tube.
-@pytest.mark.parametrize(
-    ("seed", "chord", "angle"),
-    [(305, 0.5, 0.2), (1211, 1.0, 0.5), (1133, 0.08, 0.3), (1008, 0.4, 0.6), (2037, 1.0, 0.5)],
-)
-def test_no_cylinder_is_found_that_the_part_has_not(seed: int, chord: float, angle: float) -> None:
-    with meshed_by_kernel(chord, angle):
-        exact = step_shape.extract(splined_parts.generate(seed), {}, {}, {})
+def assert_no_other_cylinders(exact: Shape, decimals: int) -> None:
+    """The mesh of a shape, as STL has it, gives cylinders of the shape's radii."""
     mesh = shape_from_triangles(
         exact.mesh.vertices.astype(np.float32).astype(float), exact.mesh.triangles.astype(np.int64)
     )
@@ -47,7 +45,27 @@ def test_no_cylinder_is_found_that_the_part_has_not(seed: int, chord: float, ang
         np.asarray(s.surfaces["radius"], float)[np.asarray(s.surfaces["recognised_kind"]) == "cylinder"]
         for s in (exact, mesh)
     )
-    assert set(np.round(fitted, 1)) == set(np.round(true, 1))
+    assert set(np.round(fitted, decimals)) == set(np.round(true, decimals))
+
+
+# Of splined parts: fans about a point beside the rim of a blend, an extrusion of few and uneven strips, a folded tube.
+@pytest.mark.parametrize(
+    ("seed", "chord", "angle"),
+    [(305, 0.5, 0.2), (1211, 1.0, 0.5), (1133, 0.08, 0.3), (1008, 0.4, 0.6), (2037, 1.0, 0.5)],
+)
+def test_no_cylinder_is_found_that_the_part_has_not(seed: int, chord: float, angle: float) -> None:
+    with meshed_by_kernel(chord, angle):
+        exact = step_shape.extract(splined_parts.generate(seed), {}, {}, {})
+    assert_no_other_cylinders(exact, 1)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("chord", "angle"), [(0.02, 0.1), (0.01, 0.12)])
+def test_a_thread_runs_out_in_no_cylinders(data_dir: Path, chord: float, angle: float) -> None:
+    """Strips of a flank's corner and of the crest are narrower than long, and lie on cylinders by chance."""
+    with meshed_by_kernel(chord, angle):
+        (exact,) = document.read(str(data_dir / "step" / "M6-1x12-countersunk-screw.step")).shapes
+    assert_no_other_cylinders(exact, 2)
 
 
 def test_a_narrow_sector_of_a_cone_is_one_cone() -> None:
