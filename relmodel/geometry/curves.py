@@ -23,6 +23,7 @@ _EMPTY: dict[str, Any] = {}
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
+_LEVEL_MM = 1e-11  # over a span: extremes no further than this from the samples are left alone
 
 
 def vectors(columns: Mapping[str, Any], name: str) -> Array:
@@ -243,7 +244,7 @@ class Curves:
 
         Extremes of lines and conics in closed form, of others by bisection between samples.
         """
-        low, high = np.minimum(*self.ends), np.maximum(*self.ends)
+        low, high = (np.ascontiguousarray(extreme(*self.ends)) for extreme in (np.minimum, np.maximum))
         self._widen_conics(low, high)
         self._widen_free(low, high)
         return np.concatenate([low, high], axis=1)
@@ -262,8 +263,8 @@ class Curves:
         turn, inside = np.nonzero(t <= self.t1[at])
         arc, axis = at[inside], turn % 3
         value = self.evaluate(arc, t[turn, inside])[0][np.arange(len(arc)), axis]
-        np.minimum.at(low, (arc, axis), value)
-        np.maximum.at(high, (arc, axis), value)
+        np.minimum.at(low.reshape(-1), 3 * arc + axis, value)
+        np.maximum.at(high.reshape(-1), 3 * arc + axis, value)
 
     def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
         """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
@@ -274,10 +275,14 @@ class Curves:
         steps = np.linspace(0, 1, samples)
         t = start[:, None] + (end - start)[:, None] * steps
         points, by = self.evaluate(np.repeat(row, samples), t.ravel())
-        by = by.reshape(-1, samples, 3)
-        np.minimum.at(low, np.repeat(row, samples), points)
-        np.maximum.at(high, np.repeat(row, samples), points)
-        span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
+        by, points = by.reshape(-1, samples, 3), points.reshape(-1, samples, 3)
+        first = np.flatnonzero(np.diff(row, prepend=-1))
+        low[free] = np.minimum(low[free], np.minimum.reduceat(points.min(axis=1), first))
+        high[free] = np.maximum(high[free], np.maximum.reduceat(points.max(axis=1), first))
+        turning = by[:, :-1] * by[:, 1:] < 0
+        # A coordinate that is all but constant turns by round-off.
+        turning &= np.maximum(np.abs(by[:, :-1]), np.abs(by[:, 1:])) * (end - start)[:, None, None] > _LEVEL_MM
+        span, step, axis = np.nonzero(turning)
         if not len(span):
             return
         row, left, right = row[span], t[span, step], t[span, step + 1]
@@ -288,8 +293,8 @@ class Curves:
             step = np.argmax(by[:, :-1] * by[:, 1:] <= 0, axis=1)
             left, right = t[every, step], t[every, step + 1]
         value = self.evaluate(row, left)[0][every, axis]
-        np.minimum.at(low, (row, axis), value)
-        np.maximum.at(high, (row, axis), value)
+        np.minimum.at(low.reshape(-1), 3 * row + axis, value)
+        np.maximum.at(high.reshape(-1), 3 * row + axis, value)
 
 
 def _circle(t: Array, radius: Array, _: Array) -> tuple[Array, Array, Array, Array]:

@@ -18,7 +18,7 @@ Index = npt.NDArray[np.int64]
 
 _BLOCK = 16384  # parameters at a time, so that what is worked on stays in the cache
 _CUBIC = 3
-_HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
+HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class SplineCurves:
     def _of_degree(self, p: int, span: Index, t: Array) -> tuple[Array, Array]:
         """Components (d, n) of points and derivatives in spans of curves of one degree."""
         spans = self._spans
-        if p > _HORNER:
+        if p > HORNER:
             point, by = self._recurrence(p, spans.owner[span], spans.flat[span], t)
         else:
             coefficients = self._polynomials[p]
@@ -210,7 +210,7 @@ class SplineCurves:
         """
         spans, out = self._spans, {}
         for p in self._degrees:
-            if p > _HORNER:
+            if p > HORNER:
                 continue
             own = np.flatnonzero(self._degree[spans.owner] == p)
             nodes = np.cos((np.arange(p + 1) + 0.5) * np.pi / (p + 1))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.normals import normals_of
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import inlays, lattices, polygons, ruled
@@ -26,12 +27,12 @@ _NO_LENGTH = 1e-6  # mm
 class Facets:
     """Triangles of some faces, vertices apart for each face.
 
-    points (n, 3), mm; uv (n, 2) their parameters; point_face (n,); corners (m, 3) into the points, counter-clockwise
+    points (n, 3), mm; normals (n, 3) outward; point_face (n,); corners (m, 3) into the points, counter-clockwise
     from outside; face (m,) of each triangle.
     """
 
     points: Array
-    uv: Array
+    normals: Array
     point_face: Index
     corners: Index
     face: Index
@@ -41,12 +42,12 @@ class Facets:
         used, keep = ~faces[self.point_face], ~faces[self.face]
         place = np.cumsum(used) - 1
         corners = place[self.corners[keep]]
-        return Facets(self.points[used], self.uv[used], self.point_face[used], corners, self.face[keep])
+        return Facets(self.points[used], self.normals[used], self.point_face[used], corners, self.face[keep])
 
     @classmethod
     def none(cls) -> Facets:
         nothing = np.empty(0, np.int64)
-        return cls(np.empty((0, 3)), np.empty((0, 2)), nothing, np.empty((0, 3), np.int64), nothing)
+        return cls(np.empty((0, 3)), np.empty((0, 3)), nothing, np.empty((0, 3), np.int64), nothing)
 
 
 def facets(
@@ -57,20 +58,23 @@ def facets(
     chord_mm, chord_rad: greatest distance and angle between triangles and surface.
     """
     surfaces = trims.surfaces
-    border = rims(trims, coedges, chords, wanted)
+    every = rims(trims, coedges, chords, wanted)
     fit = Fit(surfaces, chord_mm, chord_rad)
     plane = np.asarray(surfaces.kind == "plane")
     pinched = _among(trims.surface[trims.curves.kind[trims.arc] == "degenerate"], surfaces)
-    flat = border.taken(plane)
+    flat = every.taken(plane)
     corners, failed = polygons.triangles(flat, len(surfaces))
-    made = [_outward(surfaces, Triangulation(flat.points, flat.uv, flat.face, corners), ~failed, pinched)]
+    normals = normals_of(surfaces, flat.face, flat.uv, flat.points)
+    made = [_outward(surfaces, Triangulation(flat.points, normals, flat.uv, flat.face, corners), ~failed, pinched)]
 
     if not (wanted & ~plane).any():
         return made
+    border = every.taken(~plane)
+    normals = normals_of(surfaces, border.face, border.uv, border.points)
     straight, done, turning = ruled.triangles(surfaces, border)
     left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
-    filled = _made(border, np.concatenate([straight, crossed]), surfaces, inner_face, inner_uv)
+    filled = _made(border, normals, np.concatenate([straight, crossed]), surfaces, inner_face, inner_uv)
     left &= ~_among(also_done, surfaces)
     failed = _check(filled, np.append(np.ones(len(straight), bool), strip), _among(turning, surfaces), fit)
     made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
@@ -79,7 +83,8 @@ def facets(
         return made
     rest = border.taken(left)
     corners, inner_face, inner_uv, failed = inlays.triangles(surfaces, rest, chord_mm, chord_rad)
-    trimmed, also_failed = refined(_made(rest, corners, surfaces, inner_face, inner_uv), fit)
+    started = _made(rest, normals[left[border.face]], corners, surfaces, inner_face, inner_uv)
+    trimmed, also_failed = refined(started, fit)
     made.append(_outward(surfaces, trimmed, ~failed & ~also_failed, pinched))
     return made
 
@@ -104,10 +109,11 @@ def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Boo
     return failed
 
 
-def _made(border: Rims, corners: Index, surfaces: Surfaces, face: Index, uv: Array) -> Triangulation:
-    """With further vertices within faces (k,) at parameters (k, 2)."""
-    points = np.concatenate([border.points, surfaces.evaluate(face, *uv.T).points])
-    return Triangulation(points, np.concatenate([border.uv, uv]), np.append(border.face, face), corners)
+def _made(border: Rims, normals: Array, corners: Index, surfaces: Surfaces, face: Index, uv: Array) -> Triangulation:
+    """With further vertices within faces (k,) at parameters (k, 2).  normals: at those of the border."""
+    inner = surfaces.located(face, *uv.T)
+    points, normals = (np.concatenate(pair) for pair in zip((border.points, normals), inner, strict=True))
+    return Triangulation(points, normals, np.concatenate([border.uv, uv]), np.append(border.face, face), corners)
 
 
 def _among(faces: Index, surfaces: Surfaces) -> Bools:
@@ -128,7 +134,9 @@ def _outward(surfaces: Surfaces, made: Triangulation, done: Bools, pinched: Bool
         whole = np.ones(len(face), bool)
         whole[at] = ~np.logical_or.reduce(small)
         corners, face = corners[whole], face[whole]
-    corners = np.where(surfaces.reversed[face][:, None], corners[:, ::-1], corners)
     used = done[made.face]
     place = np.cumsum(used) - 1
-    return Facets(made.points[used], made.uv[used], made.face[used], place[corners], face)
+    corners = place[corners]
+    back = np.flatnonzero(surfaces.reversed[face])
+    corners[back] = corners[back, ::-1]
+    return Facets(made.points[used], made.normals[used], made.face[used], corners, face)

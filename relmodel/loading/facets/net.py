@@ -17,6 +17,7 @@ class Net:
     """Triangles, counter-clockwise in (u, v); a side is told by the place of the corner across, 3 * triangle + corner.
 
     corners: (3 m,) vertices, triangle after triangle.  mate: (3 m,) the same side of the other triangle, -1 at the rim.
+    following: (3 m,) the corner after each, of its triangle.
     """
 
     def __init__(self, corners: Index, uv: Array) -> None:
@@ -27,6 +28,7 @@ class Net:
         order = np.argsort(key, kind="stable")
         pair = np.flatnonzero(key[order[1:]] == key[order[:-1]])
         self.mate = np.full(len(key), -1)
+        self.following = following(np.arange(len(key)))
         self.mate[order[pair]], self.mate[order[pair + 1]] = order[pair + 1], order[pair]
 
     def inner(self) -> Index:
@@ -35,8 +37,8 @@ class Net:
 
     def ends(self, side: Index) -> tuple[Index, Index]:
         """The vertices that a side joins."""
-        after = following(side)
-        return self.corners[after], self.corners[following(after)]
+        after = self.following[side]
+        return self.corners[after], self.corners[self.following[after]]
 
     def other_ends(self, side: Index) -> tuple[Index, Index]:
         """The vertices that the other diagonal of the two triangles joins."""
@@ -60,8 +62,8 @@ class Net:
         np.maximum.at(best, other // 3, rank)
         chosen = (best[side // 3] == rank) & (best[other // 3] == rank)
         side, other = side[chosen], other[chosen]
-        across_a, across_b = following(side), following(other)
-        third, fourth = following(across_a), following(across_b)
+        across_a, across_b = self.following[side], self.following[other]
+        third, fourth = self.following[across_a], self.following[across_b]
         self.corners[third], self.corners[fourth] = self.corners[other], self.corners[side]
         # The sides (b, c) and (a, d) go over to the other triangle; all others keep their places.
         old, now = np.append(across_b, across_a), np.append(side, other)

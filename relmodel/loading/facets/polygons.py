@@ -136,13 +136,15 @@ def _ears(uv: Array, firsts: Index, ends: Index, face_ends: Index, face: Index) 
 
     Points `firsts` to `face_ends` (f,) are those of a face, its outer ring first; `ends` (r,) those where rings end.
     """
-    corners, owner = [], []
-    ring_ends = np.split(ends, np.searchsorted(ends, face_ends[:-1], side="right"))
-    for first, last, rings in zip(firsts.tolist(), face_ends.tolist(), ring_ends, strict=True):
-        made = mapbox_earcut.triangulate_float64(uv[first:last], (rings - first).astype(np.uint32))
-        corners.append(made.reshape(-1, 3).astype(np.int64) + first)
-        owner.append(np.full(len(corners[-1]), face[first]))
-    return np.concatenate(corners), np.concatenate(owner)
+    place = np.searchsorted(ends, face_ends, side="right").tolist()
+    rings = (ends - np.repeat(firsts, np.diff(place, prepend=0))).astype(np.uint32)
+    corners = [
+        mapbox_earcut.triangulate_float64(uv[first:last], rings[start:end])
+        for first, last, start, end in zip(firsts.tolist(), face_ends.tolist(), [0, *place[:-1]], place, strict=True)
+    ]
+    count = [len(one) // 3 for one in corners]
+    made = np.concatenate(corners).astype(np.int64).reshape(-1, 3) + np.repeat(firsts, count)[:, None]
+    return made, np.repeat(face[firsts], count)
 
 
 def _cross(a: Array, b: Array) -> Array:
