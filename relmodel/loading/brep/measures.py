@@ -238,7 +238,7 @@ def _sampled(
     put(tangents.T, bent, unit(taken(by, bent)))
     inner = points.copy(order="K")
     last = np.concatenate([ends[:-1], ends[1:] - 1])
-    inner[last] = curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0]
+    put(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
     sides: list[Floats] = []
     for coedges in (normals.a, normals.b):
         own = coedges[arcs]

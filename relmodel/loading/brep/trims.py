@@ -104,8 +104,9 @@ class Trims:
         uv = self.evaluate(coedge[piece], t)[0]
         at = np.flatnonzero(place < count[piece])
         coedge = coedge[piece[at]]
-        forward = self.sign[coedge] > 0
-        return coedge, uv[np.where(forward, at, at + 1)], uv[np.where(forward, at + 1, at)]
+        start, end = taken(uv, at).T, taken(uv, at + 1).T
+        forward = self.sign[coedge, None] > 0
+        return coedge, np.where(forward, start, end), np.where(forward, end, start)
 
     def hold(self, surface: Index, u: Array, v: Array) -> npt.NDArray[np.bool_]:
         """Whether faces `surface` (n,) hold points (n,) of their domains, their coedges taken as chords in (u, v).

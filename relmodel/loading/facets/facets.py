@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked
 from relmodel.geometry.normals import normals_of
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.trims import Trims
@@ -41,8 +42,9 @@ class Facets:
         """Less the triangles of some faces (n,)."""
         used, keep = ~faces[self.point_face], ~faces[self.face]
         place = np.cumsum(used) - 1
-        corners = place[self.corners[keep]]
-        return Facets(self.points[used], self.normals[used], self.point_face[used], corners, self.face[keep])
+        corners = place[picked(self.corners, keep)]
+        points, normals, face = (picked(one, used) for one in (self.points, self.normals, self.point_face))
+        return Facets(points, normals, face, corners, self.face[keep])
 
     @classmethod
     def none(cls) -> Facets:
@@ -96,16 +98,17 @@ def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Boo
     """
     corners = filled.corners
     free = turning | ~np.logical_or.reduce([fit.surfaces.kind == one for one in ("cylinder", "cone")])
-    free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
+    face = filled.face[corners[:, 0]]
+    free_strips = picked(corners, strip & free[face])
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
     bent = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ("cylinder", "extrusion")])
-    strips = corners[strip & bent[filled.face[corners[:, 0]]]]
+    strips = picked(corners, strip & bent[face])
     busy = _among(filled.face[sides[wide, 0]], fit.surfaces) | folded(filled, strips, fit)
-    again = busy[filled.face[corners[:, 0]]]
-    filled.corners = corners[again]
+    again = busy[face]
+    filled.corners = picked(corners, again)
     _, failed = refined(filled, fit, flips=False)
-    filled.corners = np.concatenate([corners[~again], filled.corners])
+    filled.corners = np.concatenate([picked(corners, ~again), filled.corners])
     return failed
 
 
@@ -126,17 +129,18 @@ def _outward(surfaces: Surfaces, made: Triangulation, done: Bools, pinched: Bool
     """Triangles of faces counter-clockwise from outside, less those of no extent on faces with degenerate arcs."""
     corners, face = made.corners, made.face[made.corners[:, 0]]
     if not done.all():
-        corners, face = corners[done[face]], face[done[face]]
+        corners, face = (picked(one, done[face]) for one in (corners, face))
     at = np.flatnonzero(pinched[face])
     if len(at):
-        a, b, c = (made.points[corners[at, k]] for k in range(3))
+        a, b, c = (picked(made.points, corners[at, k]) for k in range(3))
         small = [np.square(x - y).sum(axis=1) < _NO_LENGTH**2 for x, y in ((a, b), (b, c), (c, a))]
         whole = np.ones(len(face), bool)
         whole[at] = ~np.logical_or.reduce(small)
-        corners, face = corners[whole], face[whole]
+        corners, face = (picked(one, whole) for one in (corners, face))
     used = done[made.face]
     place = np.cumsum(used) - 1
     corners = place[corners]
     back = np.flatnonzero(surfaces.reversed[face])
-    corners[back] = corners[back, ::-1]
-    return Facets(made.points[used], made.normals[used], made.face[used], corners, face)
+    corners[back] = picked(corners, back)[:, ::-1]
+    points, normals, owner = (picked(one, used) for one in (made.points, made.normals, made.face))
+    return Facets(points, normals, owner, corners, face)

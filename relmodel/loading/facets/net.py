@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked
+
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -127,5 +129,6 @@ def following(side: Index) -> Index:
 
 def area(uv: Array, a: Index, b: Index, c: Index) -> Array:
     """Twice the area (n,) of triangles in (u, v)."""
-    one, two = uv[b] - uv[a], uv[c] - uv[a]
+    first = picked(uv, a)
+    one, two = picked(uv, b) - first, picked(uv, c) - first
     return np.asarray(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.components import cross, dot
+from relmodel.geometry.components import cross, dot, picked
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.facets.chords import beside
 from relmodel.loading.facets.net import Net
@@ -34,7 +34,8 @@ _UNFOLDINGS = 30
 _TURNED = -0.2  # beside a pole a triangle may stand upright on the surface
 _HIGH = 0.5  # of the chord: what is less high is a fold of no account
 _NO_AREA = 1e-9  # mm2
-_PLACES = (0.25, 0.75)  # besides the middle, where the surface may be wavy
+_MIDDLE = 0.5
+_PLACES = (_MIDDLE, 0.25, 0.75)  # of a side; those besides the middle where the surface may be wavy
 _GRID = 7  # samples of a free-form surface along u and along v for its curvature
 
 
@@ -60,23 +61,26 @@ class Fit:
         self._bends: dict[int, tuple[float, float, float]] = {}  # of free-form surfaces
 
     def off(self, made: Triangulation, a: Index, b: Index) -> Array:
-        """Of the sides from vertices a to b (n,): 1 is as much as is allowed."""
-        worst = self.off_at(made, a, b, 0.5)
-        more = np.flatnonzero(~self._one_look[made.face[a]])
-        for place in _PLACES if len(more) else ():
-            worst[more] = np.maximum(worst[more], self.off_at(made, a[more], b[more], place))
-        far = np.linalg.norm(made.points[a] - made.points[b], axis=1) > self.chord_mm
-        turn = 2 * np.arcsin(np.clip(np.linalg.norm(made.normals[a] - made.normals[b], axis=1) / 2, 0, 1))
-        return np.maximum(worst, np.where(far, turn / self.allowed_rad, 0.0))
+        """Of the sides from vertices a to b (n,): 1 is as much as is allowed, and what is more may be more still."""
+        far = _lengths(picked(made.points, a) - picked(made.points, b)) > self.chord_mm
+        turn = 2 * np.arcsin(np.clip(_lengths(picked(made.normals, a) - picked(made.normals, b)) / 2, 0, 1))
+        worst = np.where(far, turn / self.allowed_rad, 0.0)
+        for place in _PLACES:
+            look = worst <= 1.0
+            if place != _MIDDLE:
+                look &= ~self._one_look[made.face[a]]
+            at = np.flatnonzero(look)
+            worst[at] = np.maximum(worst[at], self.off_at(made, a[at], b[at], place))
+        return worst
 
     def off_at(self, made: Triangulation, a: Index, b: Index, place: float) -> Array:
         """Distances (n,) of the surface from sides at one place of them, in parts of what is allowed.
 
         Along its normal: the point of the surface is that of the place in (u, v), and may be another one of the side.
         """
-        u, v = ((1 - place) * made.uv[a] + place * made.uv[b]).T
+        u, v = ((1 - place) * picked(made.uv, a) + place * picked(made.uv, b)).T
         on = self.surfaces.evaluate(made.face[a], u, v)
-        arm, normal = beside(made.points[a], made.points[b], on.points).T, cross(on.by_u.T, on.by_v.T)
+        arm, normal = beside(picked(made.points, a), picked(made.points, b), on.points).T, cross(on.by_u.T, on.by_v.T)
         length = np.sqrt(dot(normal, normal))
         sound = length > 0
         off = np.where(sound, np.abs(dot(arm, normal)) / np.where(sound, length, 1.0), np.sqrt(dot(arm, arm)))
@@ -140,14 +144,14 @@ def refined(made: Triangulation, fit: Fit, flips: bool = True) -> tuple[Triangul
         busy = np.zeros(len(fit.surfaces), bool)
         busy[made.face[made.corners[wide // 3, 0]]] = True
         active = busy[made.face[made.corners[:, 0]]]
-        done.append(made.corners[~active])
+        done.append(picked(made.corners, ~active))
         if not len(wide):
             made.corners = made.corners[:0]
             break
         middle = np.full(len(net.mate), -1)
         middle[wide] = middle[net.mate[wide]] = len(made.face) + np.arange(len(wide))
         _add_middles(made, *net.ends(wide), fit)
-        made.corners = _halved(made.corners[active], middle.reshape(-1, 3)[active])
+        made.corners = _halved(picked(made.corners, active), picked(middle.reshape(-1, 3), active))
     failed[made.face[made.corners[:, 0]]] = True  # still at work
     made.corners = np.concatenate([*done, made.corners])
     return made, failed | _unfolded(made, fit)
@@ -199,11 +203,16 @@ def _unfolded(made: Triangulation, fit: Fit) -> Bools:
 
 def _facing(made: Triangulation, hand: Array, a: Index, b: Index, c: Index) -> Array:
     """Cosines between triangles and the normals at their vertices, at best; 1 for those of no extent."""
-    across = np.cross(made.points[b] - made.points[a], made.points[c] - made.points[a]) * hand[made.face[a], None]
-    length = np.linalg.norm(across, axis=1)
-    cosines = [np.einsum("nd,nd->n", across, made.normals[x]) for x in (a, b, c)]
+    one, two, three = (picked(made.points, x) for x in (a, b, c))
+    across = np.cross(two - one, three - one) * hand[made.face[a], None]
+    length = _lengths(across)
+    cosines = [np.einsum("nd,nd->n", across, picked(made.normals, x)) for x in (a, b, c)]
     extent = length > _NO_AREA
     return np.where(extent, np.maximum.reduce(cosines) / np.where(extent, length, 1.0), 1.0)
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.asarray(np.sqrt(np.einsum("nd,nd->n", vectors, vectors)))
 
 
 def _flipped(made: Triangulation, fit: Fit) -> Net:
