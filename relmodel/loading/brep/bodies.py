@@ -85,6 +85,8 @@ class Bodies:
             for own, (start, stop), i in zip(out, pairwise(ends.tolist()), range(len(self)), strict=True):
                 own[name] = part(table, start, stop)
                 for column, begins in shifts.items():
+                    if not begins[i]:
+                        continue
                     numbers = own[name][column]
                     own[name][column] = np.where(numbers < 0, -1, numbers - begins[i])  # -1 is none
         return out
