@@ -23,6 +23,8 @@ _EMPTY: dict[str, Any] = {}
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
+_SECANTS = 8
+_LEVEL_MM = 1e-11  # over a span: extremes no further than this from the samples are left alone
 
 
 def vectors(columns: Mapping[str, Any], name: str) -> Array:
@@ -241,9 +243,9 @@ class Curves:
     def boxes(self) -> Array:
         """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1), mm.
 
-        Extremes of lines and conics in closed form, of others by bisection between samples.
+        Extremes of lines and conics in closed form, of others by secants between samples.
         """
-        low, high = np.minimum(*self.ends), np.maximum(*self.ends)
+        low, high = (np.ascontiguousarray(extreme(*self.ends)) for extreme in (np.minimum, np.maximum))
         self._widen_conics(low, high)
         self._widen_free(low, high)
         return np.concatenate([low, high], axis=1)
@@ -262,11 +264,11 @@ class Curves:
         turn, inside = np.nonzero(t <= self.t1[at])
         arc, axis = at[inside], turn % 3
         value = self.evaluate(arc, t[turn, inside])[0][np.arange(len(arc)), axis]
-        np.minimum.at(low, (arc, axis), value)
-        np.maximum.at(high, (arc, axis), value)
+        np.minimum.at(low.reshape(-1), 3 * arc + axis, value)
+        np.maximum.at(high.reshape(-1), 3 * arc + axis, value)
 
-    def _widen_free(self, low: Array, high: Array, samples: int = 17, rounds: int = 4) -> None:
-        """Extremes of other kinds: where a derivative changes its sign between samples, by ever finer samples."""
+    def _widen_free(self, low: Array, high: Array, samples: int = 17) -> None:
+        """Extremes of other kinds: where a derivative changes its sign between samples, by secants."""
         free = np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate"))
         if not len(free):
             return
@@ -274,22 +276,31 @@ class Curves:
         steps = np.linspace(0, 1, samples)
         t = start[:, None] + (end - start)[:, None] * steps
         points, by = self.evaluate(np.repeat(row, samples), t.ravel())
-        by = by.reshape(-1, samples, 3)
-        np.minimum.at(low, np.repeat(row, samples), points)
-        np.maximum.at(high, np.repeat(row, samples), points)
-        span, step, axis = np.nonzero(by[:, :-1] * by[:, 1:] < 0)
+        by, points = by.reshape(-1, samples, 3), points.reshape(-1, samples, 3)
+        first = np.flatnonzero(np.diff(row, prepend=-1))
+        low[free] = np.minimum(low[free], np.minimum.reduceat(points.min(axis=1), first))
+        high[free] = np.maximum(high[free], np.maximum.reduceat(points.max(axis=1), first))
+        turning = by[:, :-1] * by[:, 1:] < 0
+        # A coordinate that is all but constant turns by round-off.
+        turning &= np.maximum(np.abs(by[:, :-1]), np.abs(by[:, 1:])) * (end - start)[:, None, None] > _LEVEL_MM
+        span, step, axis = np.nonzero(turning)
         if not len(span):
             return
-        row, left, right = row[span], t[span, step], t[span, step + 1]
-        every = np.arange(len(axis))
-        for _ in range(rounds):  # an error e of the parameter is one of e^2 in the extreme
-            t = left[:, None] + (right - left)[:, None] * steps
-            by = self.evaluate(np.repeat(row, samples), t.ravel())[1].reshape(-1, samples, 3)[every, :, axis]
-            step = np.argmax(by[:, :-1] * by[:, 1:] <= 0, axis=1)
-            left, right = t[every, step], t[every, step + 1]
-        value = self.evaluate(row, left)[0][every, axis]
-        np.minimum.at(low, (row, axis), value)
-        np.maximum.at(high, (row, axis), value)
+        row, every = row[span], np.arange(len(axis))
+        left, right = t[span, step], t[span, step + 1]
+        left_by, right_by, last = by[span, step, axis], by[span, step + 1, axis], np.zeros(len(axis))
+        value = np.empty(0)
+        for _ in range(_SECANTS):  # an error e of the parameter is one of e^2 in the extreme
+            middle = (left * right_by - right * left_by) / (right_by - left_by)
+            at, slope = (x[every, axis] for x in self.evaluate(row, middle))
+            ahead = slope * left_by > 0
+            # The end that stays twice counts half (the Illinois method).
+            left_by = np.where(ahead, slope, np.where(last < 0, left_by / 2, left_by))
+            right_by = np.where(ahead, np.where(last > 0, right_by / 2, right_by), slope)
+            left, right = np.where(ahead, middle, left), np.where(ahead, right, middle)
+            last, value = np.where(ahead, 1, -1), at
+        np.minimum.at(low.reshape(-1), 3 * row + axis, value)
+        np.maximum.at(high.reshape(-1), 3 * row + axis, value)
 
 
 def _circle(t: Array, radius: Array, _: Array) -> tuple[Array, Array, Array, Array]:

@@ -1,4 +1,4 @@
-"""Normals of analytic surfaces at points on them, without their parameters."""
+"""Normals of surfaces at points on them; of analytic ones without the points' parameters."""
 
 from __future__ import annotations
 
@@ -21,15 +21,28 @@ def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:
     """
     hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
     out = np.full((3, len(row)), np.nan)
-    flat = (hand[:, None] * surfaces.z).T
     for kind, at in surfaces.by_kind.of(row):
         one = row[at]
         if kind == "plane":
-            put(out, at, np.take(flat, one, axis=1))
+            put(out, at, taken(plane_normals(surfaces), one))
         elif kind in _ROUND:
             d = points.T[:, at] - taken(surfaces.origin, one)
             put(out, at, hand[one] * _ROUND[kind](surfaces, one, d))
     return out.T
+
+
+def plane_normals(surfaces: Surfaces) -> Array:
+    """Outward unit normals (n, 3) of all surfaces (n,) as if they were planes."""
+    hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
+    return (hand * surfaces.z.T).T
+
+
+def normals_of(surfaces: Surfaces, row: Index, uv: Array, points: Array) -> Array:
+    """Outward unit normals (n, 3) of the surfaces `row` (n,) of any kind at points (n, 3) of parameters (n, 2)."""
+    out = np.ascontiguousarray(normals_at(surfaces, row, points))
+    bare = np.flatnonzero(np.isnan(out[:, 0]))
+    out[bare] = surfaces.normals(row[bare], uv[bare, 0], uv[bare, 1])
+    return out
 
 
 def _cylinder(surfaces: Surfaces, row: Index, d: Array) -> Array:

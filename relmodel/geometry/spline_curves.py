@@ -18,7 +18,7 @@ Index = npt.NDArray[np.int64]
 
 _BLOCK = 16384  # parameters at a time, so that what is worked on stays in the cache
 _CUBIC = 3
-_HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
+HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,11 @@ class Spans:
     width: Array
     periodic: npt.NDArray[np.bool_]
 
+    @cached_property
+    def wraps(self) -> bool:
+        """Whether some are periodic."""
+        return bool(self.periodic.any())
+
     @classmethod
     def of(cls, flat: Runs, degree: Index, low: Array, high: Array, periodic: npt.NDArray[np.bool_]) -> Spans:
         owner = np.repeat(np.arange(len(degree)), np.diff(flat.offsets))
@@ -93,13 +98,15 @@ class Spans:
 
     def find(self, number: Index, t: Array) -> tuple[Index, Array]:
         """Spans (n,) of the curves `number` (n,) that parameters t (n,) fall in, and these, wrapped where periodic."""
-        low, width = self.low[number], self.width[number]
+        low, width = np.take(self.low, number), np.take(self.width, number)
         share = (t - low) / width
-        if self.periodic.any():
+        if self.wraps:
             beyond = self.periodic[number] & ((share < 0) | (share > 1))
             t = np.where(beyond, low + np.mod(t - low, width), t)
             share = (t - low) / width
-        return np.searchsorted(self.keys, 2 * number + np.clip(share, 0.0, 1.0), side="right") - 1, t
+        np.minimum(np.maximum(share, 0.0, out=share), 1.0, out=share)
+        share += 2 * number
+        return np.searchsorted(self.keys, share, side="right") - 1, t
 
 
 class SplineCurves:
@@ -168,7 +175,7 @@ class SplineCurves:
     def _of_degree(self, p: int, span: Index, t: Array) -> tuple[Array, Array]:
         """Components (d, n) of points and derivatives in spans of curves of one degree."""
         spans = self._spans
-        if p > _HORNER:
+        if p > HORNER:
             point, by = self._recurrence(p, spans.owner[span], spans.flat[span], t)
         else:
             coefficients = self._polynomials[p]
@@ -210,7 +217,7 @@ class SplineCurves:
         """
         spans, out = self._spans, {}
         for p in self._degrees:
-            if p > _HORNER:
+            if p > HORNER:
                 continue
             own = np.flatnonzero(self._degree[spans.owner] == p)
             nodes = np.cos((np.arange(p + 1) + 0.5) * np.pi / (p + 1))

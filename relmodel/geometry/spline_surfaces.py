@@ -1,21 +1,39 @@
-"""Spline surfaces evaluated many at once, by their degrees."""
+"""Spline surfaces evaluated many at once, by their degrees.
+
+Each patch between knots is a polynomial of two parameters, from -1 to 1, which is set up once.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
 from relmodel.geometry.components import put
-from relmodel.geometry.spline_curves import Runs, Spans
+from relmodel.geometry.spline_curves import HORNER, Runs, Spans
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Spline = tuple[bspline.Basis, bspline.Basis, Array, Array | None]  # along u and v, poles (nu, nv, 3), weights (nu, nv)
 
 _BLOCK = 8192  # parameters at a time, so that what is worked on stays in the cache
+
+
+@dataclass(frozen=True)
+class _Patches:
+    """Polynomials of the patches of surfaces of one pair of degrees p and q.
+
+    coefficients: (p + 1, q + 1, d, patches), constants first, of homogeneous components where d is 4.
+    base, step: of a surface: its patch of spans i and j is base + i * step + j.
+    """
+
+    coefficients: Array
+    base: Index
+    step: Index
 
 
 class SplineSurfaces:
@@ -29,15 +47,19 @@ class SplineSurfaces:
         self._net = np.ascontiguousarray(np.concatenate(nets).T)
         kinds = np.stack([self._ways[0].degree, self._ways[1].degree, self._rational])
         self._groups, self._group = np.unique(kinds, axis=1, return_inverse=True)
+        self._known: dict[int, _Patches] = {}
 
     def evaluate(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
         """Components (3, n) of points and partial derivatives by u and v of the surfaces `number` (n,) at u, v (n,).
 
         Parameters beyond the ends wrap where the surface is periodic, else the end span goes on.
         """
-        out = np.empty((3, len(u))), np.empty((3, len(u))), np.empty((3, len(u)))
         group = self._group[number]
-        for g in np.flatnonzero(np.bincount(group)).tolist():
+        groups = np.flatnonzero(np.bincount(group)).tolist()
+        if len(groups) == 1 and len(u) <= _BLOCK:
+            return self._of_group(groups[0], number, u, v)
+        out = np.empty((3, len(u))), np.empty((3, len(u))), np.empty((3, len(u)))
+        for g in groups:
             of_group = np.flatnonzero(group == g)
             for i in range(0, len(of_group), _BLOCK):
                 at = of_group[i : i + _BLOCK]
@@ -87,6 +109,50 @@ class SplineSurfaces:
         return _projected(nu @ along, du @ along, nu @ along_by)
 
     def _of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        p, q, _ = self._groups[:, g].tolist()
+        if max(p, q) > HORNER:
+            return _projected(*self._recurrence(g, number, u, v))
+        if g not in self._known:
+            self._known[g] = self._patches(g)
+        patches = self._known[g]
+        (i, s, u_scale), (j, t, v_scale) = (way.place(number, x) for way, x in zip(self._ways, (u, v), strict=True))
+        patch = patches.base[number] + i * patches.step[number] + j
+        point = by_u = by_v = np.zeros(0)
+        for k in range(p, -1, -1):
+            rows = patches.coefficients[k]
+            across_by = across = np.take(rows[q], patch, axis=1)
+            for m in range(q - 1, -1, -1):
+                across_by = across if m == q - 1 else across_by * t + across
+                across = across * t + np.take(rows[m], patch, axis=1)
+            if k == p:
+                point, by_v = across, across_by
+            else:
+                by_u = point if k == p - 1 else by_u * s + point
+                point, by_v = point * s + across, by_v * s + across_by
+        return _projected(point, by_u * u_scale, by_v * v_scale)
+
+    def _patches(self, g: int) -> _Patches:
+        """From the poles less the first of each patch, so that no digits are lost to the coordinates."""
+        p, q, _ = self._groups[:, g].tolist()
+        own = np.flatnonzero(self._group == g)
+        (first_u, count_u), (first_v, count_v) = (way.spans_of for way in self._ways)
+        count = (count_u * count_v)[own]
+        number, first = np.repeat(own, count), np.repeat(np.cumsum(count) - count, count)
+        i, j = np.divmod(np.arange(len(number)) - first, count_v[number])
+        (row, of_row), (column, of_column) = (
+            way.monomials(degree, first_span[number] + k)
+            for way, degree, first_span, k in zip(self._ways, (p, q), (first_u, first_v), (i, j), strict=True)
+        )
+        local = self._local(g, number, row, column)
+        least = local[:, :, :1, :1]
+        coefficients = of_row @ (local - least) @ of_column.transpose(0, 2, 1)
+        coefficients[:, :, :1, :1] += least
+        base = np.zeros(len(self._group), np.int64)
+        base[own] = np.cumsum(count) - count - first_u[own] * count_v[own] - first_v[own]
+        return _Patches(np.ascontiguousarray(coefficients.transpose(2, 3, 0, 1)), base, count_v)
+
+    def _recurrence(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+        """Homogeneous components by the basis functions."""
         p, q, rational = self._groups[:, g].tolist()
         (row, nu, du), (column, nv, dv) = (
             way.functions(degree, number, t) for way, degree, t in zip(self._ways, (p, q), (u, v), strict=True)
@@ -104,7 +170,7 @@ class SplineSurfaces:
             point += nu[i] * across
             by_u += du[i] * across
             by_v += nu[i] * across_by
-        return _projected(point, by_u, by_v)
+        return point, by_u, by_v
 
 
 class _Way:
@@ -117,6 +183,33 @@ class _Way:
         low, high = np.array(ends).reshape(-1, 2).T
         self._spans = Spans.of(self._flat, self.degree, low, high, np.array([b.periodic for b in bases], bool))
         self.poles = np.array([int(basis.pole.max()) + 1 for basis in bases], np.int64)
+
+    @cached_property
+    def spans_of(self) -> tuple[Index, Index]:
+        """The first span of each surface, and how many it has."""
+        count = np.bincount(self._spans.owner, minlength=len(self.degree))
+        return np.cumsum(count) - count, count
+
+    def place(self, number: Index, t: Array) -> tuple[Index, Array, Array]:
+        """Spans of parameters (n,), places in them from -1 to 1, and the derivatives of these."""
+        span, t = self._spans.find(number, t)
+        scale = np.take(self._spans.scale, span)
+        return span, (t - np.take(self._spans.middle, span)) * scale, scale
+
+    def monomials(self, p: int, span: Index) -> tuple[Index, Array]:
+        """Poles (c, p + 1) of spans, and matrices (c, p + 1, p + 1) from these to coefficients of powers of the place.
+
+        By the values of the basis functions at Chebyshev's nodes.
+        """
+        nodes = np.cos((np.arange(p + 1) + 0.5) * np.pi / (p + 1))
+        t = self._spans.middle[span] + nodes[:, None] / self._spans.scale[span]
+        flat, number = self._spans.flat[span], self._spans.owner[span]
+        knots = self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]]
+        values = bspline.functions(np.tile(knots, len(nodes)), t.ravel())[0].reshape(p + 1, p + 1, -1)
+        solved = np.linalg.inv(np.vander(nodes, increasing=True))
+        first = flat - self._flat.offsets[number] - p
+        poles = (first[:, None] + np.arange(p + 1)) % self.poles[number][:, None]
+        return poles, solved @ values.transpose(2, 1, 0)
 
     def functions(self, p: int, number: Index, t: Array) -> tuple[Index, Array, Array]:
         """Poles (p + 1, n) that bear on parameters (n,), and the values and derivatives of their functions."""

@@ -100,10 +100,14 @@ class Surfaces:
     def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        out = np.full((3, len(row)), np.nan), np.full((3, len(row)), np.nan), np.full((3, len(row)), np.nan)
-        for name, at in self.by_kind.of(row):
-            for values, found in zip(out, self._of_kind(name, row[at], u[at], v[at]), strict=True):
-                put(values, at, found)
+        kinds = self.by_kind.of(row)
+        if len(kinds) == 1:
+            found = self._of_kind(kinds[0][0], row, u, v)
+            return SurfacePoints(*(values.T for values in found))
+        out = np.empty((3, len(row))), np.empty((3, len(row))), np.empty((3, len(row)))
+        for name, at in kinds:
+            for values, one in zip(out, self._of_kind(name, row[at], u[at], v[at]), strict=True):
+                put(values, at, one)
         return SurfacePoints(*(values.T for values in out))
 
     def evaluate_cells(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
@@ -137,9 +141,13 @@ class Surfaces:
 
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
+        return self.located(row, u, v)[1]
+
+    def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Array, Array]:
+        """Points (n, 3), mm, and outward unit normals (n, 3), as `normals` gives them."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        normal = self._directed(row, u, v)[1].T
-        return np.where(self.reversed[row], -normal, normal).T
+        at, normal = self._directed(row, u, v)
+        return at.points, (normal.T * np.where(self.reversed[row], -1.0, 1.0)).T
 
     def _directed(self, row: Index, u: Array, v: Array) -> tuple[SurfacePoints, Array]:
         """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""

@@ -61,7 +61,7 @@ def assert_same(a: Any, b: Any, least: float = 0.0) -> None:
 
 
 def test_together_as_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(step_shape, "_FACES_AT_ONCE", 38)  # all but the last
+    monkeypatch.setattr(step_shape, "_FACES_BESIDE", 24)  # all but the last
     together = step_shape.extract_all(bodies())
     alone = [step_shape.extract(one.shape, one.names, one.colours, one.layers) for one in bodies()]
     for a, b in zip(together, alone, strict=True):

@@ -66,10 +66,11 @@ class Bodies:
 
     def extents(self, of: Index, columns: Table) -> tuple[Array, Array]:
         """Least and greatest coordinates (k, 3) of what is of the bodies `of` (n,), by its columns of boxes."""
-        low, high = np.full((len(self), 3), np.inf), np.full((len(self), 3), -np.inf)
-        np.minimum.at(low, of, np.stack([columns[name] for name in BOX[:3]], axis=1))
-        np.maximum.at(high, of, np.stack([columns[name] for name in BOX[3:]], axis=1))
-        return low, high
+        low, high = np.full((3, len(self)), np.inf), np.full((3, len(self)), -np.inf)
+        for i in range(3):
+            np.minimum.at(low[i], of, columns[BOX[i]])
+            np.maximum.at(high[i], of, columns[BOX[i + 3]])
+        return low.T, high.T
 
     def apart(self, tables: dict[str, Table]) -> list[dict[str, Table]]:
         """The tables of each body, with its own numbers; keyed rows are given in order of their keys."""
@@ -84,6 +85,8 @@ class Bodies:
             for own, (start, stop), i in zip(out, pairwise(ends.tolist()), range(len(self)), strict=True):
                 own[name] = part(table, start, stop)
                 for column, begins in shifts.items():
+                    if not begins[i]:
+                        continue
                     numbers = own[name][column]
                     own[name][column] = np.where(numbers < 0, -1, numbers - begins[i])  # -1 is none
         return out

@@ -157,9 +157,12 @@ def _series(surfaces: Surfaces, grids: list[_Grid], about: Array) -> tuple[Array
             )
             points, by_u, by_v = surfaces.evaluate_cells(row[at], u, v)
             normal = cross(by_u, by_v)
-            element = np.sqrt(dot(normal, normal))
-            flux = dot(normal, points - taken(about, row[at])[:, :, None, None])
-            values = np.stack([element, *(element * points), flux]) * ((u1 - u0)[at] / 2)[:, None, None]
+            normal *= ((u1 - u0)[at] / 2)[:, None, None]
+            values = np.empty((_DENSITIES, *normal.shape[1:]))
+            np.sqrt(dot(normal, normal), out=values[0])
+            np.multiply(values[0], points, out=values[1:4])
+            points -= taken(about, row[at])[:, :, None, None]
+            values[4] = dot(normal, points)
             series = _ANALYSIS[n] @ values @ _ANALYSIS[m].T
             out[:, at, :n, :m] = series
             for tail, last in zip(tails, (series[:, :, -_TAIL:], series[:, :, :, -_TAIL:]), strict=True):

@@ -72,15 +72,11 @@ def _enclosed(trims: Trims, loops: Table, wanted: Bools) -> tuple[Array, Array]:
     """Signed area in (u, v) within loops (n,), by chords, and how far each is from closing there (n, 2)."""
     own = _loop_of(loops, {"surface_no": trims.surface, "loop_no": trims.loop})
     used = np.flatnonzero(wanted[own])
-    coedge, start, end = trims.pieces(used)
-    t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, _STEPS + 1)
-    uv = trims.evaluate(np.repeat(coedge, _STEPS + 1), t.ravel())[0].reshape(-1, _STEPS + 1, 2)
-    u, v = uv[..., 0], uv[..., 1]
-    twice = np.sum(u[:, :-1] * v[:, 1:] - u[:, 1:] * v[:, :-1], axis=1)
-    area, across = np.zeros(len(wanted)), np.zeros((len(wanted), 2))
-    np.add.at(area, own[coedge], trims.sign[coedge] * twice / 2)
-    np.add.at(across, own[used], trims.across(used))
-    return area, across
+    coedge, start, end = trims.chords(used, _STEPS)
+    twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
+    area = np.asarray(np.bincount(own[coedge], twice / 2, len(wanted)), float)
+    ends = trims.across(used)
+    return area, np.stack([np.bincount(own[used], column, len(wanted)) for column in ends.T], axis=1)
 
 
 def _loop_of(loops: Table, table: Table) -> Index:

@@ -20,7 +20,7 @@ from relmodel.loading.brep.trims import Trims
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-_POLYNOMIAL_NODES = 4  # exact to the seventh degree
+_POLYNOMIAL_NODES = 2  # exact to the third degree
 _MOST_NODES = 16
 # Fewer do, to the last digits, for pieces that go as far as this at most (`Trims.pace`).
 _NODES = ((5, 0.06), (6, 0.15), (8, 0.4))
@@ -56,7 +56,7 @@ def face_integrals(trims: Trims, about: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Arra
 def _quadrature(which: Index, start: Array, end: Array, nodes: Index) -> tuple[Index, Array, Array]:
     """Gauss-Legendre nodes of intervals by how many each gets: whose each is, the parameter and the weight."""
     found: list[tuple[Index, Array, Array]] = []
-    for count in np.unique(nodes).tolist():
+    for count in np.flatnonzero(np.bincount(nodes)).tolist():
         places, weights = gauss(count)
         at = np.flatnonzero(nodes == count)
         half, middle = (end - start)[at, None] / 2, (end + start)[at, None] / 2
@@ -80,7 +80,7 @@ def _densities(surfaces: Surfaces, surface: Index, u: Array, v: Array, about: Ar
             free.append(np.arange(len(surface))[at])
     if free:
         at = np.concatenate(free)
-        found = Antiderivatives(surfaces, np.unique(surface[at]), about)(surface[at], u[at], v[at])
+        found = Antiderivatives(surfaces, np.flatnonzero(np.bincount(surface[at])), about)(surface[at], u[at], v[at])
         put(values, at, found.T)
     return values
 

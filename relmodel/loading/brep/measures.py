@@ -6,15 +6,16 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.columns import Ragged
-from relmodel.geometry.components import cross, dot, put, unit
+from relmodel.geometry.components import cross, dot, put, taken, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
-from relmodel.geometry.normals import normals_at
+from relmodel.geometry.normals import normals_at, plane_normals
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.neutral import ArcSamples, Shape, Table
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float32]
 
 SMOOTH = float(np.deg2rad(1.0))
 _CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave the edge the same way
@@ -103,7 +104,8 @@ class ArcNormals:
         self.a[only], self.b[only] = self.b[only], -1
         others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
         self.b[arc[others]] = others
-        self._flat = surfaces.kind == "plane"
+        self.flat = np.asarray(surfaces.kind == "plane")
+        self.level = plane_normals(surfaces)  # of those that are flat
         self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
 
     def at(self, coedge: Index, arc: Index, t: Array, points: Array | None = None) -> Array:
@@ -111,12 +113,11 @@ class ArcNormals:
 
         points: of the arcs at `self.inner(arc, t)`, where they are known.
         """
-        t = self.inner(arc, t)
         surface = self.surface[coedge]
         if points is None:
             points = np.zeros((3, len(t))).T
-            curved = np.flatnonzero(~self._flat[surface])  # a plane has one normal everywhere
-            points[curved] = self.curves.evaluate(arc[curved], t[curved])[0]
+            curved = np.flatnonzero(~self.flat[surface])  # a plane has one normal everywhere
+            points[curved] = self.curves.evaluate(arc[curved], self.inner(arc[curved], t[curved]))[0]
         normals = normals_at(self.surfaces, surface, points)
         rest = np.flatnonzero(np.isnan(normals[:, 0]))
         if len(rest):
@@ -125,7 +126,8 @@ class ArcNormals:
             hidden = np.flatnonzero(self._analytic[surface])
             u[hidden], v[hidden] = self.surfaces.parameters(surface[hidden], points[rest[hidden]])
             drawn = np.flatnonzero(~self._analytic[surface] & (self._pcurve[coedge] >= 0))
-            u[drawn], v[drawn] = self.pcurves.evaluate(self._pcurve[coedge[drawn]], t[rest[drawn]])[0].T
+            at = self.inner(arc[rest[drawn]], t[rest[drawn]])
+            u[drawn], v[drawn] = self.pcurves.evaluate(self._pcurve[coedge[drawn]], at)[0].T
             normals[rest] = self.surfaces.normals(surface, u, v)
         return normals
 
@@ -204,7 +206,7 @@ def samples(normals: ArcNormals, length: Array) -> ArcSamples:
         ends = offsets[arcs[0] : arcs[-1] + 2] - offsets[arcs[0]]
         at[ends[1:] - 1] = curves.t1[arcs]
         t[here] = at
-        for out, values in zip((points, *directions), _sampled(normals, arc, at, ends), strict=True):
+        for out, values in zip((points, *directions), _sampled(normals, arcs, arc, at, ends), strict=True):
             out[here] = values
     triple = 3 * offsets
     return ArcSamples(
@@ -223,22 +225,39 @@ def _blocks(offsets: Index) -> list[Index]:
     return np.split(np.arange(len(block)), np.flatnonzero(np.diff(block)) + 1) if len(block) else []
 
 
-def _sampled(normals: ArcNormals, arc: Index, t: Array, ends: Index) -> tuple[Array, Array, Array, Array]:
-    """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,); ends: where those of an arc do."""
-    points, by = normals.curves.evaluate(arc, t)
-    ends = np.concatenate([ends[:-1], ends[1:] - 1])
+def _sampled(
+    normals: ArcNormals, arcs: Index, arc: Index, t: Array, ends: Index
+) -> tuple[Array, Floats, Floats, Floats]:
+    """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,).
+
+    arcs: (m,) those that occur, in order; ends: (m + 1,) where their samples begin and end.
+    """
+    curves, count = normals.curves, np.diff(ends)
+    points, by = curves.evaluate(arc, t)
+    tangents, bent = _repeated(unit(curves.x[arcs].T).T, curves.kind[arcs] == "line", count)
+    put(tangents.T, bent, unit(taken(by, bent)))
     inner = points.copy(order="K")
-    inner[ends] = normals.curves.evaluate(arc[ends], normals.inner(arc[ends], t[ends]))[0]
-    sides: list[Array] = []
-    for coedge in (normals.a[arc], normals.b[arc]):
-        bounded = np.flatnonzero(coedge >= 0)
-        if len(bounded) == len(arc):
-            sides.append(normals.at(coedge, arc, t, inner))
-            continue
-        side = sides[0].copy(order="K") if sides else np.zeros((3, len(arc))).T
-        put(side.T, bounded, normals.at(coedge[bounded], arc[bounded], t[bounded], inner[bounded]).T)
+    last = np.concatenate([ends[:-1], ends[1:] - 1])
+    put(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
+    sides: list[Floats] = []
+    for coedges in (normals.a, normals.b):
+        own = coedges[arcs]
+        surface = normals.surface[own] if len(normals.surface) else own
+        known = (own < 0) | normals.flat[surface]
+        side, curved = _repeated(np.where(own[:, None] < 0, 0.0, normals.level[surface]), known, count)
+        of = np.take(arc, curved)
+        put(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), taken(inner, curved).T).T)
+        if sides:  # a free edge has the same at both
+            free = np.flatnonzero(np.repeat(own < 0, count))
+            side[free] = sides[0][free]
         sides.append(side)
-    return points, unit(by.T).T, sides[0], sides[1]
+    return points, tangents, sides[0], sides[1]
+
+
+def _repeated(vectors: Array, known: npt.NDArray[np.bool_], count: Index) -> tuple[Floats, Index]:
+    """Vectors (m, 3) that stand for `count` (m,) samples each, and those samples (k,) for which they are not known."""
+    out: Floats = np.repeat(vectors.astype(np.float32), count, axis=0)
+    return out, np.flatnonzero(np.repeat(~known, count))
 
 
 def _evenly(curves: Curves, arc: Index, count: Index) -> Array:

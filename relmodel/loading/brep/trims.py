@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import dot, put, taken
 from relmodel.geometry.curves import Curves, pieces
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.spline_curves import Runs, rank
@@ -51,25 +52,37 @@ class Trims:
         self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
         self.sign = np.where(backward != surfaces.reversed[self.surface], -1.0, 1.0)
         drawn = pcurve_of(coedges, pcurves)
-        self.pcurve = np.where(surfaces.kind[self.surface] == "plane", -1, drawn)
+        self._flat = np.asarray(surfaces.kind == "plane")
+        self.pcurve = np.where(self._flat[self.surface], -1, drawn)
 
     def evaluate(self, coedge: Index, t: Array) -> tuple[Array, Array]:
         """Points (n, 2: u v) and derivatives by t (n, 2); without a pcurve angles are in [-pi, pi]."""
-        uv, by = np.zeros((len(t), 2)), np.zeros((len(t), 2))
+        uv, by = np.empty((2, len(t))).T, np.empty((2, len(t))).T
         row = self.pcurve[coedge]
         drawn, bare = np.flatnonzero(row >= 0), np.flatnonzero(row < 0)
         if len(drawn):
-            uv[drawn], by[drawn] = self.pcurves.evaluate(row[drawn], t[drawn])
+            for out, found in zip((uv, by), self.pcurves.evaluate(row[drawn], t[drawn]), strict=True):
+                put(out.T, drawn, found.T)
         if len(bare):
-            surface = self.surface[coedge[bare]]
-            points, by_t = self.curves.evaluate(self.arc[coedge[bare]], t[bare])
-            u, v = self.surfaces.parameters(surface, points)
-            at = self.surfaces.evaluate(surface, u, v)  # the lines of u and of v are perpendicular
-            uv[bare] = np.column_stack([u, v])
-            for way, along in enumerate((at.by_u, at.by_v)):
-                square = np.einsum("nd,nd->n", along, along)
-                by[bare, way] = np.einsum("nd,nd->n", by_t, along) / np.where(square > 0, square, 1.0)
+            for out, feet in zip((uv, by), self._feet(coedge[bare], t[bare]), strict=True):
+                put(out.T, bare, feet)
         return uv, by
+
+    def _feet(self, coedge: Index, t: Array) -> tuple[Array, Array]:
+        """Components (2, n) of parameters, and of their derivatives, of the arcs' feet on analytic surfaces."""
+        surface = self.surface[coedge]
+        points, by_t = (x.T for x in self.curves.evaluate(self.arc[coedge], t))
+        if self._flat[surface].all():
+            x, y = taken(self.surfaces.x, surface), taken(self.surfaces.y, surface)
+            arm = points - taken(self.surfaces.origin, surface)
+            return np.stack([dot(arm, x), dot(arm, y)]), np.stack([dot(by_t, x), dot(by_t, y)])
+        u, v = self.surfaces.parameters(surface, points.T)
+        at = self.surfaces.evaluate(surface, u, v)  # the lines of u and of v are perpendicular
+        by = []
+        for along in (at.by_u.T, at.by_v.T):
+            square = dot(along, along)
+            by.append(dot(by_t, along) / np.where(square > 0, square, 1.0))
+        return np.stack([u, v]), np.stack(by)
 
     def across(self, coedges: Index) -> Array:
         """From start to end (n, 2) of some coedges, as their loops run; those of a loop that closes add up to 0."""
@@ -78,21 +91,34 @@ class Trims:
         start, end = np.split(self.evaluate(np.tile(coedges, 2), t)[0], 2)
         return np.asarray(self.sign[coedges, None] * (end - start))
 
+    def chords(self, coedges: Index, steps: int) -> tuple[Index, Array, Array]:
+        """Chords in (u, v) of some coedges, so many to a smooth piece that is not straight.
+
+        Whose each is, and its start and end (n, 2) as the loop runs.
+        """
+        coedge, start, end = self.pieces(coedges)
+        count = np.where(self.straight()[coedge], 1, steps)
+        piece = np.repeat(np.arange(len(coedge)), count + 1)
+        place = np.arange(len(piece)) - (np.cumsum(count + 1) - count - 1)[piece]
+        t = start[piece] + (end - start)[piece] * (place / count[piece])
+        uv = self.evaluate(coedge[piece], t)[0]
+        at = np.flatnonzero(place < count[piece])
+        coedge = coedge[piece[at]]
+        start, end = taken(uv, at).T, taken(uv, at + 1).T
+        forward = self.sign[coedge, None] > 0
+        return coedge, np.where(forward, start, end), np.where(forward, end, start)
+
     def hold(self, surface: Index, u: Array, v: Array) -> npt.NDArray[np.bool_]:
         """Whether faces `surface` (n,) hold points (n,) of their domains, their coedges taken as chords in (u, v).
 
         Where these do not close, as around a surface without a seam, the face is taken to hold all of its domain.
         """
-        wanted = np.unique(surface)
+        wanted = np.flatnonzero(np.bincount(surface))
         # Off the ends of the domain, where coedges meet but for a gap.
         u0, u1, v0, v1 = self.surfaces.domain[surface].T
         u, v = u + _OFF * ((u0 + u1) / 2 - u), v + _OFF * ((v0 + v1) / 2 - v)
-        coedge, start, end = self.pieces(np.flatnonzero(np.isin(self.surface, wanted)))
-        t = start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, _CHORDS + 1)
-        uv = self.evaluate(np.repeat(coedge, _CHORDS + 1), t.ravel())[0].reshape(*t.shape, 2)
-        uv = np.where(self.sign[coedge, None, None] > 0, uv, uv[:, ::-1])
-        face = np.repeat(self.surface[coedge], _CHORDS)
-        first, last = uv[:, :-1].reshape(-1, 2), uv[:, 1:].reshape(-1, 2)
+        coedge, first, last = self.chords(np.flatnonzero(np.isin(self.surface, wanted)), _CHORDS)
+        face = self.surface[coedge]
         inside = np.zeros(len(surface), bool)
         for one in wanted.tolist():
             own, at = np.flatnonzero(face == one), np.flatnonzero(surface == one)
@@ -106,6 +132,11 @@ class Trims:
                 height = a[:, 1:] + (b - a)[:, 1:] * (u[at] - a[:, :1]) / (b - a)[:, :1]
             inside[at] = np.count_nonzero(over & (height > v[at]), axis=0) % 2 == 1
         return inside
+
+    def straight(self) -> npt.NDArray[np.bool_]:
+        """Whether each coedge (n,) is known to be a line in (u, v)."""
+        line = np.append(self.pcurves.kind == "line", False)[self.pcurve]
+        return np.asarray(line | (self._flat[self.surface] & (self.curves.kind[self.arc] == "line")), bool)
 
     def level(self) -> npt.NDArray[np.bool_]:
         """Whether each coedge (n,) is known to run along a line of one v, where nothing adds to an integral over v."""

@@ -141,4 +141,5 @@ def beside(a: Array, b: Array, points: Array) -> Array:
 def _chords(curves: Curves, arc: Index, t: Array) -> Chords:
     order = np.lexsort((t, arc))
     first = np.concatenate([[0], np.cumsum(np.bincount(arc, minlength=len(curves)))])
-    return Chords(t[order], curves.evaluate(arc[order], t[order])[0], first)
+    points = np.ascontiguousarray(curves.evaluate(arc[order], t[order])[0])
+    return Chords(t[order], points, first)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked
+from relmodel.geometry.normals import normals_of
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import inlays, lattices, polygons, ruled
@@ -26,12 +28,12 @@ _NO_LENGTH = 1e-6  # mm
 class Facets:
     """Triangles of some faces, vertices apart for each face.
 
-    points (n, 3), mm; uv (n, 2) their parameters; point_face (n,); corners (m, 3) into the points, counter-clockwise
+    points (n, 3), mm; normals (n, 3) outward; point_face (n,); corners (m, 3) into the points, counter-clockwise
     from outside; face (m,) of each triangle.
     """
 
     points: Array
-    uv: Array
+    normals: Array
     point_face: Index
     corners: Index
     face: Index
@@ -40,13 +42,14 @@ class Facets:
         """Less the triangles of some faces (n,)."""
         used, keep = ~faces[self.point_face], ~faces[self.face]
         place = np.cumsum(used) - 1
-        corners = place[self.corners[keep]]
-        return Facets(self.points[used], self.uv[used], self.point_face[used], corners, self.face[keep])
+        corners = place[picked(self.corners, keep)]
+        points, normals, face = (picked(one, used) for one in (self.points, self.normals, self.point_face))
+        return Facets(points, normals, face, corners, self.face[keep])
 
     @classmethod
     def none(cls) -> Facets:
         nothing = np.empty(0, np.int64)
-        return cls(np.empty((0, 3)), np.empty((0, 2)), nothing, np.empty((0, 3), np.int64), nothing)
+        return cls(np.empty((0, 3)), np.empty((0, 3)), nothing, np.empty((0, 3), np.int64), nothing)
 
 
 def facets(
@@ -57,20 +60,23 @@ def facets(
     chord_mm, chord_rad: greatest distance and angle between triangles and surface.
     """
     surfaces = trims.surfaces
-    border = rims(trims, coedges, chords, wanted)
+    every = rims(trims, coedges, chords, wanted)
     fit = Fit(surfaces, chord_mm, chord_rad)
     plane = np.asarray(surfaces.kind == "plane")
     pinched = _among(trims.surface[trims.curves.kind[trims.arc] == "degenerate"], surfaces)
-    flat = border.taken(plane)
+    flat = every.taken(plane)
     corners, failed = polygons.triangles(flat, len(surfaces))
-    made = [_outward(surfaces, Triangulation(flat.points, flat.uv, flat.face, corners), ~failed, pinched)]
+    normals = normals_of(surfaces, flat.face, flat.uv, flat.points)
+    made = [_outward(surfaces, Triangulation(flat.points, normals, flat.uv, flat.face, corners), ~failed, pinched)]
 
     if not (wanted & ~plane).any():
         return made
+    border = every.taken(~plane)
+    normals = normals_of(surfaces, border.face, border.uv, border.points)
     straight, done, turning = ruled.triangles(surfaces, border)
     left = wanted & ~plane & ~_among(done, surfaces)
     crossed, strip, also_done, inner_face, inner_uv = lattices.triangles(surfaces, border, left, chord_mm, chord_rad)
-    filled = _made(border, np.concatenate([straight, crossed]), surfaces, inner_face, inner_uv)
+    filled = _made(border, normals, np.concatenate([straight, crossed]), surfaces, inner_face, inner_uv)
     left &= ~_among(also_done, surfaces)
     failed = _check(filled, np.append(np.ones(len(straight), bool), strip), _among(turning, surfaces), fit)
     made.append(_outward(surfaces, filled, wanted & ~plane & ~left & ~failed, pinched))
@@ -79,7 +85,8 @@ def facets(
         return made
     rest = border.taken(left)
     corners, inner_face, inner_uv, failed = inlays.triangles(surfaces, rest, chord_mm, chord_rad)
-    trimmed, also_failed = refined(_made(rest, corners, surfaces, inner_face, inner_uv), fit)
+    started = _made(rest, normals[left[border.face]], corners, surfaces, inner_face, inner_uv)
+    trimmed, also_failed = refined(started, fit)
     made.append(_outward(surfaces, trimmed, ~failed & ~also_failed, pinched))
     return made
 
@@ -91,23 +98,25 @@ def _check(filled: Triangulation, strip: Bools, turning: Bools, fit: Fit) -> Boo
     """
     corners = filled.corners
     free = turning | ~np.logical_or.reduce([fit.surfaces.kind == one for one in ("cylinder", "cone")])
-    free_strips = corners[strip & free[filled.face[corners[:, 0]]]]
+    face = filled.face[corners[:, 0]]
+    free_strips = picked(corners, strip & free[face])
     sides = np.concatenate([free_strips[:, 1:], free_strips[:, [0, 2]]])  # those from one row to the other
     wide = fit.off_at(filled, sides[:, 0], sides[:, 1], 0.5) > 1.0
     bent = ~np.logical_or.reduce([fit.surfaces.kind == one for one in ("cylinder", "extrusion")])
-    strips = corners[strip & bent[filled.face[corners[:, 0]]]]
+    strips = picked(corners, strip & bent[face])
     busy = _among(filled.face[sides[wide, 0]], fit.surfaces) | folded(filled, strips, fit)
-    again = busy[filled.face[corners[:, 0]]]
-    filled.corners = corners[again]
+    again = busy[face]
+    filled.corners = picked(corners, again)
     _, failed = refined(filled, fit, flips=False)
-    filled.corners = np.concatenate([corners[~again], filled.corners])
+    filled.corners = np.concatenate([picked(corners, ~again), filled.corners])
     return failed
 
 
-def _made(border: Rims, corners: Index, surfaces: Surfaces, face: Index, uv: Array) -> Triangulation:
-    """With further vertices within faces (k,) at parameters (k, 2)."""
-    points = np.concatenate([border.points, surfaces.evaluate(face, *uv.T).points])
-    return Triangulation(points, np.concatenate([border.uv, uv]), np.append(border.face, face), corners)
+def _made(border: Rims, normals: Array, corners: Index, surfaces: Surfaces, face: Index, uv: Array) -> Triangulation:
+    """With further vertices within faces (k,) at parameters (k, 2).  normals: at those of the border."""
+    inner = surfaces.located(face, *uv.T)
+    points, normals = (np.concatenate(pair) for pair in zip((border.points, normals), inner, strict=True))
+    return Triangulation(points, normals, np.concatenate([border.uv, uv]), np.append(border.face, face), corners)
 
 
 def _among(faces: Index, surfaces: Surfaces) -> Bools:
@@ -120,15 +129,18 @@ def _outward(surfaces: Surfaces, made: Triangulation, done: Bools, pinched: Bool
     """Triangles of faces counter-clockwise from outside, less those of no extent on faces with degenerate arcs."""
     corners, face = made.corners, made.face[made.corners[:, 0]]
     if not done.all():
-        corners, face = corners[done[face]], face[done[face]]
+        corners, face = (picked(one, done[face]) for one in (corners, face))
     at = np.flatnonzero(pinched[face])
     if len(at):
-        a, b, c = (made.points[corners[at, k]] for k in range(3))
+        a, b, c = (picked(made.points, corners[at, k]) for k in range(3))
         small = [np.square(x - y).sum(axis=1) < _NO_LENGTH**2 for x, y in ((a, b), (b, c), (c, a))]
         whole = np.ones(len(face), bool)
         whole[at] = ~np.logical_or.reduce(small)
-        corners, face = corners[whole], face[whole]
-    corners = np.where(surfaces.reversed[face][:, None], corners[:, ::-1], corners)
+        corners, face = (picked(one, whole) for one in (corners, face))
     used = done[made.face]
     place = np.cumsum(used) - 1
-    return Facets(made.points[used], made.uv[used], made.face[used], place[corners], face)
+    corners = place[corners]
+    back = np.flatnonzero(surfaces.reversed[face])
+    corners[back] = picked(corners, back)[:, ::-1]
+    points, normals, owner = (picked(one, used) for one in (made.points, made.normals, made.face))
+    return Facets(points, normals, owner, corners, face)

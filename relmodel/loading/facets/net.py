@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked
+
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -17,6 +19,7 @@ class Net:
     """Triangles, counter-clockwise in (u, v); a side is told by the place of the corner across, 3 * triangle + corner.
 
     corners: (3 m,) vertices, triangle after triangle.  mate: (3 m,) the same side of the other triangle, -1 at the rim.
+    following: (3 m,) the corner after each, of its triangle.
     """
 
     def __init__(self, corners: Index, uv: Array) -> None:
@@ -27,6 +30,7 @@ class Net:
         order = np.argsort(key, kind="stable")
         pair = np.flatnonzero(key[order[1:]] == key[order[:-1]])
         self.mate = np.full(len(key), -1)
+        self.following = following(np.arange(len(key)))
         self.mate[order[pair]], self.mate[order[pair + 1]] = order[pair + 1], order[pair]
 
     def inner(self) -> Index:
@@ -35,8 +39,8 @@ class Net:
 
     def ends(self, side: Index) -> tuple[Index, Index]:
         """The vertices that a side joins."""
-        after = following(side)
-        return self.corners[after], self.corners[following(after)]
+        after = self.following[side]
+        return self.corners[after], self.corners[self.following[after]]
 
     def other_ends(self, side: Index) -> tuple[Index, Index]:
         """The vertices that the other diagonal of the two triangles joins."""
@@ -60,8 +64,8 @@ class Net:
         np.maximum.at(best, other // 3, rank)
         chosen = (best[side // 3] == rank) & (best[other // 3] == rank)
         side, other = side[chosen], other[chosen]
-        across_a, across_b = following(side), following(other)
-        third, fourth = following(across_a), following(across_b)
+        across_a, across_b = self.following[side], self.following[other]
+        third, fourth = self.following[across_a], self.following[across_b]
         self.corners[third], self.corners[fourth] = self.corners[other], self.corners[side]
         # The sides (b, c) and (a, d) go over to the other triangle; all others keep their places.
         old, now = np.append(across_b, across_a), np.append(side, other)
@@ -125,5 +129,6 @@ def following(side: Index) -> Index:
 
 def area(uv: Array, a: Index, b: Index, c: Index) -> Array:
     """Twice the area (n,) of triangles in (u, v)."""
-    one, two = uv[b] - uv[a], uv[c] - uv[a]
+    first = picked(uv, a)
+    one, two = picked(uv, b) - first, picked(uv, c) - first
     return np.asarray(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])

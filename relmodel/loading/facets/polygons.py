@@ -6,7 +6,8 @@ import mapbox_earcut
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.facets.net import SLIVER, slivers, without_slivers
+from relmodel.geometry.components import picked
+from relmodel.loading.facets.net import SLIVER, area, slivers, without_slivers
 from relmodel.loading.facets.rims import Rims
 
 Array = npt.NDArray[np.float64]
@@ -82,11 +83,11 @@ def _filled(rims: Rims, uv: Array, bent: Array, polygon: Array) -> tuple[Index, 
     face, ends, count = rims.face, rims.ends, len(polygon)
     face_ends = np.append(np.flatnonzero(np.diff(face)) + 1, len(face))
     corners, owner = _ears(bent, np.append(0, face_ends[:-1]), ends, face_ends, face)
-    twice = _cross(uv[corners[:, 1]] - uv[corners[:, 0]], uv[corners[:, 2]] - uv[corners[:, 0]])
+    twice = area(uv, *corners.T)
     # All triangles of a face run the same way round, also those whose area is but round-off.
     filled, most = np.bincount(owner, twice, count), np.bincount(owner, np.abs(twice), count)
     backward = (filled < 0)[owner]
-    corners, twice = np.where(backward[:, None], corners[:, ::-1], corners), np.where(backward, -twice, twice)
+    corners[backward], twice[backward] = corners[backward, ::-1], -twice[backward]
     near = _SAME_AREA * np.abs(polygon)
     complete = np.bincount(face, minlength=count) + 2 * np.bincount(face[ends - 1], minlength=count) - 4
     good = (np.abs(most - np.abs(polygon)) <= near) & (most - np.abs(filled) <= near)
@@ -94,7 +95,7 @@ def _filled(rims: Rims, uv: Array, bent: Array, polygon: Array) -> tuple[Index, 
     present = np.zeros(count, bool)
     present[face] = True
     keep = good[owner]
-    return corners[keep], twice[keep], present & ~good
+    return picked(corners, keep), twice[keep], present & ~good
 
 
 def _bent(uv: Array, ends: Index, following: Index, sign: Array) -> Array:
@@ -136,13 +137,15 @@ def _ears(uv: Array, firsts: Index, ends: Index, face_ends: Index, face: Index) 
 
     Points `firsts` to `face_ends` (f,) are those of a face, its outer ring first; `ends` (r,) those where rings end.
     """
-    corners, owner = [], []
-    ring_ends = np.split(ends, np.searchsorted(ends, face_ends[:-1], side="right"))
-    for first, last, rings in zip(firsts.tolist(), face_ends.tolist(), ring_ends, strict=True):
-        made = mapbox_earcut.triangulate_float64(uv[first:last], (rings - first).astype(np.uint32))
-        corners.append(made.reshape(-1, 3).astype(np.int64) + first)
-        owner.append(np.full(len(corners[-1]), face[first]))
-    return np.concatenate(corners), np.concatenate(owner)
+    place = np.searchsorted(ends, face_ends, side="right").tolist()
+    rings = (ends - np.repeat(firsts, np.diff(place, prepend=0))).astype(np.uint32)
+    corners = [
+        mapbox_earcut.triangulate_float64(uv[first:last], rings[start:end])
+        for first, last, start, end in zip(firsts.tolist(), face_ends.tolist(), [0, *place[:-1]], place, strict=True)
+    ]
+    count = [len(one) // 3 for one in corners]
+    made = np.concatenate(corners).astype(np.int64).reshape(-1, 3) + np.repeat(firsts, count)[:, None]
+    return made, np.repeat(face[firsts], count)
 
 
 def _cross(a: Array, b: Array) -> Array:

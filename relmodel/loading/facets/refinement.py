@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.components import cross, dot
-from relmodel.geometry.normals import normals_at
+from relmodel.geometry.components import cross, dot, picked
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.facets.chords import beside
-from relmodel.loading.facets.net import Net, following
+from relmodel.loading.facets.net import Net
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -35,15 +34,17 @@ _UNFOLDINGS = 30
 _TURNED = -0.2  # beside a pole a triangle may stand upright on the surface
 _HIGH = 0.5  # of the chord: what is less high is a fold of no account
 _NO_AREA = 1e-9  # mm2
-_PLACES = (0.25, 0.75)  # besides the middle, where the surface may be wavy
+_MIDDLE = 0.5
+_PLACES = (_MIDDLE, 0.25, 0.75)  # of a side; those besides the middle where the surface may be wavy
 _GRID = 7  # samples of a free-form surface along u and along v for its curvature
 
 
 @dataclass
 class Triangulation:
-    """points (n, 3), uv (n, 2), face (n,) of vertices; corners (m, 3), counter-clockwise in (u, v)."""
+    """points, outward normals (n, 3), uv (n, 2), face (n,) of vertices; corners (m, 3), counter-clockwise in (u, v)."""
 
     points: Array
+    normals: Array
     uv: Array
     face: Index
     corners: Index
@@ -59,31 +60,27 @@ class Fit:
         self._one_look = np.isin(surfaces.kind.astype(str), ANALYTIC_KINDS)
         self._bends: dict[int, tuple[float, float, float]] = {}  # of free-form surfaces
 
-    def normals(self, face: Index, uv: Array, points: Array) -> Array:
-        """Outward unit normals (n, 3) of the surfaces."""
-        out = normals_at(self.surfaces, face, points)
-        bare = np.flatnonzero(np.isnan(out[:, 0]))
-        out[bare] = self.surfaces.normals(face[bare], uv[bare, 0], uv[bare, 1])
-        return out
-
-    def off(self, made: Triangulation, normals: Array, a: Index, b: Index) -> Array:
-        """Of the sides from vertices a to b (n,): 1 is as much as is allowed."""
-        worst = self.off_at(made, a, b, 0.5)
-        more = np.flatnonzero(~self._one_look[made.face[a]])
-        for place in _PLACES if len(more) else ():
-            worst[more] = np.maximum(worst[more], self.off_at(made, a[more], b[more], place))
-        far = np.linalg.norm(made.points[a] - made.points[b], axis=1) > self.chord_mm
-        turn = 2 * np.arcsin(np.clip(np.linalg.norm(normals[a] - normals[b], axis=1) / 2, 0, 1))
-        return np.maximum(worst, np.where(far, turn / self.allowed_rad, 0.0))
+    def off(self, made: Triangulation, a: Index, b: Index) -> Array:
+        """Of the sides from vertices a to b (n,): 1 is as much as is allowed, and what is more may be more still."""
+        far = _lengths(picked(made.points, a) - picked(made.points, b)) > self.chord_mm
+        turn = 2 * np.arcsin(np.clip(_lengths(picked(made.normals, a) - picked(made.normals, b)) / 2, 0, 1))
+        worst = np.where(far, turn / self.allowed_rad, 0.0)
+        for place in _PLACES:
+            look = worst <= 1.0
+            if place != _MIDDLE:
+                look &= ~self._one_look[made.face[a]]
+            at = np.flatnonzero(look)
+            worst[at] = np.maximum(worst[at], self.off_at(made, a[at], b[at], place))
+        return worst
 
     def off_at(self, made: Triangulation, a: Index, b: Index, place: float) -> Array:
         """Distances (n,) of the surface from sides at one place of them, in parts of what is allowed.
 
         Along its normal: the point of the surface is that of the place in (u, v), and may be another one of the side.
         """
-        u, v = ((1 - place) * made.uv[a] + place * made.uv[b]).T
+        u, v = ((1 - place) * picked(made.uv, a) + place * picked(made.uv, b)).T
         on = self.surfaces.evaluate(made.face[a], u, v)
-        arm, normal = beside(made.points[a], made.points[b], on.points).T, cross(on.by_u.T, on.by_v.T)
+        arm, normal = beside(picked(made.points, a), picked(made.points, b), on.points).T, cross(on.by_u.T, on.by_v.T)
         length = np.sqrt(dot(normal, normal))
         sound = length > 0
         off = np.where(sound, np.abs(dot(arm, normal)) / np.where(sound, length, 1.0), np.sqrt(dot(arm, arm)))
@@ -138,49 +135,43 @@ def refined(made: Triangulation, fit: Fit, flips: bool = True) -> tuple[Triangul
     failed = np.zeros(len(fit.surfaces), bool)
     if not len(made.corners):
         return made, failed
-    normals = np.zeros((len(made.face), 3))
-    used = np.flatnonzero(np.bincount(made.corners.ravel(), minlength=len(made.face)))
-    normals[used] = fit.normals(made.face[used], made.uv[used], made.points[used])
     done: list[Index] = []
     for turn in range(_HALVINGS):
         net = _flipped(made, fit) if flips and turn < _FLIPPED else Net(made.corners, made.uv)
         made.corners = net.corners.reshape(-1, 3)
         side = net.inner()
-        wide = side[fit.off(made, normals, *net.ends(side)) > 1.0]
+        wide = side[fit.off(made, *net.ends(side)) > 1.0]
         busy = np.zeros(len(fit.surfaces), bool)
         busy[made.face[made.corners[wide // 3, 0]]] = True
         active = busy[made.face[made.corners[:, 0]]]
-        done.append(made.corners[~active])
+        done.append(picked(made.corners, ~active))
         if not len(wide):
             made.corners = made.corners[:0]
             break
         middle = np.full(len(net.mate), -1)
         middle[wide] = middle[net.mate[wide]] = len(made.face) + np.arange(len(wide))
-        new = _middles(made, *net.ends(wide), fit)
-        made.corners = _halved(made.corners[active], middle.reshape(-1, 3)[active])
-        normals = np.concatenate([normals, new])
+        _add_middles(made, *net.ends(wide), fit)
+        made.corners = _halved(picked(made.corners, active), picked(middle.reshape(-1, 3), active))
     failed[made.face[made.corners[:, 0]]] = True  # still at work
     made.corners = np.concatenate([*done, made.corners])
-    return made, failed | _unfolded(made, normals, fit)
+    return made, failed | _unfolded(made, fit)
 
 
 def folded(made: Triangulation, corners: Index, fit: Fit) -> Bools:
     """Faces (n,) with some of the triangles (m, 3) that do not face as their surface does."""
-    hand, normals = np.where(fit.surfaces.reversed, -1.0, 1.0), np.zeros((len(made.face), 3))
-    used = np.flatnonzero(np.bincount(corners.ravel(), minlength=len(made.face)))
-    normals[used] = fit.normals(made.face[used], made.uv[used], made.points[used])
+    hand = np.where(fit.surfaces.reversed, -1.0, 1.0)
     out = np.zeros(len(fit.surfaces), bool)
-    out[made.face[corners[_facing(made, normals, hand, *corners.T) < _FOLDED, 0]]] = True
+    out[made.face[corners[_facing(made, hand, *corners.T) < _FOLDED, 0]]] = True
     return out
 
 
-def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
+def _unfolded(made: Triangulation, fit: Fit) -> Bools:
     """Flip, in place, sides of triangles that do not face as their surface does; the faces (n,) where some are left.
 
     There are such beside a boundary that bends one way in space and the other way in (u, v).
     """
     hand = np.where(fit.surfaces.reversed, -1.0, 1.0)
-    facing = _facing(made, normals, hand, *made.corners.T)
+    facing = _facing(made, hand, *made.corners.T)
     busy = np.zeros(len(fit.surfaces), bool)
     busy[made.face[made.corners[facing < _FOLDED, 0]]] = True
     active = busy[made.face[made.corners[:, 0]]]
@@ -189,12 +180,12 @@ def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
     net = Net(made.corners[active], made.uv)
     for _ in range(_UNFOLDINGS):
         corners = net.corners.reshape(-1, 3)
-        facing = _facing(made, normals, hand, *corners.T)
+        facing = _facing(made, hand, *corners.T)
         side = net.inner()
         before = np.minimum(facing[side // 3], facing[net.mate[side] // 3])
         side, before = side[before < _FOLDED], before[before < _FOLDED]
         (a, b), (c, d) = net.ends(side), net.other_ends(side)
-        after = np.minimum(_facing(made, normals, hand, c, a, d), _facing(made, normals, hand, d, b, c))
+        after = np.minimum(_facing(made, hand, c, a, d), _facing(made, hand, d, b, c))
         better = (after > before + _LESS_FOLDED) & (net.areas_after(side).min(axis=0) > 0)
         if not better.any():
             break
@@ -202,7 +193,7 @@ def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
     corners = net.corners.reshape(-1, 3)
     made.corners = np.concatenate([made.corners[~active], corners])
     busy[:] = False
-    left = corners[_facing(made, normals, hand, *corners.T) < _TURNED]
+    left = corners[_facing(made, hand, *corners.T) < _TURNED]
     edge = [made.points[left[:, k]] - made.points[left[:, k - 1]] for k in range(3)]
     longest = np.sqrt(np.maximum.reduce([np.square(one).sum(axis=1) for one in edge]))
     high = np.sqrt(np.square(np.cross(edge[0], edge[1])).sum(axis=1)) > _HIGH * fit.chord_mm * longest
@@ -210,13 +201,18 @@ def _unfolded(made: Triangulation, normals: Array, fit: Fit) -> Bools:
     return busy
 
 
-def _facing(made: Triangulation, normals: Array, hand: Array, a: Index, b: Index, c: Index) -> Array:
+def _facing(made: Triangulation, hand: Array, a: Index, b: Index, c: Index) -> Array:
     """Cosines between triangles and the normals at their vertices, at best; 1 for those of no extent."""
-    across = np.cross(made.points[b] - made.points[a], made.points[c] - made.points[a]) * hand[made.face[a], None]
-    length = np.linalg.norm(across, axis=1)
-    cosines = [np.einsum("nd,nd->n", across, normals[x]) for x in (a, b, c)]
+    one, two, three = (picked(made.points, x) for x in (a, b, c))
+    across = np.cross(two - one, three - one) * hand[made.face[a], None]
+    length = _lengths(across)
+    cosines = [np.einsum("nd,nd->n", across, picked(made.normals, x)) for x in (a, b, c)]
     extent = length > _NO_AREA
     return np.where(extent, np.maximum.reduce(cosines) / np.where(extent, length, 1.0), 1.0)
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.asarray(np.sqrt(np.einsum("nd,nd->n", vectors, vectors)))
 
 
 def _flipped(made: Triangulation, fit: Fit) -> Net:
@@ -248,7 +244,7 @@ def _flipped(made: Triangulation, fit: Fit) -> Net:
         # What lies about a flipped side is looked at again.
         about = np.zeros(len(net.mate), bool)
         about[side[open_]] = True
-        for triangle in (flipped // 3, net.mate[following(flipped)] // 3):
+        for triangle in (flipped // 3, net.mate[net.following[flipped]] // 3):
             for k in range(3):
                 place = 3 * triangle + k
                 about[place] = True
@@ -260,13 +256,12 @@ def _flipped(made: Triangulation, fit: Fit) -> Net:
     return net
 
 
-def _middles(made: Triangulation, a: Index, b: Index, fit: Fit) -> Array:
-    """Add vertices at the middles in (u, v) of sides from a to b (n,), in place; their normals."""
+def _add_middles(made: Triangulation, a: Index, b: Index, fit: Fit) -> None:
+    """Add vertices at the middles in (u, v) of sides from a to b (n,), in place."""
     uv, face = (made.uv[a] + made.uv[b]) / 2, made.face[a]
-    points = fit.surfaces.evaluate(face, uv[:, 0], uv[:, 1]).points
-    made.points, made.uv = np.concatenate([made.points, points]), np.concatenate([made.uv, uv])
-    made.face = np.append(made.face, face)
-    return fit.normals(face, uv, points)
+    points, normals = fit.surfaces.located(face, *uv.T)
+    made.points, made.normals = np.concatenate([made.points, points]), np.concatenate([made.normals, normals])
+    made.uv, made.face = np.concatenate([made.uv, uv]), np.append(made.face, face)
 
 
 def _halved(corners: Index, middle: Index) -> Index:

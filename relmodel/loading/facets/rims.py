@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked, put
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets.chords import Chords, numbered
 from relmodel.loading.neutral import Table
@@ -45,7 +46,8 @@ class Rims:
         """Those of some faces."""
         keep = faces[self.face]
         ends = np.cumsum(keep)[self.ends[faces[self.face[self.ends - 1]]] - 1]
-        return Rims(self.points[keep], self.uv[keep], self.face[keep], ends.astype(np.int64))
+        points, uv, face = (picked(one, keep) for one in (self.points, self.uv, self.face))
+        return Rims(points, uv, face, ends.astype(np.int64))
 
 
 def rims(trims: Trims, coedges: Table, chords: Chords, wanted: Bools) -> Rims:
@@ -65,22 +67,23 @@ def rims(trims: Trims, coedges: Table, chords: Chords, wanted: Bools) -> Rims:
     step = np.where(backward[which], chords.count[arc][which] - step, step)
     end = chords.first[arc][which] + step
     face, loop = trims.surface[own], np.asarray(coedges["loop_no"], np.int64)[own]
-    uv, points = np.zeros((len(end), 2)), chords.points[end]
+    uv, points = np.zeros((len(end), 2)), picked(chords.points, end)
     flat = plane[face][which]
     at = np.flatnonzero(flat & ~last)
-    uv[at] = np.column_stack(surfaces.parameters(face[which[at]], points[at]))
+    put(uv.T, at, np.stack(surfaces.parameters(face[which[at]], picked(points, at))))
     at = np.flatnonzero(~flat)
-    uv[at] = trims.pcurves.evaluate(trims.pcurve[own][which[at]], chords.t[end[at]])[0]
+    put(uv.T, at, trims.pcurves.evaluate(trims.pcurve[own][which[at]], chords.t[end[at]])[0].T)
 
     ring_ends = np.flatnonzero(np.append((np.diff(face) != 0) | (np.diff(loop) != 0), np.ones(min(len(face), 1), bool)))
     following = np.arange(1, len(face) + 1)
     following[ring_ends] = np.append(0, ring_ends[:-1] + 1)[: len(ring_ends)]
     start = np.flatnonzero(np.append(True, np.diff(which) != 0)) if len(which) else which
-    gap = np.abs(uv[start[following]] - uv[last])
+    gap = np.abs(uv[start[following]] - picked(uv, last))
     extent = surfaces.domain[face][:, 1::2] - surfaces.domain[face][:, ::2]
     wanted[face[(gap > _GAP * extent).any(axis=1) & ~plane[face]]] = False
 
     keep = ~last & wanted[face][which]
     ends = np.cumsum(keep)[np.flatnonzero(last)[ring_ends]] if len(face) else ring_ends
     ends = ends[wanted[face[ring_ends]]]
-    return Rims(points[keep], uv[keep], face[which][keep], ends)
+    points, uv, face = (picked(one, keep) for one in (points, uv, face[which]))
+    return Rims(points, uv, face, ends)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked
 from relmodel.loading.facets.rims import Rims
 
 Array = npt.NDArray[np.float64]
@@ -93,12 +94,12 @@ def zipped(lower: Rows, upper: Rows, way: Index, uv: Array) -> tuple[Index, Inde
         apex = np.where(mine, far, apex)
     corners = np.stack([np.where(is_upper, b, a), np.where(is_upper, a, b), apex], axis=1)
     whole = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    return corners[whole], of[whole]
+    return picked(corners, whole), of[whole]
 
 
 def sound(corners: Index, owner: Index, uv: Array, area: Array) -> Bools:
     """Which polygons of the given areas (f,) in (u, v) their triangles, corners (m, 3) of the polygon `owner`, fill."""
-    a, b, c = (uv[corners[:, k]] for k in range(3))
+    a, b, c = (picked(uv, corners[:, k]) for k in range(3))
     twice = _cross(b - a, c - a)
     filled = np.bincount(owner, twice, len(area)) / 2
     good = np.abs(filled - area) <= 1e-6 * area

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.geometry.components import picked
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.facets.rims import Rims
 from relmodel.loading.facets.rings import sound
@@ -41,4 +42,4 @@ def _across_u(rims: Rims, wanted: Bools) -> tuple[Index, Index, Index]:
     corners, owner = sweep.triangles()
     good = sound(corners, owner, rims.uv[vertex], sweep.area)
     face = rims.face[vertex[sweep.first]]
-    return vertex[corners[good[owner]]], face[good], face[good & sweep.turning]
+    return vertex[picked(corners, good[owner])], face[good], face[good & sweep.turning]

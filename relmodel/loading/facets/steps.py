@@ -20,6 +20,7 @@ _SHARE_ROUND, _SHARE = 0.35, 0.25
 _BEND_RAD = 0.4  # turn of a line of u or v within the surface, step by step
 _MOST = 96  # samples of a direction, less one
 _FLAT = 1e-6  # steps: what asks for fewer is straight
+_NO_TURN = 1e-10  # rad
 
 
 @dataclass(frozen=True)
@@ -143,5 +144,6 @@ def _along(points: Array, by_u: Array, by_v: Array, allowed: float, chord_rad: f
 
 
 def _turn(chord: Array) -> Array:
-    """Angles between unit vectors that differ by so much."""
-    return np.asarray(2 * np.arcsin(np.clip(np.sqrt(np.square(chord).sum(axis=-1)) / 2, 0, 1)))
+    """Angles between unit vectors that differ by so much; none where that is round-off."""
+    size = np.sqrt(np.square(chord).sum(axis=-1))
+    return np.asarray(np.where(size > _NO_TURN, 2 * np.arcsin(np.clip(size / 2, 0, 1)), 0.0))

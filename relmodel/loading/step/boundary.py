@@ -100,8 +100,8 @@ class Boundary:
         self._locations: list[Location] = [()]
         for number in range(1, self._head(b"\nLocations ") + 1):
             self._locations.append(self._location(number))
-        self._pcurves = [self._curve(2) for _ in range(self._head(b"Curve2ds "))]
-        self._curves = [self._curve(3) for _ in range(self._head(b"Curves "))]
+        self._pcurves = self._set_of_curves(2, self._head(b"Curve2ds "))
+        self._curves = self._set_of_curves(3, self._head(b"Curves "))
         self._at = self._data.index(b"Triangulations ", self._data.index(b"Surfaces ", self._at))
         count = self._head(b"\nTShapes ")
         self._shapes = [self._shape(count) for _ in range(count)]
@@ -150,6 +150,19 @@ class Boundary:
                 out = _joined(self._locations[one] if power > 0 else _inverse(self._locations[one]), out)
             at += 8
         self._at = at + 4
+        return out
+
+    def _set_of_curves(self, dimension: int, count: int) -> list[Curve]:
+        data, out = self._data, []
+        plain = [_LAYOUTS[dimension].get(kind) for kind in _KINDS]
+        for _ in range(count):
+            number = data[self._at]
+            layout = plain[number]
+            if layout is None:
+                out.append(self._curve(dimension))
+            else:
+                out.append(Curve(_KINDS[number], layout.unpack_from(data, self._at + 1), None))
+                self._at += 1 + layout.size
         return out
 
     def _curve(self, dimension: int) -> Curve:

@@ -294,10 +294,13 @@ def _on_axis(kind: str | None, found: tuple[float, ...], frame: tuple[float, ...
 
 def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
     """Enter the tori that splines and surfaces of revolution are; the kernel recognises none."""
-    kinds = np.array(columns["recognised_kind"], object)
-    found = tori(surfaces, np.flatnonzero(np.isin(kinds, ("spline", "revolution"))), RECOGNITION_MM)
-    kinds[found.row] = "torus"
-    columns["recognised_kind"] = kinds.tolist()
+    kinds = columns["recognised_kind"]
+    free = [row for row, kind in enumerate(kinds) if kind in ("spline", "revolution")]
+    if not free:
+        return
+    found = tori(surfaces, np.array(free), RECOGNITION_MM)
+    for row in found.row.tolist():
+        kinds[row] = "torus"
     columns["radius"][found.row], columns["radius2"][found.row] = found.major, found.minor
     foot, axis = vectors(columns, "origin")[found.row], vectors(columns, "axis_z")[found.row]
     on_axis = foot + axis * np.sum(axis * (found.centre - foot), axis=1, keepdims=True)

@@ -38,7 +38,9 @@ from relmodel.loading.step.maps import edge_map, face_map
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
 _KERNEL_EPS = 1e-9  # relative error of the kernel's adaptive integrals; its plain ones are rough
-_FACES_AT_ONCE = 400  # of several bodies: what an array costs however short is paid once, and memory stays bounded
+# Of bodies that are worked on at once, besides the largest: what an array costs however short is paid once, and memory
+# stays bounded.
+_FACES_BESIDE = 400
 
 Marks = dict[int, str]
 
@@ -72,14 +74,13 @@ def extract_all(bodies: Sequence[Body]) -> list[Shape]:
 def _at_once(bodies: Sequence[Body]) -> Iterator[list[_Source]]:
     """Bodies in their order, as many together as are worked on at once."""
     some: list[_Source] = []
-    count = 0
     for body in bodies:
         one = _Source(body)
-        if some and count + len(one.faces) > _FACES_AT_ONCE:
+        count = [len(other.faces) for other in (*some, one)]
+        if sum(count) - max(count) > _FACES_BESIDE:
             yield some
-            some, count = [], 0
+            some = []
         some.append(one)
-        count += len(one.faces)
     if some:
         yield some
 
@@ -285,11 +286,11 @@ def _masses(faces: list[Any], integrals: Array, about: Array) -> tuple[Table, Ar
 def _boxes(trims: Trims, arcs: Table) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Boxes of the faces (n, 6): of their arcs, widened where the surface bulges beyond them."""
     count = len(trims.surfaces)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    arc_low = np.stack([arcs[name] for name in BOX[:3]], axis=1)
-    arc_high = np.stack([arcs[name] for name in BOX[3:]], axis=1)
-    np.minimum.at(low, trims.surface, arc_low[trims.arc])
-    np.maximum.at(high, trims.surface, arc_high[trims.arc])
-    boxes = np.concatenate([low, high], axis=1)
+    boxes = np.empty((count, 6))
+    for i, name in enumerate(BOX):
+        extreme, limit = (np.minimum, np.inf) if i < 3 else (np.maximum, -np.inf)
+        column = np.full(count, limit)
+        extreme.at(column, trims.surface, arcs[name][trims.arc])
+        boxes[:, i] = column
     bulges.widen(boxes, trims)
     return boxes

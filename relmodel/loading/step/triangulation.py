@@ -21,7 +21,8 @@ from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Face
 
-from relmodel.geometry.normals import normals_at
+from relmodel.geometry.normals import normals_of
+from relmodel.geometry.surfaces import Surfaces
 from relmodel.loading.brep.bodies import Bodies
 from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import chords
@@ -55,29 +56,28 @@ def meshes(bodies: Bodies, faces: list[Any], trims: Trims, coedges: Table, colum
         made += _facets(bodies, chord == one, faces, trims, coedges, columns["area"], one)
     face, corners = np.concatenate([one.face for one in made]), _joined_corners(made)
     points, owner = np.concatenate([one.points for one in made]), np.concatenate([one.point_face for one in made])
-    normals = normals_at(trims.surfaces, owner, points)
-    bare = np.flatnonzero(np.isnan(normals[:, 0]))
-    uv = np.concatenate([one.uv for one in made])[bare]
-    normals[bare] = trims.surfaces.normals(owner[bare], uv[:, 0], uv[:, 1])
-    order, vertex = np.argsort(face, kind="stable"), np.argsort(bodies.of_surface[owner], kind="stable")
-    place = np.empty(len(vertex), np.int64)
-    place[vertex] = np.arange(len(vertex))
-    face, corners, points, normals = face[order], place[corners[order]], points[vertex], normals[vertex]
+    normals = np.concatenate([one.normals for one in made], dtype=np.float32)
+    body = np.take(bodies.of_surface, owner)
+    order, vertex = (np.argsort(one, kind="stable") for one in (face, body))
+    place = np.empty(len(vertex), np.int32)
+    place[vertex] = np.arange(len(vertex), dtype=np.int32)
+    face, corners = np.take(face, order), np.take(place, np.take(corners, order, axis=0))
+    points, normals = np.take(points, vertex, axis=0), np.take(normals, vertex, axis=0)
     ends = np.searchsorted(face, bodies.surface)
     if (np.diff(ends) == 0).any():
         raise ValueError("the kernel made no triangle of any face")
-    points_ends = np.searchsorted(bodies.of_surface[owner[vertex]], np.arange(len(bodies) + 1))
+    points_ends = np.cumsum(np.bincount(body, minlength=len(bodies)))
     return [
         Mesh(
             chord_mm=float(chord[i]),
             chord_rad=CHORD_RAD,
             vertices=points[first:last],
-            normals=normals[first:last].astype(np.float32),
-            triangles=(corners[start:end] - first).astype(np.int32),
+            normals=normals[first:last],
+            triangles=corners[start:end] - np.int32(first),
             triangle_surfaces=(face[start:end] - bodies.surface[i]).astype(np.int32),
         )
         for i, ((first, last), (start, end)) in enumerate(
-            zip(pairwise(points_ends.tolist()), pairwise(ends.tolist()), strict=True)
+            zip(pairwise([0, *points_ends.tolist()]), pairwise(ends.tolist()), strict=True)
         )
     ]
 
@@ -100,7 +100,7 @@ def _facets(
     ):
         which = first + np.flatnonzero(rest[first:last])
         if len(which):
-            kernels.append(_kernel_facets(faces, which.tolist(), area, chord))
+            kernels.append(_kernel_facets(faces, which.tolist(), trims.surfaces, area, chord))
             found |= _kernel_cuts(faces[first:last], which.tolist(), first, first_arc, trims)
     beside = np.zeros(len(faces), bool)
     beside[trims.surface[np.isin(trims.arc, list(found))]] = True
@@ -138,7 +138,7 @@ def _joined_corners(made: list[Facets]) -> npt.NDArray[np.int64]:
     return np.concatenate([one.corners + start for one, start in zip(made, first.tolist(), strict=True)])
 
 
-def _kernel_facets(faces: list[Any], which: list[int], area: Array, chord: float) -> Facets:
+def _kernel_facets(faces: list[Any], which: list[int], surfaces: Surfaces, area: Array, chord: float) -> Facets:
     """Triangles of some of the faces by the kernel's mesher; none of a face that it gives up on."""
     _triangulate([faces[i] for i in which], chord)
     made, places, have = [], [], []
@@ -161,10 +161,11 @@ def _kernel_facets(faces: list[Any], which: list[int], area: Array, chord: float
         corners.append(triangles[:, ::-1] if faces[i].Orientation() == Sense.TopAbs_REVERSED else triangles)
     counts, sizes = ([len(one) for one in many] for many in (points, corners))
     first = np.cumsum(counts) - counts
+    owner, vertices = np.repeat(have, counts), np.concatenate(points)
     return Facets(
-        np.concatenate(points),
-        np.concatenate(uv),
-        np.repeat(have, counts),
+        vertices,
+        normals_of(surfaces, owner, np.concatenate(uv), vertices),
+        owner,
         np.concatenate(corners).astype(np.int64) + np.repeat(first, sizes)[:, None].astype(np.int64),
         np.repeat(have, sizes),
     )
