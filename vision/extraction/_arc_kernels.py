@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from vision.extraction._compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -17,7 +17,7 @@ IntArray = npt.NDArray[np.int32]
 LINE, CIRCLE, FREE = 0, 1, 2
 
 
-@kernel("void(f8[::1], f8, f8, f8)", helper=True)
+@helper
 def _add(m: FloatArray, x: float, y: float, w: float) -> None:
     """Add a weighted point to the moments (9,)."""
     z = x * x + y * y
@@ -32,7 +32,7 @@ def _add(m: FloatArray, x: float, y: float, w: float) -> None:
     m[8] += w * z * z
 
 
-@kernel("Tuple((f8, f8, f8, f8, f8))(f8[::1])", helper=True)
+@helper
 def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
     """Total-least-squares line: centroid x, y, unit direction x, y, and the weighted mean square distance."""
     w = m[0]
@@ -52,7 +52,7 @@ def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
     return cx, cy, dx / norm, dy / norm, least
 
 
-@kernel("Tuple((f8, f8, f8, f8))(f8[::1])", helper=True)
+@helper
 def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
     """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
 
@@ -106,7 +106,7 @@ def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
     return cx + ux, cy + uy, sqrt(r2), max(square, 0.0) / (4.0 * r2)
 
 
-@kernel("i8(f8[::1], f8[::1], i8, i8, f8, i8, i4[::1])", helper=True)
+@helper
 def _break_points(
     x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, out: IntArray
 ) -> int:
@@ -147,7 +147,7 @@ def _break_points(
     return count
 
 
-@kernel("void(f8[::1], i8, i8, i8, f8[::1])", helper=True)
+@helper
 def _stand_off(x: FloatArray, first: int, behind: int, reach: int, out: FloatArray) -> None:
     """How far values from `first` on lie from the cubic through the `reach` on either side (Savitzky and Golay)."""
     scale = 1.0 / ((2.0 * reach - 1.0) * (2.0 * reach + 1.0) * (2.0 * reach + 3.0))
@@ -162,7 +162,7 @@ def _stand_off(x: FloatArray, first: int, behind: int, reach: int, out: FloatArr
             out[i] -= share * (before[i] + after[i])
 
 
-@kernel("void(f8[::1], f8[::1], f8[::1], i8, i8, i8, f8[::1])", helper=True)
+@helper
 def _roughness(
     x: FloatArray, y: FloatArray, weight: FloatArray, begin: int, end: int, reach: int, out: FloatArray
 ) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from vision.extraction._compiled import helper, kernel
 
 LabelArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
@@ -12,14 +12,14 @@ CountArray = npt.NDArray[np.int64]
 SIDES, ON_EDGE, SUM_X, SUM_Y, STRIPS, LOOSE, ASLANT = range(7)  # columns of `borders`
 
 
-@kernel("i8(i4, i4)", helper=True)
+@helper
 def _key(one: int, other: int) -> int:
     """The lesser times 2^32 plus the greater; -1 where they are alike or one is below 0."""
     lesser, greater = np.int64(min(one, other)), np.int64(max(one, other))
     return int(-1 if lesser == greater or lesser < 0 else (lesser << 32) + greater)
 
 
-@kernel("i8(i8, i4[::1], i8[::1], i8)", helper=True)
+@helper
 def _place(key: int, slots: LabelArray, keys: CountArray, count: int) -> int:
     """Where the first `count` of `keys`, whose places stand in the hash table `slots`, hold `key`, or take it on."""
     at = (key * 0x9E3779B97F4A7C1) >> 20 & (len(slots) - 1)
@@ -32,7 +32,7 @@ def _place(key: int, slots: LabelArray, keys: CountArray, count: int) -> int:
     return count
 
 
-@kernel("i4[::1](i4[:, ::1])", helper=True)
+@helper
 def _meetings(labels: LabelArray) -> LabelArray:
     """Pixels, row by row, that differ from their neighbour to the right, below or between these two."""
     rows, columns = labels.shape
@@ -61,12 +61,17 @@ def borders(labels: LabelArray, edge: BoolArray, loose: BoolArray) -> tuple[Coun
     keys, sums, count = np.empty(1 << 11, np.int64), np.zeros((1 << 11, 7), np.int64), 0
     slots = np.full(1 << 12, -1, np.int32)
     around = np.empty(4, np.int64)  # of a corner: pairs of its sides off the edges, or -1
-    for pixel in _meetings(labels):
+    meetings = _meetings(labels)
+    for meeting in range(len(meetings)):
+        pixel = meetings[meeting]
         if count + 4 > len(keys):
-            keys, sums = np.append(keys, np.empty_like(keys)), np.concatenate((sums, np.zeros_like(sums)))
-            slots = np.full(2 * len(keys), -1, np.int32)
+            former_keys, former_sums = keys, sums
+            keys, sums = np.empty(2 * count + 8, np.int64), np.zeros((2 * count + 8, 7), np.int64)
+            slots = np.full(2 * len(slots), -1, np.int32)
             for i in range(count):
-                _place(keys[i], slots, keys, i)
+                _place(former_keys[i], slots, keys, i)
+                for column in range(7):
+                    sums[i, column] = former_sums[i, column]
         r, c = pixel // columns, pixel % columns
         below, after = min(r + 1, rows - 1), min(c + 1, columns - 1)
         here, right, under, across = labels[r, c], labels[r, after], labels[below, c], labels[below, after]

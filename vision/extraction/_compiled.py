@@ -11,15 +11,16 @@ from numba import njit
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
+# nobody calls these from C: a wrapper for that would be compiled for nothing
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False, "nogil": True, "no_cfunc_wrapper": True}
+_NOT_FROM_PYTHON: dict[str, Any] = {"no_cpython_wrapper": True}
 
-def kernel(signature: str, *, helper: bool = False) -> Callable[[Function], Function]:
-    """Decorator: compile for `signature` (numba's notation) at import, or load from the cache; a `helper` is called by
-    other kernels only."""
-    # nobody calls these from C: a wrapper for that would be compiled for nothing
-    options: dict[str, Any] = {
-        "error_model": "numpy",
-        "boundscheck": False,
-        "no_cfunc_wrapper": True,
-        "no_cpython_wrapper": helper,
-    }
-    return cast(Callable[[Function], Function], njit(signature, cache=True, nogil=True, **options))
+
+def kernel(signature: str) -> Callable[[Function], Function]:
+    """Decorator: compile for `signature` (numba's notation) at import, or load from the cache."""
+    return cast(Callable[[Function], Function], njit(signature, cache=True, **_OPTIONS))
+
+
+def helper(function: Function) -> Function:
+    """Decorator of what only kernels call: compiled into the first that is, and never loaded by itself."""
+    return cast(Function, njit(**_OPTIONS, **_NOT_FROM_PYTHON)(function))

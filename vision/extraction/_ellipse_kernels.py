@@ -5,14 +5,14 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from vision.extraction._compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 OffsetArray = npt.NDArray[np.int64]
 
 
-@kernel("f8(f8[::1])", helper=True)
+@helper
 def _pairwise(values: FloatArray) -> float:
     """Their sum by halves, whose rounding grows with the logarithm of their number; eight at a time."""
     n = len(values)
@@ -38,7 +38,7 @@ def _pairwise(values: FloatArray) -> float:
     return total
 
 
-@kernel("f8(f8[::1])", helper=True)
+@helper
 def _total(values: FloatArray) -> float:
     return float(values[0] + _pairwise(values[1:]) if len(values) > 1 else values[0])
 
@@ -72,7 +72,10 @@ def normalised(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: Offset
 def products(points: FloatArray, offsets: OffsetArray) -> FloatArray:
     """(15, n): sums over sets of points (3, m) u, v, gain, of gain times each product of two of uu, uv, vv, u, v, 1."""
     out = np.empty((15, len(offsets) - 1))
-    rows = np.empty((15, np.diff(offsets).max()))
+    most = 0
+    for i in range(len(offsets) - 1):
+        most = max(most, offsets[i + 1] - offsets[i])
+    rows = np.empty((15, most))
     for i in range(len(offsets) - 1):
         count = offsets[i + 1] - offsets[i]
         for j in range(count):

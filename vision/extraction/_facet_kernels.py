@@ -7,7 +7,7 @@ pixels at once.  Single precision rounds 1e-7 of the grey range, far below any n
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from vision.extraction._compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
@@ -31,7 +31,7 @@ def mirrored(grey: npt.NDArray[np.floating], taps: SingleArray) -> SingleArray:
     return np.asarray(border, dtype=np.float32)
 
 
-@kernel("void(f4[::1], i8, i8, f4[::1], f4, f4[::1])", helper=True)
+@helper
 def _correlate(
     source: SingleArray, centre: int, step: int, taps: SingleArray, sign: np.float32, out: SingleArray
 ) -> None:
@@ -54,7 +54,7 @@ def _correlate(
             )
 
 
-@kernel("void(f4[::1], i8, i8, f4[::1], f4[::1], b1, f4[::1], f4[::1])", helper=True)
+@helper
 def _correlate_two(
     source: SingleArray,
     centre: int,
@@ -96,7 +96,7 @@ def moments(grey: SingleArray, width: int, first: int, taps: SingleArray, down: 
 
     `grey` is `mirrored`, row by row, `width` wide; `first` counts in the picture; worked in `down` (4, width).
     """
-    reach = taps.shape[1] - 1
+    reach, one_px = taps.shape[1] - 1, int(np.int64(1))  # no constant, for which numba would compile anew
     for row in range(out.shape[1]):
         # a stretch of columns at a time: the rows around it stay in the nearest cache for all four
         begin = (first + row + reach) * width
@@ -108,9 +108,9 @@ def moments(grey: SingleArray, width: int, first: int, taps: SingleArray, down: 
             for j in range(min(2, 4 - i)):
                 one = out[at + j, row]
                 if j + 2 < 4 - i:
-                    _correlate_two(down[i], reach, 1, taps[j], taps[j + 2], j == 1, one, out[at + j + 2, row])
+                    _correlate_two(down[i], reach, one_px, taps[j], taps[j + 2], j == 1, one, out[at + j + 2, row])
                 else:
-                    _correlate(down[i], reach, 1, taps[j], _SIGN[j], one)
+                    _correlate(down[i], reach, one_px, taps[j], _SIGN[j], one)
 
 
 @kernel("void(f4[::1], f4[::1], f4[::1])")

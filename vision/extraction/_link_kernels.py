@@ -5,7 +5,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from vision.extraction._compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -90,7 +90,7 @@ def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: Bool
     return chains
 
 
-@kernel("i8(f8[::1], f8[::1], b1[::1], i8[::1], f8, i8[:, ::1])", helper=True)
+@helper
 def _count_or_fill(
     x: FloatArray, y: FloatArray, looked: BoolArray, order: IndexArray, reach: float, out: IndexArray
 ) -> int:

@@ -89,13 +89,14 @@ def flood(cells: LabelArray, depth: npt.NDArray[np.float32]) -> None:
         ends[level + 1] += ends[level]
     begins = ends.copy()
     queue, now = np.empty(ends[256], np.int32), np.empty(ends[256], np.int32)
-    for pixel in border[:borders]:
-        level = cells[pixel] & 255
-        queue[ends[level]] = pixel
+    for i in range(borders):
+        level = cells[border[i]] & 255
+        queue[ends[level]] = border[i]
         ends[level] += 1
     for level in range(255, -1, -1):
         waiting, at = ends[level] - begins[level], 0
-        now[:waiting] = queue[begins[level] : ends[level]]
+        for i in range(waiting):
+            now[i] = queue[begins[level] + i]
         while at < waiting:
             pixel = now[at]
             at += 1
