@@ -190,7 +190,9 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     on_line = centre + np.sum((ends - centre) * direction, axis=2, keepdims=True) * direction
     spoke = ends - centre
     spoke_length = np.maximum(np.linalg.norm(spoke, axis=2, keepdims=True), 1e-12)
-    unbiased = radius + np.where(circular[:, 0], drawn_inwards(radius, half_spread), 0.0)
+    drawn = np.zeros(len(kinds))
+    drawn[circular[:, 0]] = drawn_inwards(radius[circular[:, 0]], half_spread[circular[:, 0]])
+    unbiased = radius + drawn
     on_circle = centre + spoke / spoke_length * unbiased[:, None]
     start, end = np.where(line, on_line, np.where(circular, on_circle, ends))
 
@@ -206,7 +208,7 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     deviations, covariance = _deviations(
-        x, y, edges.sigma[members.elements], w, members, kinds, fit, found, half_spread, scale
+        x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale
     )
     course = settle(edges, members, deviations, scale)
     if (kinds == FREE).any():
@@ -256,12 +258,13 @@ def _deviations(
     members: Chains,
     kinds: IntArray,
     fit: FloatArray,
+    drawn: FloatArray,
     ellipses: Ellipses,
     half_spread: FloatArray,
     scale: float,
 ) -> tuple[Deviations, FloatArray]:
     """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
-    those of the elliptic ones, in order."""
+    those of the elliptic ones, in order; `drawn` (n,) by how much (px) circles are drawn inwards."""
     arc = members.chain_of_member
     columns = np.full((5, len(x)), np.nan)
     covariance = np.full((len(kinds), STATIONS, STATIONS), np.nan)
@@ -274,10 +277,11 @@ def _deviations(
                 px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale
             )
         elif kind == LINE:
-            found = from_lines(px, py, fit[at])
-            jacobian = covariances.of_lines((px - fit[at, 0]) * fit[at, 2] + (py - fit[at, 1]) * fit[at, 3])
+            line = fit[:, :4].take(at, axis=0)
+            found = from_lines(px, py, line)
+            jacobian = covariances.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
         elif kind == CIRCULAR:
-            found = from_circles(px, py, fit[at], drawn_inwards(fit[:, 2], half_spread)[at])
+            found = from_circles(px, py, fit[:, :3].take(at, axis=0), drawn[at])
             jacobian = covariances.of_circles(found)
         else:
             which = np.searchsorted(own, at)

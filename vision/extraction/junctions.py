@@ -145,7 +145,7 @@ def _first_courses(arcs: Arcs, ends: _Ends, courses: _Courses) -> tuple[IndexArr
     at = at[end, step, which]
     other = courses.arc[at] != ends.arc[end]
     end, step, at = end[other], step[other], at[other]
-    chord, normal = _chords(arcs, courses.point[at]), ends.curve.normals(np.tile(way, (count, 1)))[end, step]
+    chord, normal = _chords(arcs, courses.point[at]), ends.curve.take(end).normals(way[step][:, None])[:, 0]
     distance = np.hypot(*(courses.place[at] - ray[end, step]).T)
     met = (np.abs(np.sum(chord * normal, axis=1)) > _CROSS * np.hypot(*chord.T)) & (distance < 1.0)
     end, step, at, distance = end[met], step[met], at[met], distance[met]
@@ -264,7 +264,7 @@ def _places(
         for axis, distance, weight in ((normal, across, sigma**-2), (tangent, along, is_end * _END_SIGMA**-2)):
             for i in range(2):
                 pull[:, i] += np.bincount(group, weight * distance * axis[:, i], count)
-                for j in range(2):
+                for j in range(i, 2):
                     information[:, i, j] += np.bincount(group, weight * axis[:, i] * axis[:, j], count)
         (xx, xy), (_, yy) = np.moveaxis(information, 0, -1)
         covariance = np.moveaxis(np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy), -1, 0)
