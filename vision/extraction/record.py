@@ -13,7 +13,7 @@ from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
 from vision.extraction import relations as relation_columns
-from vision.extraction.arcs import concatenate
+from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.closing import closed_courses
 from vision.extraction.extract import VERSION, Extraction, ExtractionParameters
 from vision.extraction.topography import LABELS
@@ -88,6 +88,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     ring, point_no = _members(regions.ring_offsets)
     labelled, label = np.nonzero(extraction.topography)
     borders, junctions = extraction.region_arcs, extraction.junctions
+    with_crests = concatenate([arcs, extraction.crest_arcs])
     return {
         "edge_element": {
             "element_no": np.arange(len(linked), dtype=np.int32),
@@ -100,10 +101,10 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "sigma": edges.sigma[linked],
             "arc_no": arc_no,
         },
-        "image_arc": _arcs(extraction),
+        "image_arc": _arcs(extraction, with_crests),
         "image_arc_mark": _marks(extraction),
-        "image_arc_point": _points(extraction),
-        "image_arc_covariance": _covariances(extraction),
+        "image_arc_point": _points(extraction, with_crests),
+        "image_arc_covariance": _covariances(with_crests),
         "image_junction": {
             "junction_no": np.arange(len(junctions), dtype=np.int32),
             "kind": np.array(junction_columns.KINDS, dtype=object)[junctions.kind],
@@ -155,9 +156,8 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     }
 
 
-def _arcs(extraction: Extraction) -> Columns:
+def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
     """Edge arcs first, numbered as in the extraction; then ridges and ravines, which are no units of matching."""
-    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     crests = extraction.crest_arcs
     hollow = extraction.crests.ravine[crests.elements[crests.offsets[:-1]]]
     kinds = np.concatenate([np.zeros(len(extraction.arcs), np.intp), np.where(hollow, 2, 1)])
@@ -186,9 +186,8 @@ def _arcs(extraction: Extraction) -> Columns:
     }
 
 
-def _points(extraction: Extraction) -> Columns:
+def _points(extraction: Extraction, arcs: Arcs) -> Columns:
     """Courses of the free arcs; those of other kinds have a formula."""
-    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     course, offsets = closed_courses(arcs, extraction.junctions)
     arc_no, point_no = _members(offsets)
     free = arcs.kind[arc_no] == arc_columns.FREE
@@ -201,9 +200,8 @@ def _points(extraction: Extraction) -> Columns:
     }
 
 
-def _covariances(extraction: Extraction) -> Columns:
+def _covariances(arcs: Arcs) -> Columns:
     """Covariances of the arcs that have one, row by row."""
-    arcs = concatenate([extraction.arcs, extraction.crest_arcs])
     known = np.isfinite(arcs.covariance)
     which = np.flatnonzero(known[:, 0, 0])
     offsets = np.concatenate([[0], np.cumsum(known.sum(axis=(1, 2))[which])])
