@@ -187,9 +187,9 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
     nth = np.arange(len(owner)) - np.repeat(np.cumsum(samples) - samples, samples)
     along = np.minimum(nth * step, length[owner])
     points = start[owner] + direction[owner] * along[:, None]
-    near = owner[pairs_within(points, radius + 0.5 * step)]
-    near = near[near[:, 0] != near[:, 1]]
-    a, b = np.divmod(np.unique(near.min(axis=1) * len(line) + near.max(axis=1)), max(len(line), 1))
+    one, other = (owner[point] for point in pairs_within(points, radius + 0.5 * step).T)
+    key = np.minimum(one, other) * len(line) + np.maximum(one, other)
+    a, b = np.divmod(np.unique(key[one != other]), max(len(line), 1))
     cross = direction[a, 0] * direction[b, 1] - direction[a, 1] * direction[b, 0]
     square = np.abs(cross) > np.cos(_MAX_ANGLE)
     lean = np.hypot(arcs.angle_sigma[line][a], arcs.angle_sigma[line][b])
