@@ -148,43 +148,21 @@ def _break_points(
 
 
 @helper
-def _stand_off(x: FloatArray, first: int, behind: int, reach: int, out: FloatArray) -> None:
-    """How far values from `first` on lie from the cubic through the `reach` on either side (Savitzky and Golay)."""
-    scale = 1.0 / ((2.0 * reach - 1.0) * (2.0 * reach + 1.0) * (2.0 * reach + 3.0))
-    middle = 3.0 * (3.0 * reach * reach + 3.0 * reach - 1.0)
-    here, at_centre = x[first:behind], 1.0 - middle * scale
-    for i in range(len(here)):
-        out[i] = here[i] * at_centre
-    for k in range(1, reach + 1):
-        share = (middle - 15.0 * k * k) * scale
-        before, after = x[first - k :], x[first + k :]
-        for i in range(len(here)):
-            out[i] -= share * (before[i] + after[i])
-
-
-@helper
 def _roughness(
     x: FloatArray, y: FloatArray, weight: FloatArray, begin: int, end: int, reach: int, out: FloatArray
 ) -> None:
     """Running sums `out[: end - begin + 1]` of the weighted squares of how far, across the chain, its members lie from
     the cubic through the `reach` members on either side (Savitzky and Golay, 1964); through fewer next to its ends."""
-    off_x, off_y = np.empty(end - begin), np.empty(end - begin)
-    if end - begin > 2 * reach:
-        _stand_off(x, begin + reach, end - reach, reach, off_x[reach:])
-        _stand_off(y, begin + reach, end - reach, reach, off_y[reach:])
     out[0] = 0.0
     for i in range(begin, end):
         m = min(reach, i - begin, end - 1 - i)
-        if m < reach:
-            scale = 1.0 / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))
-            middle = 3.0 * (3.0 * m * m + 3.0 * m - 1.0)
-            dx, dy = x[i] * (1.0 - middle * scale), y[i] * (1.0 - middle * scale)
-            for k in range(1, m + 1):
-                share = (middle - 15.0 * k * k) * scale
-                dx -= share * (x[i - k] + x[i + k])
-                dy -= share * (y[i - k] + y[i + k])
-        else:
-            dx, dy = off_x[i - begin], off_y[i - begin]
+        scale = 1.0 / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))
+        middle = 3.0 * (3.0 * m * m + 3.0 * m - 1.0)
+        dx, dy = x[i] * (1.0 - middle * scale), y[i] * (1.0 - middle * scale)
+        for k in range(1, m + 1):
+            share = (middle - 15.0 * k * k) * scale
+            dx -= share * (x[i - k] + x[i + k])
+            dy -= share * (y[i - k] + y[i + k])
         before, after = max(i - 4, begin), min(i + 4, end - 1)
         tx, ty = x[after] - x[before], y[after] - y[before]
         across = dx * ty - dy * tx

@@ -44,13 +44,23 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     from vision.extraction import _ellipse_kernels
 
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    (middle_x, middle_y, scale, weight_sum), points = _ellipse_kernels.normalised(x, y, weight, offsets)
-    good = counts >= 6
-    conic, squares = np.zeros((len(counts), 6)), np.zeros(len(counts))
-    for _ in range(_ROUNDS):
-        conic, found = _direct(_ellipse_kernels.products(points, offsets)[_PRODUCT].transpose(2, 0, 1))
+
+    def total(values: FloatArray) -> FloatArray:
+        return np.asarray(np.add.reduceat(values, offsets[:-1]))
+
+    middle_x, middle_y = total(x) / counts, total(y) / counts
+    u, v = x - np.repeat(middle_x, counts), y - np.repeat(middle_y, counts)
+    scale = np.sqrt(total(u * u + v * v) / counts)
+    good = (counts >= 6) & (scale > 0.0)
+    scale = np.where(good, scale, 1.0)
+    u, v = u / np.repeat(scale, counts), v / np.repeat(scale, counts)
+    conic, weighed = np.zeros((len(counts), 6)), np.zeros(len(counts), np.bool_)
+    sums = _ellipse_kernels.sums(u, v, weight, offsets, conic, weighed, 0)
+    for ahead in range(_ROUNDS - 1, -1, -1):
+        conic, found = _direct(sums[_PRODUCT].transpose(2, 0, 1))
         good &= found
-        squares = _ellipse_kernels.weigh(points, weight, offsets, conic, good)
+        sums = _ellipse_kernels.sums(u, v, weight, offsets, conic, good, 0 if ahead else 15)
+    squares, weight_sum = sums[15], total(weight)
     square = squares / weight_sum * scale**2
     conic[~good] = (1.0, 0.0, 1.0, 0.0, 0.0, -1.0)
     a, b, c, d, e, f = conic.T
