@@ -41,27 +41,39 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
     if len(counts) == 0:
         return Ellipses(*np.zeros((6, 0)))
-    from vision.extraction import _ellipse_kernels
-
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
 
     def total(values: FloatArray) -> FloatArray:
-        return np.asarray(np.add.reduceat(values, offsets[:-1]))
+        return np.asarray(np.add.reduceat(values, first, axis=-1))
+
+    def spread(values: FloatArray) -> FloatArray:
+        return np.asarray(np.repeat(values, counts, axis=-1))
 
     middle_x, middle_y = total(x) / counts, total(y) / counts
-    u, v = x - np.repeat(middle_x, counts), y - np.repeat(middle_y, counts)
+    u, v = x - spread(middle_x), y - spread(middle_y)
     scale = np.sqrt(total(u * u + v * v) / counts)
     good = (counts >= 6) & (scale > 0.0)
     scale = np.where(good, scale, 1.0)
-    u, v = u / np.repeat(scale, counts), v / np.repeat(scale, counts)
-    conic, weighed = np.zeros((len(counts), 6)), np.zeros(len(counts), np.bool_)
-    sums = _ellipse_kernels.sums(u, v, weight, offsets, conic, weighed, 0)
-    for ahead in range(_ROUNDS - 1, -1, -1):
-        conic, found = _direct(sums[_PRODUCT].transpose(2, 0, 1))
-        good &= found
-        sums = _ellipse_kernels.sums(u, v, weight, offsets, conic, good, 0 if ahead else 15)
-    squares, weight_sum = sums[15], total(weight)
-    square = squares / weight_sum * scale**2
+    u, v = u / spread(scale), v / spread(scale)
+    uu, uv, vv, one = u * u, u * v, v * v, np.ones_like(u)
+    # the products of any two of uu, uv, vv, u, v, 1
+    products = np.stack(
+        [uu * uu, uu * uv, uu * vv, uv * vv, vv * vv, uu * u, uu * v, vv * u, vv * v, uu, uv, vv, u, v, one]
+    )
+    weight_sum = total(weight)
+    gain, gradient = weight / spread(weight_sum), one
+    conic = np.zeros((len(counts), 6))
+    for _ in range(_ROUNDS):
+        conic, found = _direct(total(gain * products)[_PRODUCT].transpose(2, 0, 1))
+        a, b, c, d, e, f = spread(conic.T)
+        gradient = (2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2
+        least, greatest = np.minimum.reduceat(gradient, first), np.maximum.reduceat(gradient, first)
+        good &= found & (least > 1e-12 * greatest)
+        gradient = np.where(np.repeat(good, counts), gradient, 1.0)
+        gain = weight / gradient
+        gain /= spread(total(gain))
+    value = a * uu + b * uv + c * vv + d * u + e * v + f
+    square = total(weight * value**2 / gradient) / weight_sum * scale**2
     conic[~good] = (1.0, 0.0, 1.0, 0.0, 0.0, -1.0)
     a, b, c, d, e, f = conic.T
     determinant = 4.0 * a * c - b * b
