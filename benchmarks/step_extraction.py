@@ -36,6 +36,9 @@ def main() -> None:
         for file in [*map(Path, sys.argv[1:]), plate]:
             got = {stage: _stage(stage, file) for stage in STAGES}
             faces = got["extract"]["faces"]
+            if not faces:
+                print(f"{file.name} has no face of the kernel's", file=sys.stderr)
+                continue
             walk, extract, meshing = got["walk"]["seconds"], got["extract"]["seconds"], got["extract"]["meshing"]
             rows.append(
                 (
