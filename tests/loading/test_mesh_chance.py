@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.spatial import Delaunay
 
 from relmodel.loading.mesh.doubts import turn
 from relmodel.loading.mesh.patches import cut_patches
@@ -60,9 +61,10 @@ def test_no_cylinder_is_found_that_the_part_has_not(seed: int, chord: float, ang
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("chord", "angle"), [(0.02, 0.1), (0.01, 0.12)])
+@pytest.mark.parametrize(("chord", "angle"), [(0.02, 0.1), (0.01, 0.12), (0.012, 0.2)])
 def test_a_thread_runs_out_in_no_cylinders(data_dir: Path, chord: float, angle: float) -> None:
-    """Strips of a flank's corner and of the crest are narrower than long, and lie on cylinders by chance."""
+    """Strips of a flank's corner and of the crest are narrower than long, and lie on cylinders by chance; so do those
+    at the ends of the head's rim, a torus that the kernel cuts into uneven triangles."""
     with meshed_by_kernel(chord, angle):
         (exact,) = document.read(str(data_dir / "step" / "M6-1x12-countersunk-screw.step")).shapes
     assert_no_other_cylinders(exact, 2)
@@ -111,6 +113,28 @@ def test_a_torus_takes_its_strip_that_stands_off_more_than_most() -> None:
     gap = np.array([away[outer[patches.of_triangle] == k].mean() for k in (0, 1)])
     assert gap[1] > 2 * gap[0]
     assert not united(vertices, triangles, patches, outer, np.array([4, 1]), row, gap, 3e-3).any()
+
+
+def test_a_torus_in_uneven_triangles_is_a_torus() -> None:
+    """No few facets tell of its axis, but all do."""
+    rng = np.random.default_rng(0)
+    major, minor = 5.0, 0.2
+    reach = np.array([2.8 * major, 2.3 * minor])  # around, and around the tube, mm
+    around, tube = (np.linspace(0, length, int(length / 0.04)) for length in reach)
+    rim = [np.stack([x, np.full_like(x, y)], axis=1) for x, y in ((around, 0.0), (around, reach[1]))]
+    rim += [np.stack([np.full_like(y, x), y], axis=1) for x, y in ((0.0, tube), (reach[0], tube))]
+    place = np.unique(np.concatenate([*rim, rng.uniform(0, reach, (1500, 2))]), axis=0)
+    triangles = Delaunay(place).simplices.astype(np.int64)
+    u, v = place[:, 0] / major, place[:, 1] / minor
+    rho = major + minor * np.cos(v)
+    vertices = np.stack([rho * np.cos(u), rho * np.sin(u), minor * np.sin(v)], axis=1)
+    shape = shape_from_triangles(vertices.astype(np.float32).astype(float), triangles)
+    assert shape is not None
+    at = list(shape.surfaces["kind"]).index("torus")
+    assert np.mean(shape.mesh.triangle_surfaces == at) > 0.99
+    assert shape.surfaces["radius"][at] == pytest.approx(major, abs=1e-5)
+    assert shape.surfaces["radius2"][at] == pytest.approx(minor, abs=1e-5)
+    assert "cylinder" not in shape.surfaces["kind"]
 
 
 @pytest.mark.parametrize("decimals", [4, 5])

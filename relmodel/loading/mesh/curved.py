@@ -17,7 +17,7 @@ Ints = npt.NDArray[np.int64]
 
 SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
-PLANE, CYLINDER, CONE, FREE = 0, 1, 2, 5  # the first, curved ones as kernels number them, and the last
+PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
 EXACT_MM = 5e-5  # kernels hold a cylinder that they keep as a spline about as exactly
 _INEXACT = 3.0  # of vertices on borders, in tolerances
 _LEAN_RAD = np.radians(30)  # a facet leans less against the surface that it stands for

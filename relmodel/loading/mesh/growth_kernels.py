@@ -27,6 +27,7 @@ from relmodel.loading.mesh.patch_kernels import (
     AREA,
     BEND,
     LEAST_EXACT,
+    LEAST_ROUND,
     LEAST_STEEP,
     MOST_INEXACT,
     NORMAL,
@@ -50,7 +51,6 @@ _LEAST_POINTS = (0, 8, 10, 10, 12)  # of a core, by kind: more than a surface of
 _MOST_AXES = 6  # of surfaces around a core, that a cone or torus may share
 _MOST_PATCHES = 40  # of a core
 _EXACT_OF_GAP = 0.02  # the same, where a surface holds them exactly
-_LEAST_ROUND = 0.05  # major radius of a torus in minor ones: less is a sphere
 _UNEVEN = 0.05  # three strips are a core where their widths differ by less: any symmetric three lie on a cylinder
 _ACROSS = 0.5  # share of its longest crease that a strip must have with a neighbour along it
 _ASKEW = 0.5  # least cosine between the normals of a surface and of a patch that it takes at last
@@ -334,7 +334,7 @@ def grow_surfaces(
                 refine(kind, s, points, allowed)
                 if not exact:
                     trim(kind, s, points, allowed)
-                if not worst(kind, s, points) <= allowed or (kind == TORUS and not s[6] > _LEAST_ROUND * abs(s[7])):
+                if not worst(kind, s, points) <= allowed or (kind == TORUS and not s[6] > LEAST_ROUND * abs(s[7])):
                     continue
                 if kind == CONE and abs(s[8]) < LEAST_STEEP:
                     continue

@@ -26,6 +26,7 @@ SHARE_OF_GAP = 0.1  # vertices lie nearer to a surface than this share of the di
 LEAST_EXACT = 0.7  # share of the vertices that a surface must hold exactly
 MOST_INEXACT = 3.0  # of vertices on borders, in tolerances
 LEAST_STEEP = 0.05  # cosine of a cone's half angle: less is a plane
+LEAST_ROUND = 0.05  # major radius of a torus in minor ones: less is a sphere
 _MOST_GAP = 6.0  # how much farther from a surface a patch's middle may lie than the bends about it let expect
 
 

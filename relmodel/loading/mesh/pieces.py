@@ -93,7 +93,7 @@ def fitted_together(told: Any, patches: Patches, owner: Ints, kind: Ints, row: F
     taken = taken[np.argsort(label[owner[taken]], kind="stable")]
     out, numbers = owner.copy(), np.full(10, np.nan)
     for members in np.split(taken, np.flatnonzero(np.diff(label[owner[taken]])) + 1) if len(taken) else []:
-        found = fit_region(told, members, near, numbers)
+        found = fit_region(told, members, near, 0.0, numbers)
         if found:
             first = owner[members].min()
             out[members], kind[first], row[first] = first, found, numbers
@@ -111,7 +111,7 @@ def simplest(told: Any, owner: Ints, kind: Ints, row: Floats, near: float) -> No
     for members in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1) if len(order) else []:
         o = owner[members[0]]
         if kind[o] not in RULED:
-            found = fit_region(told, members, near, numbers)
+            found = fit_region(told, members, near, 0.0, numbers)
             if found in RULED:
                 kind[o], row[o] = found, numbers
 

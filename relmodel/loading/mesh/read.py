@@ -19,7 +19,7 @@ from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part, Shap
 
 Floats = npt.NDArray[np.float64]
 
-LOADER_VERSION = "mesh 6"
+LOADER_VERSION = "mesh 7"
 UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
 UNITLESS_FORMATS = ("obj", "stl", "ply")
 FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")

@@ -9,47 +9,63 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.loading.mesh.algebra_kernels import floats, greater, inner, integers
-from relmodel.loading.mesh.distance_kernels import CONE, CYLINDER, SPHERE, gradient, worst
+from relmodel.loading.mesh.algebra_kernels import floats, greater, inner, integers, matrix
+from relmodel.loading.mesh.distance_kernels import CONE, TORUS, gradient, worst
 from relmodel.loading.mesh.patch_kernels import (
+    AREA,
     BEND,
+    LEAST_ROUND,
     LEAST_STEEP,
     MIDDLE,
     NORMAL,
     Patches,
     facets_of,
     points_of,
-    side_of,
 )
 from relmodel.loading.mesh.refine_kernels import refine
-from relmodel.loading.mesh.start_kernels import start
+from relmodel.loading.mesh.start_kernels import directions, start
 
 _SKEW = 0.5  # how far a patch's normal may be from the surface's, in the greatest bend between patches
+_ASKEW = 1e-2  # of a torus: share of the area of patches whose normals are further from it
 
 
 @inner(wrapped=True)
-def fit_region(m: Patches, members: Any, near: float, s: Any) -> int:
+def fit_region(m: Patches, members: Any, near: float, exact: float, s: Any) -> int:
     """Kind of the cylinder, cone or sphere, put into `s` (10,), that holds the vertices of all patches `members` within
-    a distance and explains their normals; 0 where there is none.  No torus: blends kept as splines are nearly one."""
+    the distance `near` and explains their normals, or of the torus that does within `exact`, for blends kept as
+    splines are nearly one (0: no torus); 0 where there is none."""
     n = len(members)
-    mark, no_axis = integers(len(m.points), -1), floats(3, 0.0)
+    mark, no_axis, guesses = integers(len(m.points), -1), floats(3, 0.0), matrix(3, 3)
     points = points_of(members, n, m, mark, 0)
     middles, facing = facets_of(members, n, m)
-    bend = 0.0
-    for i in range(n):
-        bend = greater(bend, m.facts[members[i], BEND])
-    for kind in (CYLINDER, CONE, SPHERE):
-        if not start(kind, points, middles, facing, no_axis, s):
+    directions(middles, facing, guesses)
+    for attempt in range(6 if exact > 0 else 3):
+        kind = attempt + 1 if attempt < 3 else TORUS
+        axis, allowed = (no_axis, near) if kind != TORUS else (guesses[attempt - 3], exact)
+        if not start(kind, points, middles, facing, axis, s):
             continue
-        refine(kind, s, points, near)
-        if not worst(kind, s, points) <= near or (kind == CONE and abs(s[8]) < LEAST_STEEP):
+        refine(kind, s, points, allowed)
+        if not worst(kind, s, points) <= allowed or (kind == CONE and abs(s[8]) < LEAST_STEEP):
             continue
-        side, level = side_of(kind, s, members[0], m), True
-        for i in range(n):
-            p = members[i]
-            gx, gy, gz = gradient(kind, s, m.facts[p, MIDDLE], m.facts[p, MIDDLE + 1], m.facts[p, MIDDLE + 2])
-            along = gx * m.facts[p, NORMAL] + gy * m.facts[p, NORMAL + 1] + gz * m.facts[p, NORMAL + 2]
-            level = level and side * along >= np.cos(_SKEW * bend)
-        if level:
-            return kind
+        if (kind != TORUS or s[6] > LEAST_ROUND * abs(s[7])) and _along(kind, s, members, m):
+            return int(kind)
     return 0
+
+
+@inner()
+def _along(kind: int, s: Any, members: Any, m: Patches) -> bool:
+    """Whether the normals of patches are about those of a surface, of a torus but for slivers."""
+    bend = 0.0
+    for i in range(len(members)):
+        bend = greater(bend, m.facts[members[i], BEND])
+    whole = outward = inward = 0.0
+    for i in range(len(members)):
+        p = members[i]
+        gx, gy, gz = gradient(kind, s, m.facts[p, MIDDLE], m.facts[p, MIDDLE + 1], m.facts[p, MIDDLE + 2])
+        along = gx * m.facts[p, NORMAL] + gy * m.facts[p, NORMAL + 1] + gz * m.facts[p, NORMAL + 2]
+        whole += m.facts[p, AREA]
+        if along >= np.cos(_SKEW * bend):
+            outward += m.facts[p, AREA]
+        elif -along >= np.cos(_SKEW * bend):
+            inward += m.facts[p, AREA]
+    return bool(greater(outward, inward) >= (1 - (_ASKEW if kind == TORUS else 0.0)) * whole)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from relmodel.loading.mesh.curved import FREE, KINDS, PLANE, curved_surfaces
 from relmodel.loading.mesh.patches import FLAT_RAD, FREE_RAD, WIDE, Patches, cut_patches
 from relmodel.loading.mesh.triangles import Edges, components, mean_planes
-from relmodel.loading.mesh.whole import fit_whole, without_scraps
+from relmodel.loading.mesh.whole import fit_whole, on_tori, without_scraps
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -37,6 +37,7 @@ def cut_regions(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 10), np.nan)])
     fit_whole(vertices, triangles, patches, owner, dropped, kind, row, tolerance)
+    owner = on_tori(vertices, triangles, patches, owner, kind, row)
     owner = without_scraps(patches, owner, kind)
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.loading.mesh.curved import CONE, CYLINDER, EXACT_MM, FREE, PLANE, facts_of
+from relmodel.loading.mesh.curved import CONE, CYLINDER, EXACT_MM, FREE, PLANE, SPHERE, TORUS, facts_of
 from relmodel.loading.mesh.distances import distances_normals
 from relmodel.loading.mesh.patches import FREE_RAD, Patches
 from relmodel.loading.mesh.pieces import RULED
@@ -16,10 +16,12 @@ Ints = npt.NDArray[np.int64]
 
 _INEXACT = 2.0  # how far from a surface the vertices of a whole region may lie, in tolerances
 _LEAST = 5  # patches of such a region, and strips of a cylinder or cone
-_LEAST_POINTS = (0, 10, 12, 8)  # of such a region, by kind: twice as many as the surface has parameters
+# Of such a region, by kind: twice as many as the surface has parameters, and more of a torus.
+_LEAST_POINTS = (0, 10, 12, 8, 100)
 _LEAST_DEEP = 10.0  # in that distance, how far such a region reaches from its mean plane
 _NO_CONE = 3.0  # how much worse than a cone, in its greatest distance, a cylinder may be, to be what it is
 _FACET, _SCRAP = 2, 24  # triangles of a plane, or of another region, that may be a scrap of a free-form one
+_SLIVER_RAD = np.radians(45)  # a sliver of a curved surface leans less against it
 _ENCLOSED = 0.99  # share of its rim within a free-form region, whatever the angles
 _SCRAP_RIM = 0.5  # share of its rim along which it then runs into that
 
@@ -57,7 +59,7 @@ def fit_whole(
             near = max(exact, _NO_CONE * float(np.abs(away).max()))
         else:
             continue
-        found = fit_region(told, members, near, numbers)
+        found = fit_region(told, members, near, exact if kind[o] == FREE else 0.0, numbers)
         if found and kind[o] == FREE:
             own = np.unique(triangles[np.isin(patches.of_triangle, members)])
             told_by = len(own) >= _LEAST_POINTS[found]
@@ -77,6 +79,29 @@ def _rulings(row: Floats, points: Floats, near: float) -> int:
     radius = np.hypot(x, y).max()
     place = np.arctan2(y, x) * radius
     return len(np.unique(np.floor((place - place.min()) / np.sqrt(8 * radius * near))))
+
+
+def on_tori(vertices: Floats, triangles: Ints, patches: Patches, owner: Ints, kind: Ints, row: Floats) -> Ints:
+    """Owner of each patch where tori take the other curved surfaces that they run smoothly into, and the slivers beside
+    them, that have all their vertices on them: only these tell that a strip between two sections is no cylinder."""
+    curved = (kind == CYLINDER) | (kind == CONE) | (kind == SPHERE)
+    exact = max(EXACT_MM, rounding(vertices))
+    while True:
+        a, b = owner[patches.owners()], owner[patches.other]
+        of_triangle = owner[patches.of_triangle]
+        sliver = (kind == PLANE) & (np.bincount(of_triangle, minlength=len(kind)) <= _FACET)
+        lean = np.where(sliver[b], _SLIVER_RAD, np.where(curved[b], FREE_RAD, 0.0))
+        meet = (kind[a] == TORUS) & (patches.angle < lean)
+        taken = np.arange(len(kind))
+        for torus, other in np.unique(np.stack([a[meet], b[meet]], axis=1), axis=0).tolist():
+            points = vertices[np.unique(triangles[of_triangle == other])]
+            rows = np.broadcast_to(row[torus], (len(points), 10))
+            away = distances_normals(np.full(len(points), TORUS), rows, points)[0]
+            if np.abs(away).max() <= exact:
+                taken[other] = torus
+        if np.array_equal(taken[owner], owner):
+            return owner
+        owner = taken[owner]
 
 
 def without_scraps(patches: Patches, owner: Ints, kind: Ints) -> Ints:
