@@ -54,7 +54,7 @@ def _fitted(row: Index, points: Array, normals: Array, tolerance: float) -> tupl
     scale = np.maximum(np.abs(points - middle).max(axis=(1, 2), keepdims=True, initial=0), 1e-300)
     local = (points - middle) / scale
     lines = np.concatenate([normals, np.cross(local, normals)], axis=2)
-    moment, axis = np.split(np.linalg.svd(lines)[2][:, -1], 2, axis=1)
+    moment, axis = np.split(np.linalg.svd(lines, full_matrices=False)[2][:, -1], 2, axis=1)
     length = np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-300)
     axis = axis / length
     foot = np.cross(axis, moment / length)

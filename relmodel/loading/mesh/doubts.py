@@ -43,9 +43,9 @@ def without_chance(
     and cones of short rulings, which are hardly more than one arc, those of twice as many patches and turn.  To run on
     is to bend, less than a free-form surface does, into patches that nobody owns and that bend on (where rulings are
     short, into any that go on in others as wide: no planes), or into a surface that may be chance and whose normal
-    there is another one.  Nor is any cylinder or cone one of the part that runs on into
-    one of about its radius whose normal there is another one, or, if both may be chance, whose axis is parallel; nor
-    are two surfaces that may be chance, and have about one curvature across the rim between them.
+    there is another one.  Nor is any cylinder or cone one of the part that runs on into one of about its radius whose
+    normal there is another one, or, if both may be chance, whose axis is parallel; nor are two surfaces that may be
+    chance, and have about one curvature across the rim between them.
     """
     if not len(kind):
         return owner

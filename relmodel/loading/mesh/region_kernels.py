@@ -38,8 +38,11 @@ def fit_region(m: Patches, members: Any, near: float, exact: float, s: Any) -> i
     mark, no_axis, guesses = integers(len(m.points), -1), floats(3, 0.0), matrix(3, 3)
     points = points_of(members, n, m, mark, 0)
     middles, facing = facets_of(members, n, m)
-    directions(middles, facing, guesses)
-    for attempt in range(6 if exact > 0 else 3):
+    attempts = 3  # a cylinder, a cone, a sphere, as kinds are numbered; then tori about three axes
+    if exact > 0:
+        directions(middles, facing, guesses)
+        attempts = 6
+    for attempt in range(attempts):
         kind = attempt + 1 if attempt < 3 else TORUS
         axis, allowed = (no_axis, near) if kind != TORUS else (guesses[attempt - 3], exact)
         if not start(kind, points, middles, facing, axis, s):
