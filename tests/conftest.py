@@ -39,7 +39,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 # Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
 _TOGETHER = ("tests/cli", "tests/variants")
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
-_FIRST = ("tests/cli/", "tests/loading/", "tests/readers/", "tests/features/", "tests/vision/localisation/", "tests/variants/", "tests/test_wheel.py")
+_FIRST = (
+    "tests/cli/",
+    "tests/loading/",
+    "tests/readers/",
+    "tests/features/",
+    "tests/vision/localisation/",
+    "tests/variants/",
+    "tests/test_wheel.py",
+)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -19,9 +19,26 @@ Table = dict[str, Any]  # column name -> array, Ragged or list; all of one lengt
 Attribute = tuple[str, float | str, str | None]  # name, value, unit of a number
 
 
+@dataclass(frozen=True)
+class Finding:
+    """What a reader noticed that does not keep a file from being loaded: a row of `load_finding`.
+
+    kind: a short name such as `open_edge`.  value, bound: what was measured and what it was held against, in `unit`
+    (None where it is no measure).  surface_no, arc_no: which face or edge of the shape, None where it is the whole.
+    """
+
+    kind: str
+    message: str
+    value: float | None = None
+    bound: float | None = None
+    unit: str | None = None
+    surface_no: int | None = None
+    arc_no: int | None = None
+
+
 @dataclass
 class Mesh:
-    """Triangles of a shape: `shape_mesh`."""
+    """Triangles of a shape: `shape_mesh`.  deviation_mm: greatest measured distance from the surfaces; NaN unknown."""
 
     chord_mm: float
     chord_rad: float
@@ -29,6 +46,7 @@ class Mesh:
     normals: npt.NDArray[np.float32]  # (n, 3) outward, of the exact surface
     triangles: npt.NDArray[np.int32]  # (m, 3) counter-clockwise from outside
     triangle_surfaces: npt.NDArray[np.int32]  # (m,) surface_no
+    deviation_mm: float = float("nan")
 
 
 @dataclass
@@ -80,6 +98,7 @@ class Shape:
     arc_offsets: Table = field(default_factory=dict)
     basis_arc_offsets: Table = field(default_factory=dict)
     basis_surface_swept: Table = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
 
 
 @dataclass(frozen=True)

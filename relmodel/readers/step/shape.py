@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property, partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from OCP.BRep import BRep_Tool
@@ -117,7 +117,7 @@ def _extracted(sources: list[_Source]) -> list[Shape]:
         surface_columns[column] = [one.get(i + 1) for one, count in marks for i in range(count)]
     normals = brep.ArcNormals(trims)
     arc_columns |= brep.adjacency(normals)
-    tables = {
+    tables: dict[str, Any] = {
         "surfaces": surface_columns,
         "surface_splines": support.splines,
         "surface_swept": support.swept,
@@ -137,7 +137,7 @@ def _extracted(sources: list[_Source]) -> list[Shape]:
             volume=abs(float(flux[first:last].sum())) / 3 if source.body.solid else None,
             mesh=mesh,
             samples=ArcSamples(**own.pop("samples")),
-            **own,
+            **cast(dict[str, Any], own),
         )
         for source, own, mesh, (first, last) in zip(
             sources, bodies.apart(tables), meshes, pairwise(bodies.surface.tolist()), strict=True
