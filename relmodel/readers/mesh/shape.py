@@ -12,11 +12,9 @@ from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.model.model import ArcSamples, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
-from relmodel.readers.mesh.face_regions import face_regions
 from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
-from relmodel.readers.mesh.patches import FREE_RAD
-from relmodel.readers.mesh.regions import Regions, cut_regions
+from relmodel.readers.mesh.segment import FREE_RAD, Regions, segment_mesh
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
 
 Floats = npt.NDArray[np.float64]
@@ -53,7 +51,7 @@ def shape_from_triangles(
             edges, _ = find_edges(vertices, triangles)
             volume = -volume
     if faces is None:
-        regions = cut_regions(vertices, triangles, edges, tolerance)
+        regions = segment_mesh(vertices, triangles, edges, tolerance)
     else:
         given = None if normals is None else normals[kept]
         regions = face_regions(vertices, triangles, edges, faces[kept], tolerance, given)

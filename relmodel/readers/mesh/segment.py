@@ -1,0 +1,306 @@
+"""Segmentation of a triangle mesh into planes, cylinders, cones, spheres, tori and free-form regions.
+
+Coplanar triangles make patches.  A patch with its neighbours across long, smooth edges determines a surface of each
+kind; patches that agree about theirs make a candidate, which grows over neighbours that lie on it, whoever else claims
+them.  The candidates that explain the greatest area are taken, one after the other.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.readers.mesh.fit import (
+    CONE, CYLINDER, FREE, KINDS, PARAMETERS, PLANE, SPHERE, TORUS, distances, fit_surfaces, normals_at,
+)  # fmt: skip
+from relmodel.readers.mesh.triangles import Edges, Patches, components, cut_patches, mean_planes, rounding, slim
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
+FREE_RAD = np.radians(20)  # those of a free-form surface turn less
+EXACT_MM = 5e-5  # as exactly as a surface holds the vertices within it; those on its boundary may be farther off
+_FLAT_RAD = np.radians(0.5)
+_WIDE = 3.0  # how much wider than its smooth neighbours a patch is that is a plane
+_LONG = 0.5  # of the longest smooth edge of a patch: across those a curved surface goes on
+_SPARE = 2  # points more than parameters that tell of a surface
+_MOST_DIRECTIONS = 10
+_RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
+_SHARE_OF_SAG = 0.3
+_DRAWS = 3  # of seeds
+_MOST_LEAN = 1.2
+_LEAST = 3  # patches of a curved surface
+_BONUS = {CYLINDER: 1.0, SPHERE: 0.95, CONE: 0.95, TORUS: 0.9}  # simple surfaces first
+_LEAN = 1.5  # how far a facet may lean against its surface, in the greatest angles between its facets
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions of a mesh: of each triangle its region; of each region its kind and row (`fit.py`, NaN where none)."""
+
+    of_triangle: Ints
+    kind: npt.NDArray[np.str_]
+    surface: Floats  # (n, 8)
+
+
+@dataclass
+class _Surfaces:
+    """Candidates: kind (n,), row (n, 8), angle by which facets may lean (n,), and sorted pairs surface * patches + patch
+    of what they hold."""
+
+    kind: Ints
+    row: Floats
+    lean: Floats
+    held: Ints
+
+
+def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
+    """Segment a mesh into regions, numbered by first triangle; tolerance (mm) is how far a vertex may be off."""
+    patches = cut_patches(vertices, triangles, edges, tolerance)
+    work = _Segmentation(vertices, triangles, patches)
+    kind, row, owner = np.empty(0, np.int64), np.empty((0, 8)), np.full(len(patches.area), -1)
+    for level in (max(EXACT_MM, 2 * rounding(vertices)), tolerance):
+        new = work.candidates(owner, level)
+        kind, row, owner = work.take(new, kind, row, owner)
+    owner, flat = work.rest(owner, len(kind), tolerance)
+    kind = np.append(kind, np.where(flat, PLANE, FREE))
+    row = np.concatenate([row, np.full((len(flat), 8), np.nan)])
+    _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = owner[patches.of_triangle[first[order]]]
+    return Regions(np.argsort(order)[region.ravel()], np.array(KINDS)[kind[number]], row[number])
+
+
+class _Segmentation:
+    def __init__(self, vertices: Floats, triangles: Ints, patches: Patches) -> None:
+        from scipy.sparse import csr_array
+
+        self.vertices, self.triangles, self.patches = vertices, triangles, patches
+        self.count = len(patches.area)
+        of = patches.of_triangle
+        # A sliver tells no normal, and its corners may be anywhere along its neighbours.
+        thin = slim(vertices, triangles)
+        self.known = np.bincount(of, ~thin, minlength=self.count) > 0
+        thin &= self.known[of]
+        pair = np.unique(np.repeat(of[~thin], 3) * np.int64(len(vertices)) + triangles[~thin].ravel())
+        patch, vertex = np.divmod(pair, len(vertices))
+        start = np.searchsorted(patch, np.arange(self.count + 1))
+        self.corners = csr_array((np.ones(len(vertex), np.int8), vertex, start), shape=(self.count, len(vertices)))
+        self.smooth = patches.angle < SMOOTH_RAD
+        self.bend = np.zeros(self.count)
+        np.maximum.at(self.bend, patches.a[self.smooth], patches.angle[self.smooth])
+        widest, narrow = np.zeros(self.count), self.smooth
+        np.maximum.at(widest, patches.a[narrow], patches.width[patches.b[narrow]])
+        # A plane is much wider than the strips that it runs smoothly into.
+        self.plane = patches.flat & (patches.width > _WIDE * widest)
+
+        self.near = self._csr(patches.a[self.smooth], patches.b[self.smooth], self.count)
+        big = np.flatnonzero(self.plane)[np.argsort(-patches.area[self.plane], kind="stable")][:_MOST_DIRECTIONS]
+        self.directions = np.concatenate([np.eye(3), self._unit(patches.normal[big])])
+        alike = np.triu(np.abs(self.directions @ self.directions.T) > 0.999, 1).any(axis=0)
+        self.directions = self.directions[~alike]
+
+    @staticmethod
+    def _unit(v: Floats) -> Floats:
+        return np.asarray(v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-300))
+
+    def candidates(self, owner: Ints, level: float) -> _Surfaces:
+        """Curved surfaces that hold patches without an owner within `level` (mm); they overlap."""
+        from scipy.sparse import eye_array
+
+        p = self.patches
+        open_ = (owner < 0) & ~self.plane & self.known
+        joined = np.flatnonzero(self.smooth & open_[p.a] & open_[p.b])
+        a, b, length = p.a[joined], p.b[joined], p.length[joined]
+        longest = np.zeros(self.count)
+        np.maximum.at(longest, a, length)
+        across = length >= _LONG * longest[a]
+        step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32, format="csr")).tocsr()
+        seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
+        rings = [step[seeds]]
+        for _ in range(2):
+            rings.append((rings[-1] @ step).tocsr())
+        points = np.stack([np.diff((ring @ self.corners).indptr) for ring in rings])
+        found = []
+        for kind in (CYLINDER, CONE, SPHERE, TORUS):
+            # The smallest group that tells; of a torus one that bends both ways.
+            enough = points >= PARAMETERS[kind] + _SPARE
+            if kind == TORUS:
+                enough = points >= PARAMETERS[kind] + 2 * _SPARE
+                enough[0] = False
+            for ring, which in zip(rings, enough & (np.cumsum(enough, axis=0) == 1), strict=True):
+                if which.any():
+                    found.append(self._seeded(kind, seeds[which], ring[which].tocsr(), level))
+        return self._joined(found)
+
+    def _joined(self, found: list[_Surfaces]) -> _Surfaces:
+        shift = np.cumsum([0, *(len(f.kind) for f in found)])
+        return _Surfaces(
+            np.concatenate([np.empty(0, np.int64), *(f.kind for f in found)]),
+            np.concatenate([np.empty((0, 8)), *(f.row for f in found)]),
+            np.concatenate([np.empty(0), *(f.lean for f in found)]),
+            np.concatenate([np.empty(0, np.int64), *(f.held + s * self.count for f, s in zip(found, shift, strict=False))]),
+        )
+
+    def fit(self, kind: int, groups: Any, begin: Floats | None = None) -> tuple[Floats, Floats, Ints]:
+        """Rows, greatest distances and numbers of points of groups of patches (CSR)."""
+        points = (groups @ self.corners).tocsr()
+        normals, feet = self.patches.normal[groups.indices], self.patches.middle[groups.indices]
+        row, away = fit_surfaces(kind, self.vertices[points.indices], points.indptr, normals, feet, groups.indptr, self.directions, begin)
+        return row, away, np.diff(points.indptr)
+
+    def _seeded(self, kind: int, seeds: Ints, groups: Any, level: float) -> _Surfaces:
+        """Candidates of one kind, from groups of patches about seeds.  A seed stands for those about it."""
+        rng = np.random.default_rng(0)
+        chosen = np.zeros(len(seeds), bool)
+        for _ in range(_DRAWS):
+            rank = np.full(self.count, -1)
+            rank[seeds] = rng.permutation(len(seeds))
+            chosen |= rank[seeds] == np.maximum.reduceat(rank[groups.indices], groups.indptr[:-1])
+        groups = groups[np.flatnonzero(chosen)].tocsr()
+        number = np.repeat(np.arange(groups.shape[0]), np.diff(groups.indptr))
+        row, away, count = self.fit(kind, groups)
+        lean = self._lean(number, groups.indices, len(row))
+        steep = self._off(np.full(len(row), kind), row, lean, number, groups.indices)[1]
+        # The facets stand off a surface by much more than its points do: else anything fits.
+        sag = np.abs(distances(np.full(len(number), kind), row[number], self.patches.middle[groups.indices]))
+        good = (away <= level) & (count >= PARAMETERS[kind] + _SPARE) & ~(np.bincount(number, steep, len(row)) > 0)
+        good &= np.maximum.reduceat(sag, groups.indptr[:-1]) > 3 * away
+        held = number * np.int64(self.count) + groups.indices
+        return self._grown(kind, row, held[good[number]], level)
+
+    def _lean(self, number: Ints, patch: Ints, count: int) -> Floats:
+        out = np.zeros(count)
+        np.maximum.at(out, number, _LEAN * self.bend[patch])
+        return np.minimum(out, _MOST_LEAN)
+
+    def _off(self, kind: Ints, row: Floats, lean: Floats, surface: Ints, patch: Ints) -> tuple[Floats, Bools]:
+        """Of pairs the greatest distance of the patch's corners from the surface, and whether it leans against it."""
+        if not len(surface):
+            return np.empty(0), np.empty(0, bool)
+        taken = self.corners[patch]
+        which = np.repeat(np.arange(len(patch)), np.diff(taken.indptr))
+        points, s = self.vertices[taken.indices], surface[which]
+        away = np.abs(distances(kind[s], row[s], points))
+        cosine = np.abs(np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), self._unit(self.patches.normal[patch])[which]))
+        steep = self.known[patch] & (np.minimum.reduceat(cosine, taken.indptr[:-1]) < np.cos(lean[surface]))
+        return np.maximum.reduceat(away, taken.indptr[:-1]), steep
+
+    def _grown(self, kind: int, row: Floats, held: Ints, level: float) -> _Surfaces:
+        """Candidates grown over neighbours that lie on them, by twice as many rings each time before they are fitted
+        again, until they hold as much as they can."""
+        n, kinds = np.int64(self.count), np.full(len(row), kind)
+        lean = np.zeros(len(row))
+        for rings in _RINGS:
+            if not len(held):
+                break
+            number, patch = np.divmod(held, n)
+            lean = self._lean(number, patch, len(row))
+            # A small candidate says only roughly where its surface goes on: it takes what may belong to it, is fitted
+            # to that, and leaves what does not.
+            near = np.full(len(row), 2 * level)
+            if rings == 1:
+                np.maximum.at(near, number, _SHARE_OF_SAG * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])))
+            before = tried = held
+            for _ in range(rings):
+                beside = (self._csr(*np.divmod(held, n), len(row)) @ self.near).tocoo()
+                new = np.setdiff1d(beside.row.astype(np.int64) * n + beside.col, tried)
+                new = new[~self.plane[new % n]]
+                off, steep = self._off(kinds, row, lean, new // n, new % n)
+                tried = np.union1d(tried, new)
+                new = new[(off <= near[new // n]) & ~steep]
+                if not len(new):
+                    break
+                held = self._largest(np.union1d(held, new), len(row))
+            for last in (False, True):
+                number, place = np.unique(held // n, return_inverse=True)
+                groups = self._csr(place, held % n, len(number))
+                row[number], away, points = self.fit(kind, groups, row[number])
+                if not last:
+                    off = self._off(kinds, row, lean, held // n, held % n)[0]
+                    held = held[off <= np.maximum(2 * level, 0.5 * away[place])]
+            good = (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE)
+            held = held[good[place]]
+            if rings > 1 and np.array_equal(held, before):
+                break
+        kept, number = np.unique(held // n, return_inverse=True)
+        return _Surfaces(kinds[kept], row[kept], lean[kept], number.ravel() * n + held % n)
+
+    def _largest(self, held: Ints, count: int) -> Ints:
+        """Pairs of the candidates that hold more patches than larger ones of this kind hold of theirs."""
+        number, patch = np.divmod(held, np.int64(self.count))
+        rank = np.empty(count, np.int64)
+        rank[np.argsort(np.bincount(number, minlength=count), kind="stable")] = np.arange(count)
+        best = np.full(self.count, -1)
+        np.maximum.at(best, patch, rank[number])
+        own = np.bincount(number, best[patch] == rank[number], count)
+        return held[(2 * own >= np.bincount(number, minlength=count))[number]]
+
+    def _csr(self, row: Ints, column: Ints, count: int) -> Any:
+        from scipy.sparse import csr_array
+
+        return csr_array((np.ones(len(row), np.int32), (row, column)), shape=(count, self.count))
+
+    def take(self, new: _Surfaces, kind: Ints, row: Floats, owner: Ints) -> tuple[Ints, Floats, Ints]:
+        """Owners of patches after the candidates that explain most have taken what is left, and all surfaces."""
+        owner = owner.copy()
+        number, patch = np.divmod(new.held, self.count)
+        start = np.searchsorted(number, np.arange(len(new.kind) + 1))
+        area = self.patches.area
+        worth = np.array([_BONUS[k] for k in new.kind.tolist()]) * np.bincount(number, area[patch], len(new.kind))
+        heap = [(-w, i) for i, w in enumerate(worth.tolist())]
+        heapq.heapify(heap)
+        taken: list[int] = []
+        while heap:
+            _, i = heapq.heappop(heap)
+            own = patch[start[i] : start[i + 1]]
+            left = own[owner[own] < 0]
+            if len(left) < _LEAST:
+                continue
+            value = _BONUS[int(new.kind[i])] * float(area[left].sum())
+            if heap and value < -heap[0][0] - 1e-9 * value:
+                heapq.heappush(heap, (-value, i))
+                continue
+            owner[left] = len(kind) + len(taken)
+            taken.append(i)
+        return np.append(kind, new.kind[taken]), np.concatenate([row, new.row[taken]]), owner
+
+    def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
+        """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.
+
+        What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
+        smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
+        """
+        p, count = self.patches, self.count
+        open_ = (owner[p.a] < 0) & (owner[p.b] < 0)
+        # A plane whose boundary is less exact than its inside comes in several patches.
+        level = open_ & (p.angle < _FLAT_RAD)
+        sheet = components(count, p.a[level], p.b[level])
+        uneven = mean_planes(self.vertices, self.triangles, sheet[p.of_triangle])[0] > tolerance
+        level &= ~uneven[sheet[p.a]]
+        sheet = components(count, p.a[level], p.b[level])
+        inside = sheet[p.a] == sheet[p.b]
+        perimeter = np.bincount(sheet, 2 * p.area / p.width)
+        perimeter -= np.bincount(sheet[p.a[inside]], p.length[inside], minlength=len(perimeter))
+        area = np.bincount(sheet, p.area)
+        width = 2 * area / np.maximum(perimeter, 1e-9 * np.sqrt(area))
+        flat = np.ones(len(area), bool)
+        np.logical_and.at(flat, sheet, p.flat & (owner < 0))
+        bend = open_ & (p.angle < FREE_RAD) & ~inside
+        one, two = sheet[p.a[bend]], sheet[p.b[bend]]
+        alone = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
+        neighbour = np.zeros(len(area))
+        np.maximum.at(neighbour, one, width[two])
+        plane = flat & (alone | (width > _WIDE * neighbour))
+        join = ~plane[one] & ~plane[two]
+        label = components(len(area), one[join], two[join])[sheet]
+        owner = np.where(owner >= 0, owner, curved + label)
+        out = np.zeros(int(label.max()) + 1, bool)
+        out[label[plane[sheet] & (owner >= curved)]] = True
+        return owner, out
