@@ -22,8 +22,8 @@ PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
 _FREE = {CYLINDER: [0, 1, 3, 4, 5], CONE: [0, 1, 3, 4, 5, 6], SPHERE: [0, 1, 2, 5], TORUS: [0, 1, 2, 3, 4, 5, 6]}
 PARAMETERS = {kind: len(steps) for kind, steps in _FREE.items()}
 _NO_DIRECTIONS: Floats = np.empty((0, 3))
-_ITERATIONS = 12
-_REACHES = np.outer([-1, 1], np.geomspace(0.4, 50, 8)).ravel()  # where axes of tori are looked for, in sizes
+_ITERATIONS = 10
+_REACHES = np.outer([-1, 1], np.geomspace(0.5, 30, 6)).ravel()  # where axes of tori are looked for, in sizes
 _LEAST_RADIUS = 0.02  # of a torus, in tubes: else it is a sphere
 _MOST_RADIUS = 1e4  # in sizes of the group: beyond, it is flat
 
@@ -71,7 +71,7 @@ def fit_surfaces(
         row = np.nan_to_num(row, posinf=0.0, neginf=0.0)
         lost = ~(np.linalg.norm(row[:, 3:6], axis=1) > 0.5)
         row[lost, 3:6] = [0.0, 0.0, 1.0]
-        row = _refine(kind, row, points, start)
+        row = _refine(kind, row, points, start, _ITERATIONS if begin is None else _ITERATIONS // 2)
         away = np.maximum.reduceat(np.abs(distances(np.full(len(points), kind), row[group], points)), start[:-1])
     bad = lost | ~(np.abs(row[:, 6]) < _MOST_RADIUS) | ~np.isfinite(away) | (row[:, 6] <= 0)
     if kind == TORUS:
@@ -179,13 +179,13 @@ def _lines_along(
         yield np.broadcast_to(direction, out.shape), reach * out
 
 
-def _refine(kind: int, row: Floats, points: Floats, start: Ints) -> Floats:
+def _refine(kind: int, row: Floats, points: Floats, start: Ints, iterations: int) -> Floats:
     """Levenberg-Marquardt steps of all groups at once; each keeps its best."""
     group, free = np.repeat(np.arange(len(start) - 1), np.diff(start)), _FREE[kind]
     kinds, identity = np.full(len(points), kind), np.eye(len(free))
     damping = np.full(len(row), 1e-6)
     cost = np.add.reduceat(distances(kinds, row[group], points) ** 2, start[:-1])
-    for _ in range(_ITERATIONS):
+    for _ in range(iterations):
         frame = _frames(row[:, 3:6])
         x, y, z = np.einsum("nij,nj->in", frame[group], points - row[group, :3])
         rho = np.maximum(np.hypot(x, y), 1e-300)

@@ -29,11 +29,11 @@ EXACT_MM = 5e-5  # as exactly as a surface holds the vertices within it; those o
 _FLAT_RAD = np.radians(0.5)
 _WIDE = 3.0  # how much wider than its smooth neighbours a patch is that is a plane
 _LONG = 0.5  # of the longest smooth edge of a patch: across those a curved surface goes on
-_SPARE = 2  # points more than parameters that tell of a surface
-_MOST_DIRECTIONS = 10
+_SPARE = {CYLINDER: 2, CONE: 2, SPHERE: 2, TORUS: 4}  # points more than parameters that tell of a surface
+_MOST_DIRECTIONS = 6
 _RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
-_SHARE_OF_SAG = 0.3
-_DRAWS = 3  # of seeds
+_SHARE_OF_SAG = 0.5
+_DRAWS = 1  # of seeds
 _MOST_LEAN = 1.2
 _LEAST = 3  # patches of a curved surface
 _BONUS = {CYLINDER: 1.0, SPHERE: 0.95, CONE: 0.95, TORUS: 0.9}  # simple surfaces first
@@ -120,23 +120,18 @@ class _Segmentation:
         a, b, length = p.a[joined], p.b[joined], p.length[joined]
         longest = np.zeros(self.count)
         np.maximum.at(longest, a, length)
-        across = length >= _LONG * longest[a]
-        step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32, format="csr")).tocsr()
         seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
-        rings = [step[seeds]]
-        for _ in range(2):
-            rings.append((rings[-1] @ step).tocsr())
-        points = np.stack([np.diff((ring @ self.corners).indptr) for ring in rings])
         found = []
         for kind in (CYLINDER, CONE, SPHERE, TORUS):
-            # The smallest group that tells; of a torus one that bends both ways.
-            enough = points >= PARAMETERS[kind] + _SPARE
-            if kind == TORUS:
-                enough = points >= PARAMETERS[kind] + 2 * _SPARE
-                enough[0] = False
-            for ring, which in zip(rings, enough & (np.cumsum(enough, axis=0) == 1), strict=True):
+            across = (length >= _LONG * longest[a]) | (kind == TORUS)  # which bends both ways
+            step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32)).tocsr()
+            ring, left = step[seeds], np.ones(len(seeds), bool)
+            for _ in range(3):  # the smallest group that tells
+                enough = np.diff((ring @ self.corners).indptr) >= PARAMETERS[kind] + _SPARE[kind]
+                which, left = left & enough, left & ~enough
                 if which.any():
                     found.append(self._seeded(kind, seeds[which], ring[which].tocsr(), level))
+                ring = (ring @ step).tocsr()
         return self._joined(found)
 
     def _joined(self, found: list[_Surfaces]) -> _Surfaces:
@@ -170,7 +165,7 @@ class _Segmentation:
         steep = self._off(np.full(len(row), kind), row, lean, number, groups.indices)[1]
         # The facets stand off a surface by much more than its points do: else anything fits.
         sag = np.abs(distances(np.full(len(number), kind), row[number], self.patches.middle[groups.indices]))
-        good = (away <= level) & (count >= PARAMETERS[kind] + _SPARE) & ~(np.bincount(number, steep, len(row)) > 0)
+        good = (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind]) & ~(np.bincount(number, steep, len(row)) > 0)
         good &= np.maximum.reduceat(sag, groups.indptr[:-1]) > 3 * away
         held = number * np.int64(self.count) + groups.indices
         return self._grown(kind, row, held[good[number]], level)
@@ -225,7 +220,7 @@ class _Segmentation:
                 if not last:
                     off = self._off(kinds, row, lean, held // n, held % n)[0]
                     held = held[off <= np.maximum(2 * level, 0.5 * away[place])]
-            good = (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE)
+            good = (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE[kind])
             held = held[good[place]]
             if rings > 1 and np.array_equal(held, before):
                 break
