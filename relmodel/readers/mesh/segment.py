@@ -30,13 +30,13 @@ _FLAT_RAD = np.radians(0.5)
 _WIDE = 3.0  # how much wider than its smooth neighbours a patch is that is a plane
 _LONG = 0.5  # of the longest smooth edge of a patch: across those a curved surface goes on
 _SPARE = {CYLINDER: 2, CONE: 2, SPHERE: 2, TORUS: 4}  # points more than parameters that tell of a surface
-_MOST_DIRECTIONS = 6
+_MOST_DIRECTIONS = 8
 _RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
 _SHARE_OF_SAG = 0.5
 _DRAWS = 1  # of seeds
 _MOST_LEAN = 1.2
 _LEAST = 3  # patches of a curved surface
-_BONUS = {CYLINDER: 1.0, SPHERE: 0.95, CONE: 0.95, TORUS: 0.9}  # simple surfaces first
+_BONUS = {CYLINDER: 1.0, CONE: 0.97, SPHERE: 0.95, TORUS: 0.9}  # simple surfaces first
 _LEAN = 1.5  # how far a facet may lean against its surface, in the greatest angles between its facets
 
 
@@ -66,8 +66,10 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
     work = _Segmentation(vertices, triangles, patches)
     kind, row, owner = np.empty(0, np.int64), np.empty((0, 8)), np.full(len(patches.area), -1)
     for level in (max(EXACT_MM, 2 * rounding(vertices)), tolerance):
+        owner = work.absorb(owner, kind, row, level)
         new = work.candidates(owner, level)
         kind, row, owner = work.take(new, kind, row, owner)
+    owner = work.absorb(owner, kind, row, tolerance)
     owner, flat = work.rest(owner, len(kind), tolerance)
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 8), np.nan)])
@@ -101,10 +103,13 @@ class _Segmentation:
         self.plane = patches.flat & (patches.width > _WIDE * widest)
 
         self.near = self._csr(patches.a[self.smooth], patches.b[self.smooth], self.count)
-        big = np.flatnonzero(self.plane)[np.argsort(-patches.area[self.plane], kind="stable")][:_MOST_DIRECTIONS]
-        self.directions = np.concatenate([np.eye(3), self._unit(patches.normal[big])])
+        big = np.flatnonzero(self.plane)[np.argsort(-patches.area[self.plane], kind="stable")][:3]
+        normal = np.concatenate([np.eye(3), self._unit(patches.normal[big])])
+        between = np.cross(normal[:, None], normal[None]).reshape(-1, 3)
+        between = self._unit(between[np.linalg.norm(between, axis=1) > 0.1])
+        self.directions = np.concatenate([normal, between])
         alike = np.triu(np.abs(self.directions @ self.directions.T) > 0.999, 1).any(axis=0)
-        self.directions = self.directions[~alike]
+        self.directions = self.directions[~alike][:_MOST_DIRECTIONS]
 
     @staticmethod
     def _unit(v: Floats) -> Floats:
@@ -265,6 +270,19 @@ class _Segmentation:
             owner[left] = len(kind) + len(taken)
             taken.append(i)
         return np.append(kind, new.kind[taken]), np.concatenate([row, new.row[taken]]), owner
+
+    def absorb(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
+        """Owners of patches after surfaces have taken the neighbours without one that lie on them within `level`."""
+        p, owner = self.patches, owner.copy()
+        most = np.full(len(kind), _MOST_LEAN)
+        while True:
+            met = np.flatnonzero(self.smooth & (owner[p.a] >= 0) & (owner[p.b] < 0))
+            off, steep = self._off(kind, row, most, owner[p.a[met]], p.b[met])
+            met, off = met[(off <= level) & ~steep], off[(off <= level) & ~steep]
+            if not len(met):
+                return owner
+            order = np.argsort(-off, kind="stable")
+            owner[p.b[met[order]]] = owner[p.a[met[order]]]  # written last: the nearest
 
     def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
         """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.
