@@ -27,7 +27,8 @@ class Scene:
     surface_occurrence (s,): the occurrence of each surface.
     sample_point, sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points
     along arcs, the unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of
-    an arc stand together.  An arc with one face only (an open mesh) repeats its normal.
+    an arc stand together.  A free edge, of one face only, has that face's normal
+    and its opposite: it is sharp, and seen from both sides.
     arc_occurrence (a,): the occurrence of each arc.
     surface_body (s,), arc_body (a,): which connected body each belongs to, counted from 0: what is rigid for sure.
     inspected (o,): which occurrences are the reference for the pose; all of them occlude.

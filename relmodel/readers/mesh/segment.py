@@ -17,7 +17,7 @@ import numpy.typing as npt
 from relmodel.readers.mesh.fit import (
     CONE, CYLINDER, FREE, KINDS, PARAMETERS, PLANE, SPHERE, TORUS, distances, fit_surfaces, normals_at,
 )  # fmt: skip
-from relmodel.readers.mesh.triangles import Edges, Patches, components, cut_patches, mean_planes, rounding, slim
+from relmodel.readers.mesh.triangles import Edges, Patches, components, cut_patches, expand, mean_planes, rounding, slim
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -69,7 +69,7 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
         owner = work.absorb(owner, kind, row, level)
         new = work.candidates(owner, level)
         kind, row, owner = work.take(new, kind, row, owner)
-    owner = work.absorb(owner, kind, row, tolerance)
+    owner = work.merge(work.absorb(owner, kind, row, tolerance), kind, row, tolerance)
     owner, flat = work.rest(owner, len(kind), tolerance)
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 8), np.nan)])
@@ -104,10 +104,10 @@ class _Segmentation:
 
         self.near = self._csr(patches.a[self.smooth], patches.b[self.smooth], self.count)
         big = np.flatnonzero(self.plane)[np.argsort(-patches.area[self.plane], kind="stable")][:3]
-        normal = np.concatenate([np.eye(3), self._unit(patches.normal[big])])
+        normal = self._unit(patches.normal[big])
         between = np.cross(normal[:, None], normal[None]).reshape(-1, 3)
         between = self._unit(between[np.linalg.norm(between, axis=1) > 0.1])
-        self.directions = np.concatenate([normal, between])
+        self.directions = np.concatenate([normal, between, np.eye(3)])
         alike = np.triu(np.abs(self.directions @ self.directions.T) > 0.999, 1).any(axis=0)
         self.directions = self.directions[~alike][:_MOST_DIRECTIONS]
 
@@ -283,6 +283,39 @@ class _Segmentation:
                 return owner
             order = np.argsort(-off, kind="stable")
             owner[p.b[met[order]]] = owner[p.a[met[order]]]  # written last: the nearest
+
+    def merge(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
+        """Owners of patches where a surface that runs smoothly into a larger one, which holds all of it within `level`,
+        is of that."""
+        p, count = self.patches, len(kind)
+        sag = self._sag(owner, kind, row)
+        while True:
+            met = self.smooth & (owner[p.a] >= 0) & (owner[p.b] >= 0) & (owner[p.a] != owner[p.b])
+            area = np.bincount(owner[owner >= 0], p.area[owner >= 0], count)
+            small, large = np.divmod(np.unique(owner[p.a[met]] * np.int64(count) + owner[p.b[met]]), count)
+            less = (area[small] < area[large]) | ((area[small] == area[large]) & (small > large))
+            small, large = small[less], large[less]
+            order = np.argsort(owner, kind="stable")
+            start = np.searchsorted(owner[order], np.arange(count + 1))
+            pair, at = expand(start[:-1][small], start[1:][small])
+            off, steep = self._off(kind, row, np.full(count, _MOST_LEAN), large[pair], order[at])
+            off = np.where(steep, np.inf, off)
+            worst = np.maximum.reduceat(off, np.searchsorted(pair, np.arange(len(small)))) if len(small) else np.empty(0)
+            good = worst <= np.minimum(level, _SHARE_OF_SAG * sag[large])
+            if not good.any():
+                return owner
+            into = np.arange(count)
+            into[small[good]] = large[good]
+            while not np.array_equal(into, into[into]):
+                into = into[into]
+            owner = np.where(owner >= 0, into[owner], -1)
+
+    def _sag(self, owner: Ints, kind: Ints, row: Floats) -> Floats:
+        """How far the middles of facets stand off their surface at most."""
+        out, held = np.zeros(len(kind)), np.flatnonzero(owner >= 0)
+        o = owner[held]
+        np.maximum.at(out, o, np.abs(distances(kind[o], row[o], self.patches.middle[held])))
+        return out
 
     def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
         """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.

@@ -86,6 +86,13 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
+def expand(start: Ints, end: Ints) -> tuple[Ints, Ints]:
+    """Of the ranges from start to end (n,) whose each number is, and the numbers, one range after the other."""
+    count = end - start
+    which = np.repeat(np.arange(len(count)), count)
+    return which, np.arange(len(which)) - (np.cumsum(count) - count)[which] + start[which]
+
+
 def rounding(vertices: Floats) -> float:
     """What rounding may move a vertex by, mm: to single precision, in which most formats hold coordinates, or to four
     or five decimals, as texts do."""
