@@ -17,16 +17,18 @@ import numpy.typing as npt
 from relmodel.readers.mesh.fit import (
     CONE, CYLINDER, FREE, KINDS, PARAMETERS, PLANE, SPHERE, TORUS, distances, fit_surfaces, normals_at,
 )  # fmt: skip
-from relmodel.readers.mesh.triangles import Edges, Patches, components, cut_patches, expand, mean_planes, rounding, slim
+from relmodel.readers.mesh.triangles import Edges, Patches, area_normals, components, cut_patches, expand, mean_planes, rounding, slim
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
+_GIVEN_RAD = 0.05  # how far normals that the source gives may be off
 FREE_RAD = np.radians(20)  # those of a free-form surface turn less
 EXACT_MM = 5e-5  # as exactly as a surface holds the vertices within it; those on its boundary may be farther off
 _FLAT_RAD = np.radians(0.5)
+_TWIST_RAD = np.radians(10)
 _WIDE = 3.0  # how much wider than its smooth neighbours a patch is that is a plane
 _LONG = 0.5  # of the longest smooth edge of a patch: across those a curved surface goes on
 _SPARE = {CYLINDER: 2, CONE: 2, SPHERE: 2, TORUS: 4}  # points more than parameters that tell of a surface
@@ -77,6 +79,50 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
     order = np.argsort(first)
     number = owner[patches.of_triangle[first[order]]]
     return Regions(np.argsort(order)[region.ravel()], np.array(KINDS)[kind[number]], row[number])
+
+
+def smooth_regions(triangles: Ints, edges: Edges) -> Regions:
+    """Regions between creases, all of them free-form: of a mesh that only occludes."""
+    smooth = np.abs(edges.angle) < FREE_RAD  # no free edge is
+    region = components(len(triangles), edges.triangle_a[smooth], edges.triangle_b[smooth])
+    count = int(region.max()) + 1
+    return Regions(region, np.full(count, KINDS[FREE]), np.full((count, 8), np.nan))
+
+
+def fit_faces(
+    vertices: Floats, triangles: Ints, faces: Ints, tolerance: float, normals: Floats | None = None
+) -> Regions:
+    """Regions of a mesh whose faces (m,) are known, in their order: of each the simplest surface that holds all its
+    vertices, free-form if none does.  normals (m, 3, 3): of the surface at the triangles' corners, where known."""
+    _, region = np.unique(faces, return_inverse=True)
+    region = region.ravel()
+    count = int(region.max()) + 1
+    kind = np.where(mean_planes(vertices, triangles, region)[0] <= tolerance, PLANE, FREE)
+    row = np.full((count, 8), np.nan)
+    order = np.argsort(region, kind="stable")
+    area = area_normals(vertices, triangles)[order]
+    corner = vertices[triangles[order]]
+    start = np.searchsorted(region[order], np.arange(count + 1))
+    if normals is None:
+        normal, feet, normal_start = area, corner.mean(axis=1), start
+    else:
+        size = np.linalg.norm(area, axis=1)[:, None, None]
+        normal, feet, normal_start = (size * normals[order]).reshape(-1, 3), corner.reshape(-1, 3), 3 * start
+    which = np.repeat(np.arange(count), np.diff(normal_start))
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    pairs = np.unique(np.repeat(region, 3) * np.int64(len(vertices)) + triangles.ravel())
+    face, vertex = np.divmod(pairs, len(vertices))
+    points = vertices[vertex]
+    point_start = np.searchsorted(face, np.arange(count + 1))
+    directions = np.concatenate([np.eye(3), unit[np.flatnonzero(kind[which] == PLANE)[:1]]])
+    for k in (CYLINDER, CONE, SPHERE, TORUS):
+        found, away = fit_surfaces(k, points, point_start, normal, feet, normal_start, directions)
+        cosine = np.abs(np.sum(normals_at(np.full(len(which), k), found[which], feet) * unit, axis=1))
+        lean = np.cos(_GIVEN_RAD if normals is not None else SMOOTH_RAD / 2)
+        good = (kind == FREE) & (away <= tolerance) & (np.bincount(which, cosine < lean, count) == 0)
+        good &= np.diff(point_start) >= PARAMETERS[k] + (_SPARE[k] if normals is None else 0)
+        kind[good], row[good] = k, found[good]
+    return Regions(region, np.array(KINDS)[kind], row)
 
 
 class _Segmentation:
@@ -343,7 +389,11 @@ class _Segmentation:
         alone = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
         neighbour = np.zeros(len(area))
         np.maximum.at(neighbour, one, width[two])
-        plane = flat & (alone | (width > _WIDE * neighbour))
+        # Two single triangles that hardly bend are a twisted quad, and its diagonal is no edge.
+        single = np.bincount(sheet[p.of_triangle]) == 1
+        twisted = np.zeros(len(area), bool)
+        twisted[one[single[one] & single[two] & (p.angle[bend] < _TWIST_RAD)]] = True
+        plane = flat & ((alone & ~twisted) | (width > _WIDE * neighbour))
         join = ~plane[one] & ~plane[two]
         label = components(len(area), one[join], two[join])[sheet]
         owner = np.where(owner >= 0, owner, curved + label)
