@@ -23,6 +23,7 @@ _FREE = {CYLINDER: [0, 1, 3, 4, 5], CONE: [0, 1, 3, 4, 5, 6], SPHERE: [0, 1, 2, 
 PARAMETERS = {kind: len(steps) for kind, steps in _FREE.items()}
 _NO_DIRECTIONS: Floats = np.empty((0, 3))
 _ITERATIONS = 10
+_MANY = 100  # points
 _REACHES = np.outer([-1, 1], np.geomspace(0.5, 30, 6)).ravel()  # where axes of tori are looked for, in sizes
 _LEAST_RADIUS = 0.02  # of a torus, in tubes: else it is a sphere
 _MOST_RADIUS = 1e4  # in sizes of the group: beyond, it is flat
@@ -71,7 +72,11 @@ def fit_surfaces(
         row = np.nan_to_num(row, posinf=0.0, neginf=0.0)
         lost = ~(np.linalg.norm(row[:, 3:6], axis=1) > 0.5)
         row[lost, 3:6] = [0.0, 0.0, 1.0]
-        row = _refine(kind, row, points, start, _ITERATIONS if begin is None else _ITERATIONS // 2)
+        # Of many points some tell the surface as well.
+        number = np.arange(len(points)) - start[:-1][group]
+        some = number % (1 + np.diff(start) // _MANY)[group] == 0
+        some_start = np.append(0, np.cumsum(np.bincount(group[some], minlength=count)))
+        row = _refine(kind, row, points[some], some_start, _ITERATIONS if begin is None else _ITERATIONS // 2)
         away = np.maximum.reduceat(np.abs(distances(np.full(len(points), kind), row[group], points)), start[:-1])
     bad = lost | ~(np.abs(row[:, 6]) < _MOST_RADIUS) | ~np.isfinite(away) | (row[:, 6] <= 0)
     if kind == TORUS:
@@ -99,11 +104,13 @@ def distances(kind: Ints, row: Floats, points: Floats) -> Floats:
 
 
 def normals_at(kind: Ints, row: Floats, points: Floats) -> Floats:
-    """Unit normals (n, 3), outward, of surfaces of kinds (n,) and rows (n, 8) abreast of points (n, 3)."""
+    """Unit normals (n, 3), outward, of surfaces of kinds (n,) and rows (n, 8) abreast of points (n, 3); NaN on
+    their axes."""
     z, rho, out = _along_across(row, points)
     across = np.select([kind == CYLINDER, kind == CONE, kind == SPHERE], [1.0, np.cos(row[:, 7]), rho], rho - row[:, 6])
     along = np.select([kind == CYLINDER, kind == CONE], [0.0, -np.sin(row[:, 7])], z)
     normal = across[:, None] * out + along[:, None] * row[:, 3:6]
+    normal[rho < 1e-7 * row[:, 6]] = np.nan
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
 
 

@@ -172,18 +172,31 @@ class _Segmentation:
         longest = np.zeros(self.count)
         np.maximum.at(longest, a, length)
         seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
-        found = []
+        found, whole = [], np.zeros(self.count, bool)
         for kind in (CYLINDER, CONE, SPHERE, TORUS):
             across = (length >= _LONG * longest[a]) | (kind == TORUS)  # which bends both ways
             step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32)).tocsr()
-            ring, left = step[seeds], np.ones(len(seeds), bool)
+            left = seeds[~whole[seeds]]
+            ring = step[left]
             for _ in range(3):  # the smallest group that tells
                 enough = np.diff((ring @ self.corners).indptr) >= PARAMETERS[kind] + _SPARE[kind]
-                which, left = left & enough, left & ~enough
-                if which.any():
-                    found.append(self._seeded(kind, seeds[which], ring[which].tocsr(), level))
-                ring = (ring @ step).tocsr()
+                if enough.any():
+                    found.append(self._seeded(kind, left[enough], ring[np.flatnonzero(enough)].tocsr(), level))
+                    self._mark_whole(found[-1], a, b, whole)
+                left = left[~enough]
+                ring = (ring[np.flatnonzero(~enough)] @ step).tocsr()
         return self._joined(found)
+
+    def _mark_whole(self, found: _Surfaces, a: Ints, b: Ints, whole: Bools) -> None:
+        """Mark patches of candidates that run smoothly into nothing else: no other kind explains more of them."""
+        number, patch = np.divmod(found.held, self.count)
+        held = np.full(self.count, -1)
+        held[patch] = number
+        leaves = np.zeros(len(found.kind), bool)
+        leaves[held[a[(held[a] >= 0) & (held[a] != held[b])]]] = True
+        ok = (held >= 0) & ~whole
+        ok[ok] = ~leaves[held[ok]]
+        whole |= ok
 
     def _joined(self, found: list[_Surfaces]) -> _Surfaces:
         shift = np.cumsum([0, *(len(f.kind) for f in found)])
@@ -235,6 +248,7 @@ class _Segmentation:
         points, s = self.vertices[taken.indices], surface[which]
         away = np.abs(distances(kind[s], row[s], points))
         cosine = np.abs(np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), self._unit(self.patches.normal[patch])[which]))
+        cosine[np.isnan(cosine)] = 1.0
         steep = self.known[patch] & (np.minimum.reduceat(cosine, taken.indptr[:-1]) < np.cos(lean[surface]))
         return np.maximum.reduceat(away, taken.indptr[:-1]), steep
 
@@ -253,10 +267,10 @@ class _Segmentation:
             near = np.full(len(row), 2 * level)
             if rings == 1:
                 np.maximum.at(near, number, _SHARE_OF_SAG * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])))
-            before = tried = held
+            before = tried = new = held
             for _ in range(rings):
-                beside = (self._csr(*np.divmod(held, n), len(row)) @ self.near).tocoo()
-                new = np.setdiff1d(beside.row.astype(np.int64) * n + beside.col, tried)
+                beside = (self._csr(*np.divmod(new, n), len(row)) @ self.near).tocoo()
+                new = np.setdiff1d(beside.row.astype(np.int64) * n + beside.col, tried, assume_unique=True)
                 new = new[~self.plane[new % n]]
                 off, steep = self._off(kinds, row, lean, new // n, new % n)
                 tried = np.union1d(tried, new)
@@ -264,6 +278,7 @@ class _Segmentation:
                 if not len(new):
                     break
                 held = self._largest(np.union1d(held, new), len(row))
+                new = np.intersect1d(new, held, assume_unique=True)
             for last in (False, True):
                 number, place = np.unique(held // n, return_inverse=True)
                 groups = self._csr(place, held % n, len(number))
