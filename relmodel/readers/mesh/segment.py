@@ -37,8 +37,11 @@ _RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
 _SHARE_OF_SAG = 0.5
 _DRAWS = 1  # of seeds
 _MOST_LEAN = 1.2
+_FEW = 64
+_FREE_RIM, _FEW_RIM = 0.3, 0.6  # shares of the rim of a surface of so few patches
+_INTO_FREE = 0.5  # share of the rim of a facet
 _LEAST = 3  # patches of a curved surface
-_BONUS = {CYLINDER: 1.0, CONE: 0.97, SPHERE: 0.95, TORUS: 0.9}  # simple surfaces first
+_BONUS = {CYLINDER: 1.0, CONE: 0.8, SPHERE: 0.6, TORUS: 0.5}  # a simple surface is likelier; rows of a sphere hold little
 _LEAN = 1.5  # how far a facet may lean against its surface, in the greatest angles between its facets
 
 
@@ -71,7 +74,8 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
         owner = work.absorb(owner, kind, row, level)
         new = work.candidates(owner, level)
         kind, row, owner = work.take(new, kind, row, owner)
-    owner = work.merge(work.absorb(owner, kind, row, tolerance), kind, row, tolerance)
+    owner = work.merge(work.absorb(owner, kind, row, 2 * tolerance), kind, row, tolerance)
+    owner = work.reject_spurious(owner, len(kind))
     owner, flat = work.rest(owner, len(kind), tolerance)
     kind = np.append(kind, np.where(flat, PLANE, FREE))
     row = np.concatenate([row, np.full((len(flat), 8), np.nan)])
@@ -371,6 +375,30 @@ class _Segmentation:
                 into = into[into]
             owner = np.where(owner >= 0, into[owner], -1)
 
+    def reject_spurious(self, owner: Ints, count: int) -> Ints:
+        """Owners (-1 none) of patches without the surfaces of a few that run smoothly into free-form ones: some strips
+        of a free-form surface always lie on a cylinder or cone."""
+        p = self.patches
+        longest = np.zeros(self.count)
+        np.maximum.at(longest, p.a[self.smooth], p.length[self.smooth])
+        long = p.length >= _LONG * longest[p.a]  # at its ends a strip may run into anything
+        rim = np.flatnonzero((owner[p.a] >= 0) & (owner[p.a] != owner[p.b]) & long)
+        total = np.bincount(owner[p.a[rim]], p.length[rim], count)
+        rim = rim[p.angle[rim] < FREE_RAD]
+        rim = rim[~self.plane[p.b[rim]]]
+        few = np.bincount(owner[owner >= 0], minlength=count) < _FEW
+        dropped = np.zeros(count + 1, bool)
+        while True:
+            a, b = owner[p.a[rim]], owner[p.b[rim]]
+            free = (b < 0) | dropped[b]
+            into_free, into_few = (
+                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | few[np.maximum(b, 0)])
+            )
+            new = few & ((into_free > _FREE_RIM * total) | (into_few > _FEW_RIM * total)) & ~dropped[:count]
+            if not new.any():
+                return np.where(dropped[owner] & (owner >= 0), -1, owner)
+            dropped[:count] |= new
+
     def _sag(self, owner: Ints, kind: Ints, row: Floats) -> Floats:
         """How far the middles of facets stand off their surface at most."""
         out, held = np.zeros(len(kind)), np.flatnonzero(owner >= 0)
@@ -409,6 +437,9 @@ class _Segmentation:
         twisted = np.zeros(len(area), bool)
         twisted[one[single[one] & single[two] & (p.angle[bend] < _TWIST_RAD)]] = True
         plane = flat & ((alone & ~twisted) | (width > _WIDE * neighbour))
+        # A facet that is much wider than those about it, or a sliver, is of the free-form region that it runs into.
+        into = np.bincount(one[~plane[two]], p.length[bend][~plane[two]], len(area))
+        plane &= (np.bincount(sheet[p.of_triangle]) > 2) | (into < _INTO_FREE * perimeter)
         join = ~plane[one] & ~plane[two]
         label = components(len(area), one[join], two[join])[sheet]
         owner = np.where(owner >= 0, owner, curved + label)
