@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 import sqlalchemy as sa
@@ -105,13 +103,8 @@ def test_whatever_else_is_refused_in_a_sentence(asked: Store, tmp_path: Path) ->
         *(s.format(file=escaped) for s in NO_POSTGRESQL_QUERIES if asked.dialect == "postgresql"),
     ]
     for statement in statements:
-        try:
-            answer: Any = ask(asked, statement)
-        except InputError as error:
-            assert re.match(r"the statement was refused", str(error)), statement
-            assert "\n" not in str(error)
-        else:
-            pytest.fail(f"{statement} was answered: {answer}")
+        with pytest.raises(InputError, match=r"^the statement was refused[^\n]*$"):
+            pytest.fail(f"{statement} was answered: {ask(asked, statement)}")
     assert not escaped.exists()
     assert not Path("/tmp/relmodel-escaped").exists()
     assert relations(asked) == before
@@ -162,7 +155,7 @@ def test_roles_put_on_for_the_session_alone_are_refused(postgresql_template: str
     store_url = sa.make_url(postgresql_server).set(database=postgresql_template)
     reader = sa.make_url(make_reader(store_url.render_as_string(hide_password=False))).username
     lesser = store_url.update_query_dict({"options": f"-c role={reader}"}).render_as_string(hide_password=False)
-    with Store.open(lesser) as store, pytest.raises(StoreError, match="^the role postgres reaches beyond"):
+    with Store.open(lesser) as store, pytest.raises(StoreError, match=r"^the role postgres reaches beyond"):
         ask(store, "SELECT 1")
 
 
