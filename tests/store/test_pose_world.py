@@ -31,7 +31,7 @@ def stored(store: Store, world_from_rig: Floats, covariance: Floats) -> dict[str
             "superfluous_parts": 0,
         }
         run.append(connection, "inspection", {"run_id": [run.id], "world_id": world, "rig_id": rig, **pose, **prior})
-        found: dict[str, Any] = {"verdict": "accepted", "reason": "as it is", "cost": 0.0, "evidence_ratio": 1.0, **pose}
+        found: dict[str, Any] = {"verdict": "accepted", "reason": "so", "cost": 0.0, "evidence_ratio": 1.0, **pose}
         lists = {"covariance": Ragged.pack([covariance.ravel()]), "singular_values": Ragged.pack([np.ones(6)])}
         run.append(connection, "pose", {"run_id": [run.id], **found, **lists})
     with store.read() as connection:
