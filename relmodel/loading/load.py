@@ -42,6 +42,7 @@ class Request:
     unit: str | None = None
     allow_partial: bool = False
     time_limit_s: float = TIME_LIMIT_S
+    occluder: bool = False
 
 
 def load(
@@ -53,16 +54,18 @@ def load(
     unit: str | None = None,
     allow_partial: bool = False,
     time_limit_s: float = TIME_LIMIT_S,
+    occluder: bool = False,
 ) -> LoadReport:
     """Load a STEP, mesh or URDF file under a name and a variant.
 
     `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading or contradicts
-    itself is refused unless `allow_partial`.  Geometry that the store holds already is shared; the same content under
+    itself is refused unless `allow_partial`.  A mesh that is an `occluder` stays triangles between crease edges: no
+    surfaces are fitted to it.  Geometry that the store holds already is shared; the same content under
     the same name and variant adds nothing.  Raises InputError where the file is missing or bad, takes longer than
     `time_limit_s` to read, or is given no name; the store is then as it was, but for the row of the run and its load
     report.
     """
-    request = Request(Path(path), name, variant, unit, allow_partial, time_limit_s)
+    request = Request(Path(path), name, variant, unit, allow_partial, time_limit_s, occluder)
     ((_, outcome),) = load_all(store, [request])
     if isinstance(outcome, InputError):
         raise outcome
@@ -146,6 +149,7 @@ def _store(store: Store, request: Request, job: _Job, storing: Callable[[], None
     """Store what is read, in a run of its own that begins before; `storing` is told when it is read."""
     named = {"name": request.name, "variant": request.variant}
     parameters = {**named, "unit": request.unit, "allow_partial": request.allow_partial}
+    parameters["occluder"] = request.occluder
     with Run.begin(store, "load", parameters, inputs=job.inputs, packages=job.packages) as run:
         try:
             if job.by_child:
@@ -195,5 +199,5 @@ def _read(request: Request, suffix: str) -> tuple[LoadedModel, float]:
     elif suffix in STEP_SUFFIXES:
         model = read_step(request.path, allow_partial=request.allow_partial, time_limit_s=request.time_limit_s)
     else:
-        model = mesh.read_mesh(request.path, request.unit, name=request.name)
+        model = mesh.read_mesh(request.path, request.unit, name=request.name, fit=not request.occluder)
     return model, time.perf_counter() - began

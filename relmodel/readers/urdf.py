@@ -1,7 +1,7 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
 Boxes, cylinders and spheres are exact (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
-(`mesh/read.py`), from the file's own folder and below alone.  URDF states metres and radians.
+(`mesh/read.py`), from the file's own folder and below alone; no surfaces are fitted to them.  URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
 
@@ -25,7 +25,7 @@ from relmodel.readers.mesh import read as mesh
 Array = npt.NDArray[np.float64]
 
 SUFFIX = ".urdf"
-LOADER_VERSION = "urdf 2"
+LOADER_VERSION = "urdf 3"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
@@ -223,7 +223,7 @@ class _Reader:
         key = (file, tuple(scale.tolist()))
         if key not in self._mesh_of:
             unit = "m" if file.suffix[1:].lower() in mesh.UNITLESS_FORMATS else None
-            found = mesh.read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+            found = mesh.read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])), fit=False)
             shapes, parts, assemblies = len(self.shapes), len(self.parts), len(self.assemblies)
             self.shapes += found.shapes
             for part in found.parts:
