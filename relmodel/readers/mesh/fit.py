@@ -30,8 +30,14 @@ _MOST_RADIUS = 1e4  # in sizes of the group: beyond, it is flat
 
 
 def fit_surfaces(
-    kind: int, points: Floats, start: Ints, normals: Floats, feet: Floats, normal_start: Ints,
-    directions: Floats = _NO_DIRECTIONS, begin: Floats | None = None,
+    kind: int,
+    points: Floats,
+    start: Ints,
+    normals: Floats,
+    feet: Floats,
+    normal_start: Ints,
+    directions: Floats = _NO_DIRECTIONS,
+    begin: Floats | None = None,
 ) -> tuple[Floats, Floats]:
     """Surfaces of one kind through groups of points: rows (g, 8) and the greatest distance (g,) of a group's points,
     infinite where none was found.
@@ -123,8 +129,15 @@ def _along_across(row: Floats, points: Floats) -> tuple[Floats, Floats, Floats]:
     return along, rho, across / np.maximum(rho, 1e-300)[:, None]
 
 
-def _begin(kind: int, points: Floats, start: Ints, normals: Floats, feet: Floats, sums: Callable[[Floats], Floats],
-    directions: Floats) -> Floats:
+def _begin(
+    kind: int,
+    points: Floats,
+    start: Ints,
+    normals: Floats,
+    feet: Floats,
+    sums: Callable[[Floats], Floats],
+    directions: Floats,
+) -> Floats:
     """Rows to begin with, by linear algebra: normals of a cylinder are across the axis, those of a cone make one angle
     with it and its tangent planes meet in the apex, those of a torus meet the axis."""
     group = np.repeat(np.arange(len(start) - 1), np.diff(start))
@@ -259,4 +272,6 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
         return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
     except np.linalg.LinAlgError:
         diagonal = np.trace(matrix, axis1=1, axis2=2)[:, None, None]
-        return np.asarray(np.linalg.solve(matrix + (1e-12 * diagonal + 1e-300) * np.eye(right.shape[1]), right[:, :, None])[:, :, 0])
+        return np.asarray(
+            np.linalg.solve(matrix + (1e-12 * diagonal + 1e-300) * np.eye(right.shape[1]), right[:, :, None])[:, :, 0]
+        )

@@ -41,7 +41,11 @@ _MOST_MM = 1e8
 
 
 def read_mesh(
-    path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), name: str | None = None,
+    path: Path,
+    unit: str | None = None,
+    *,
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    name: str | None = None,
     fit: bool = True,
 ) -> LoadedModel:
     """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none; `scale`
@@ -129,7 +133,13 @@ class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
     def __init__(
-        self, scene: Any, unit_mm: float, file: str, name: str, without_colour: set[str], build: list[Node] | None,
+        self,
+        scene: Any,
+        unit_mm: float,
+        file: str,
+        name: str,
+        without_colour: set[str],
+        build: list[Node] | None,
         fit: bool,
     ) -> None:
         self.scene = scene

@@ -17,7 +17,17 @@ import numpy.typing as npt
 from relmodel.readers.mesh.fit import (
     CONE, CYLINDER, FREE, KINDS, PARAMETERS, PLANE, SPHERE, TORUS, distances, fit_surfaces, normals_at,
 )  # fmt: skip
-from relmodel.readers.mesh.triangles import Edges, Patches, area_normals, components, cut_patches, expand, mean_planes, rounding, slim
+from relmodel.readers.mesh.triangles import (
+    Edges,
+    Patches,
+    area_normals,
+    components,
+    cut_patches,
+    expand,
+    mean_planes,
+    rounding,
+    slim,
+)
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -41,7 +51,12 @@ _FEW = 64
 _FREE_RIM, _FEW_RIM = 0.3, 0.6  # shares of the rim of a surface of so few patches
 _INTO_FREE = 0.5  # share of the rim of a facet
 _LEAST = 3  # patches of a curved surface
-_BONUS = {CYLINDER: 1.0, CONE: 0.8, SPHERE: 0.6, TORUS: 0.5}  # a simple surface is likelier; rows of a sphere hold little
+_BONUS = {
+    CYLINDER: 1.0,
+    CONE: 0.8,
+    SPHERE: 0.6,
+    TORUS: 0.5,
+}  # a simple surface is likelier; rows of a sphere hold little
 _LEAN = 1.5  # how far a facet may lean against its surface, in the greatest angles between its facets
 
 
@@ -208,14 +223,18 @@ class _Segmentation:
             np.concatenate([np.empty(0, np.int64), *(f.kind for f in found)]),
             np.concatenate([np.empty((0, 8)), *(f.row for f in found)]),
             np.concatenate([np.empty(0), *(f.lean for f in found)]),
-            np.concatenate([np.empty(0, np.int64), *(f.held + s * self.count for f, s in zip(found, shift, strict=False))]),
+            np.concatenate(
+                [np.empty(0, np.int64), *(f.held + s * self.count for f, s in zip(found, shift, strict=False))]
+            ),
         )
 
     def fit(self, kind: int, groups: Any, begin: Floats | None = None) -> tuple[Floats, Floats, Ints]:
         """Rows, greatest distances and numbers of points of groups of patches (CSR)."""
         points = (groups @ self.corners).tocsr()
         normals, feet = self.patches.normal[groups.indices], self.patches.middle[groups.indices]
-        row, away = fit_surfaces(kind, self.vertices[points.indices], points.indptr, normals, feet, groups.indptr, self.directions, begin)
+        row, away = fit_surfaces(
+            kind, self.vertices[points.indices], points.indptr, normals, feet, groups.indptr, self.directions, begin
+        )
         return row, away, np.diff(points.indptr)
 
     def _seeded(self, kind: int, seeds: Ints, groups: Any, level: float) -> _Surfaces:
@@ -233,7 +252,9 @@ class _Segmentation:
         steep = self._off(np.full(len(row), kind), row, lean, number, groups.indices)[1]
         # The facets stand off a surface by much more than its points do: else anything fits.
         sag = np.abs(distances(np.full(len(number), kind), row[number], self.patches.middle[groups.indices]))
-        good = (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind]) & ~(np.bincount(number, steep, len(row)) > 0)
+        good = (
+            (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind]) & ~(np.bincount(number, steep, len(row)) > 0)
+        )
         good &= np.maximum.reduceat(sag, groups.indptr[:-1]) > 3 * away
         held = number * np.int64(self.count) + groups.indices
         return self._grown(kind, row, held[good[number]], level)
@@ -251,7 +272,9 @@ class _Segmentation:
         which = np.repeat(np.arange(len(patch)), np.diff(taken.indptr))
         points, s = self.vertices[taken.indices], surface[which]
         away = np.abs(distances(kind[s], row[s], points))
-        cosine = np.abs(np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), self._unit(self.patches.normal[patch])[which]))
+        cosine = np.abs(
+            np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), self._unit(self.patches.normal[patch])[which])
+        )
         cosine[np.isnan(cosine)] = 1.0
         steep = self.known[patch] & (np.minimum.reduceat(cosine, taken.indptr[:-1]) < np.cos(lean[surface]))
         return np.maximum.reduceat(away, taken.indptr[:-1]), steep
@@ -270,7 +293,11 @@ class _Segmentation:
             # to that, and leaves what does not.
             near = np.full(len(row), 2 * level)
             if rings == 1:
-                np.maximum.at(near, number, _SHARE_OF_SAG * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])))
+                np.maximum.at(
+                    near,
+                    number,
+                    _SHARE_OF_SAG * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])),
+                )
             before = tried = new = held
             for _ in range(rings):
                 beside = (self._csr(*np.divmod(new, n), len(row)) @ self.near).tocoo()
@@ -290,7 +317,9 @@ class _Segmentation:
                 if not last:
                     off = self._off(kinds, row, lean, held // n, held % n)[0]
                     held = held[off <= np.maximum(2 * level, 0.5 * away[place])]
-            good = (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE[kind])
+            good = (
+                (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE[kind])
+            )
             held = held[good[place]]
             if rings > 1 and np.array_equal(held, before):
                 break
@@ -365,7 +394,9 @@ class _Segmentation:
             pair, at = expand(start[:-1][small], start[1:][small])
             off, steep = self._off(kind, row, np.full(count, _MOST_LEAN), large[pair], order[at])
             off = np.where(steep, np.inf, off)
-            worst = np.maximum.reduceat(off, np.searchsorted(pair, np.arange(len(small)))) if len(small) else np.empty(0)
+            worst = (
+                np.maximum.reduceat(off, np.searchsorted(pair, np.arange(len(small)))) if len(small) else np.empty(0)
+            )
             good = worst <= np.minimum(level, _SHARE_OF_SAG * sag[large])
             if not good.any():
                 return owner

@@ -64,7 +64,9 @@ def shape_from_triangles(
     region_a = region[edges.triangle_a]
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
     # A crease that ends within a region is an arc, too.
-    border = np.flatnonzero((region_a != region_b) | (np.abs(edges.angle) >= FREE_RAD) & (regions.kind == "facets")[region_a])
+    border = np.flatnonzero(
+        (region_a != region_b) | (np.abs(edges.angle) >= FREE_RAD) & (regions.kind == "facets")[region_a]
+    )
     chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
     fitted = _fitted(vertices, chains, tolerance)
     if np.any(fitted.kind == "polyline"):
