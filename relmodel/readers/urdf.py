@@ -1,7 +1,8 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
 Boxes, cylinders and spheres are exact (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
-(`mesh/read.py`), from the file's own folder and below alone; no surfaces are fitted to them.  URDF states metres and radians.
+(`mesh/read.py`), from the file's own folder and below alone; no surfaces are fitted to them.
+URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
 

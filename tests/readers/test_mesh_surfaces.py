@@ -1,4 +1,4 @@
-"""Surfaces of meshes against closed forms: free-form ones, inexact boundaries, uneven triangles, rounded coordinates."""
+"""Surfaces of meshes against closed forms: free-form, inexact boundaries, uneven triangles, rounded coordinates."""
 
 import numpy as np
 import numpy.typing as npt

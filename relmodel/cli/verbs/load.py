@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--variant", help="name of the variant, of a single file")
     parser.add_argument("--unit", help="length unit of files that do not say it: mm, cm, m, inch, ...")
     parser.add_argument("--allow-partial", action="store_true", help="take what can be read of a damaged STEP file")
-    parser.add_argument("--occluder", action="store_true", help="keep a mesh as triangles: it hides, and is not inspected")
+    parser.add_argument("--occluder", action="store_true", help="keep a mesh as triangles: it is not inspected")
     parser.add_argument(
         "--time-limit",
         type=float,

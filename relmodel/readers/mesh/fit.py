@@ -116,7 +116,7 @@ def normals_at(kind: Ints, row: Floats, points: Floats) -> Floats:
     across = np.select([kind == CYLINDER, kind == CONE, kind == SPHERE], [1.0, np.cos(row[:, 7]), rho], rho - row[:, 6])
     along = np.select([kind == CYLINDER, kind == CONE], [0.0, -np.sin(row[:, 7])], z)
     normal = across[:, None] * out + along[:, None] * row[:, 3:6]
-    normal[rho < 1e-7 * row[:, 6]] = np.nan
+    normal[rho < 1e-4 * row[:, 6]] = np.nan
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
 
 

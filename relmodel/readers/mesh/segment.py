@@ -15,7 +15,17 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.readers.mesh.fit import (
-    CONE, CYLINDER, FREE, KINDS, PARAMETERS, PLANE, SPHERE, TORUS, distances, fit_surfaces, normals_at,
+    CONE,
+    CYLINDER,
+    FREE,
+    KINDS,
+    PARAMETERS,
+    PLANE,
+    SPHERE,
+    TORUS,
+    distances,
+    fit_surfaces,
+    normals_at,
 )  # fmt: skip
 from relmodel.readers.mesh.triangles import (
     Edges,
@@ -45,7 +55,7 @@ _SPARE = {CYLINDER: 2, CONE: 2, SPHERE: 2, TORUS: 4}  # points more than paramet
 _MOST_DIRECTIONS = 8
 _RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
 _SHARE_OF_SAG = 0.5
-_DRAWS = 1  # of seeds
+_DRAWS = {CYLINDER: 1, CONE: 1, SPHERE: 1, TORUS: 3}  # of seeds
 _MOST_LEAN = 1.2
 _FEW = 64
 _FREE_RIM, _FEW_RIM = 0.3, 0.6  # shares of the rim of a surface of so few patches
@@ -71,8 +81,8 @@ class Regions:
 
 @dataclass
 class _Surfaces:
-    """Candidates: kind (n,), row (n, 8), angle by which facets may lean (n,), and sorted pairs surface * patches + patch
-    of what they hold."""
+    """Candidates: kind (n,), row (n, 8), angle by which facets may lean (n,), and what they hold: sorted pairs
+    surface * patches + patch."""
 
     kind: Ints
     row: Floats
@@ -192,13 +202,13 @@ class _Segmentation:
         np.maximum.at(longest, a, length)
         seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
         found, whole = [], np.zeros(self.count, bool)
-        for kind in (CYLINDER, CONE, SPHERE, TORUS):
+        for kind, spare in ((CYLINDER, 2), (CONE, 2), (SPHERE, 2), (TORUS, 12), (TORUS, 4)):
             across = (length >= _LONG * longest[a]) | (kind == TORUS)  # which bends both ways
             step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32)).tocsr()
             left = seeds[~whole[seeds]]
             ring = step[left]
             for _ in range(3):  # the smallest group that tells
-                enough = np.diff((ring @ self.corners).indptr) >= PARAMETERS[kind] + _SPARE[kind]
+                enough = np.diff((ring @ self.corners).indptr) >= PARAMETERS[kind] + spare
                 if enough.any():
                     found.append(self._seeded(kind, left[enough], ring[np.flatnonzero(enough)].tocsr(), level))
                     self._mark_whole(found[-1], a, b, whole)
@@ -241,7 +251,7 @@ class _Segmentation:
         """Candidates of one kind, from groups of patches about seeds.  A seed stands for those about it."""
         rng = np.random.default_rng(0)
         chosen = np.zeros(len(seeds), bool)
-        for _ in range(_DRAWS):
+        for _ in range(_DRAWS[kind]):
             rank = np.full(self.count, -1)
             rank[seeds] = rng.permutation(len(seeds))
             chosen |= rank[seeds] == np.maximum.reduceat(rank[groups.indices], groups.indptr[:-1])

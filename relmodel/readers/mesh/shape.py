@@ -33,8 +33,8 @@ def shape_from_triangles(
 
     Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
     which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
-    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Without `fit` the surfaces
-    are the regions between creases, all of them facets.
+    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Without `fit`
+    the surfaces are the regions between creases, all of them facets.
     """
     vertices, triangles, kept = weld(vertices, triangles)
     if len(triangles) == 0:

@@ -176,7 +176,7 @@ def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     planar, _, middle, area = mean_planes(vertices, triangles, patch)
     count = len(area)
     total = area_normals(vertices, triangles)
-    normal = np.stack([np.bincount(patch, total[:, i], count) for i in range(3)], axis=1)
+    normal: Floats = np.stack([np.bincount(patch, total[:, i], count) for i in range(3)], axis=1)
     crease = patch[a] != patch[b]
     one, two = (np.concatenate([patch[x[crease]], patch[y[crease]]]) for x, y in ((a, b), (b, a)))
     key, inverse = np.unique(one * np.int64(count) + two, return_inverse=True)
