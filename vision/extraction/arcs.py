@@ -163,15 +163,15 @@ def _seen_of_ellipses(
 def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: BoolArray, *, scale: float) -> Arcs:
     """Final fits of arcs with these members and of these kinds, as `cutting.cut_arcs` gives them, and the columns that
     follow from them; `turned` says of each edge element whether its bright side is on the right of the walk."""
-    from vision.extraction import _arc_kernels
+    from vision.extraction import arc_kernels
 
     correlation, w = correlation_at(scale), weight_of(edges, members, scale)
     x, y = members.beside(edges.x, edges.y)
-    fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    fit = arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * _FLAT * fit[:, 2])  # or no circle at all
     if flat.any():
         kinds = np.where(flat, LINE, kinds).astype(kinds.dtype)
-        fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+        fit = arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)

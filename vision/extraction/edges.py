@@ -96,7 +96,7 @@ def edge_elements(
     at most `max_sigma` px.  `noise` (256,) is the curve of `noise_curve`, estimated when not given.  No element lies
     within two and a half sigma of the border, where the mirrored picture would displace it.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import edge_kernels
 
     grey = grey_image(image)
     rows, columns = grey.shape
@@ -119,7 +119,7 @@ def edge_elements(
 
     def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
-        _edge_kernels.steps(
+        edge_kernels.steps(
             moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
             _MAX_OFFSET, min_contrast, max_sigma, found, seen,
         )  # fmt: skip
@@ -134,7 +134,7 @@ def edge_elements(
     values, pixels = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
     )
-    kept = _edge_kernels.thin(values, pixels, columns)
+    kept = edge_kernels.thin(values, pixels, columns)
     pixels = pixels[kept]
     offset, nx, ny, contrast, width, position_sigma = values.compress(kept, axis=1).astype(np.float64)
     return EdgeElements(

@@ -58,11 +58,11 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
 
     Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture.
     """
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     used = np.flatnonzero(edges.contrast >= min_contrast)
     x, y, nx, ny = (column.take(used) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    successor = _link_kernels.mutual_successors(x, y, nx, ny, edges.pixel.take(used), *shape)
+    successor = link_kernels.mutual_successors(x, y, nx, ny, edges.pixel.take(used), *shape)
     order, offsets, closed = _followed(successor)
     return Chains(used[order].astype(np.int32), offsets, closed)
 
@@ -109,29 +109,29 @@ def fill_gaps(
 def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     x, y = np.ascontiguousarray(place.T)
     if len(x) and np.ptp(y) > np.ptp(x):
         x, y = y, x
     looked = np.ones(len(x), np.bool_) if looked is None else looked
-    return _link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
+    return link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
 
 
 def components(pairs: IndexArray, count: int) -> IndexArray:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
-    return _link_kernels.components(np.ascontiguousarray(pairs), count)
+    return link_kernels.components(np.ascontiguousarray(pairs), count)
 
 
 def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
     """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     n = len(successor)
     order, offsets, closed = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.bool_)
-    chains = _link_kernels.follow(successor, order, offsets, closed)
+    chains = link_kernels.follow(successor, order, offsets, closed)
     return order, offsets[: chains + 1], closed[:chains]
 
 
@@ -164,10 +164,10 @@ def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
 
 def grey_between(grey: FloatArray, place: FloatArray) -> FloatArray:
     """The bilinear grey at places (..., 2); beyond the border, that of the border."""
-    from vision.extraction import _mark_kernels
+    from vision.extraction import mark_kernels
 
     x, y = (np.ascontiguousarray(place[..., i]) for i in (0, 1))
-    return _mark_kernels.grey_between(grey, x.reshape(-1), y.reshape(-1)).reshape(x.shape)
+    return mark_kernels.grey_between(grey, x.reshape(-1), y.reshape(-1)).reshape(x.shape)
 
 
 def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray) -> FloatArray:

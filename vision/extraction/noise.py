@@ -20,9 +20,9 @@ def noise_curve(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatAr
 
     `floor` is the least value reported, by default what rounding to eight bits leaves behind.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import edge_kernels
 
-    histogram = _edge_kernels.high_pass_histogram(grey, _BANDS, _BINS)
+    histogram = edge_kernels.high_pass_histogram(grey, _BANDS, _BINS)
     counts = histogram.sum(axis=1)
     pooled = histogram.sum(axis=0)
     if pooled.sum() == 0:

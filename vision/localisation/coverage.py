@@ -27,7 +27,7 @@ def coverage(
     scene: Scene, camera: Camera, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
 ) -> Coverage:
     """Coverage of groups of surfaces; `group[i]` holds `surface[i]`, a surface may be in several groups."""
-    from vision.localisation import _coverage_kernels as kernels
+    from vision.localisation import coverage_kernels as kernels
 
     rays = _rays(camera)
     visible = _visible(scene, rays, world_from_camera)

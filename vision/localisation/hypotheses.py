@@ -184,7 +184,7 @@ def _samples(p: Prediction) -> tuple[Floats | Ints, ...]:
 def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple[Floats, Floats]:
     from scipy.stats import norm, qmc
 
-    from vision.localisation import _search_kernels as kernels
+    from vision.localisation import search_kernels as kernels
 
     sigma = np.sqrt(np.diag(prior.covariance))
     _, jacobian = image_jacobians(prediction)
@@ -221,7 +221,7 @@ def climb(
     prediction: Prediction, fields: list[Evidence], delta: Floats, information: Floats, first: float, last: float
 ) -> tuple[Floats, Floats]:
     """Perturbations (k, 6) led uphill by steps of `first` to `last` px, and their scores (k,)."""
-    from vision.localisation import _search_kernels as kernels
+    from vision.localisation import search_kernels as kernels
 
     _, jacobian = image_jacobians(prediction)
     hessian = np.einsum("nij,nik->jk", jacobian, jacobian) / max(len(jacobian), 1) + information

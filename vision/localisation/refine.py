@@ -58,7 +58,7 @@ class EdgeIndex:
 
     def measure(self, pixel: Floats, direction: Floats, reach: float, scale: float) -> tuple[Floats, Ints]:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
-        from vision.localisation import _measure_kernels as kernels
+        from vision.localisation import measure_kernels as kernels
 
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
         run: Any = kernels.nearest_edges

@@ -121,10 +121,10 @@ def cross_rows(
     rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, least_rise: float
 ) -> Crossings:
     """Crossings of the arcs of one picture with rows first_row .. first_row + rows - 1."""
-    from vision.stereo import _epipolar_kernels
+    from vision.stereo import epipolar_kernels
 
     points = rectification.points(view, arcs.points)
-    arc, row, at = _epipolar_kernels.row_crossings(
+    arc, row, at = epipolar_kernels.row_crossings(
         arcs.offsets, np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1]), _TANGENT_REACH, least_rise
     )
     inside = (row >= first_row) & (row < first_row + rows)
@@ -173,9 +173,9 @@ def vote(
     parameters: EpipolarParameters,
 ) -> Votes:
     """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
-    from vision.stereo import _epipolar_kernels
+    from vision.stereo import epipolar_kernels
 
-    match = _epipolar_kernels.match_rows(
+    match = epipolar_kernels.match_rows(
         left.start, left.x, left.angle, signed_log(left.contrast), low, high,
         right.start, right.x, right.angle, signed_log(right.contrast),
         parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
@@ -194,7 +194,7 @@ def vote(
         left=pair_left,
         right=pair_right,
         votes=votes.astype(np.int64),
-        overlap=_epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row),
+        overlap=epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row),
         disparity=_group_medians(left.x[i] - right.x[j], start),
         left_extent=left_extent,
         right_extent=right_extent,

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from vision.stereo import _epipolar_kernels
+from vision.stereo import epipolar_kernels
 
 Floats = npt.NDArray[np.float64]
 
@@ -16,7 +16,7 @@ Floats = npt.NDArray[np.float64]
 def test_a_circle_is_crossed_twice_a_row() -> None:
     t = np.linspace(0, 2 * np.pi, 400)
     x, y = 100 + 30 * np.cos(t), 50.25 + 30 * np.sin(t)
-    arc, row, at = _epipolar_kernels.row_crossings(np.array([0, 400]), x, y, 4, 0.2)
+    arc, row, at = epipolar_kernels.row_crossings(np.array([0, 400]), x, y, 4, 0.2)
     assert np.all(arc == 0)
     height = np.abs(row - 50.25)
     assert np.all(height <= 30 * np.sqrt(1 - 0.2**2) + 0.1)  # its level parts are left out
@@ -29,7 +29,7 @@ def test_a_circle_is_crossed_twice_a_row() -> None:
 
 def test_level_arcs_cross_nothing() -> None:
     x = np.linspace(0, 100, 101)
-    _, row, _ = _epipolar_kernels.row_crossings(np.array([0, 101]), x, 20.3 + 0.1 * x, 4, 0.2)
+    _, row, _ = epipolar_kernels.row_crossings(np.array([0, 101]), x, 20.3 + 0.1 * x, 4, 0.2)
     assert len(row) == 0
 
 
@@ -54,7 +54,7 @@ def test_a_later_layer_matches_what_reverses_the_order() -> None:
 
     def match(layers: int) -> list[int]:
         return list(
-            _epipolar_kernels.match_rows(
+            epipolar_kernels.match_rows(
                 rows, left, angle, contrast, low, high, rows, right, angle[::-1].copy(), contrast[::-1].copy(),
                 0.1, 0.5, 2.0, layers,
             )
@@ -77,7 +77,7 @@ def test_rows_are_matched_at_least_cost() -> None:
         side.append((x, angle, contrast))
     (lx, la, lc), (rx, ra, rc) = side
     low, high = rng.uniform(-25, -5, len(lx)), rng.uniform(5, 25, len(lx))
-    match = _epipolar_kernels.match_rows(start[0], lx, la, lc, low, high, start[1], rx, ra, rc, 0.3, 1.0, skip, 1)
+    match = epipolar_kernels.match_rows(start[0], lx, la, lc, low, high, start[1], rx, ra, rc, 0.3, 1.0, skip, 1)
     for row in range(rows):
         i, j = np.arange(*start[0][row : row + 2]), np.arange(*start[1][row : row + 2])
         d = lx[i, None] - rx[None, j]

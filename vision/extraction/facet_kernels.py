@@ -7,7 +7,7 @@ pixels at once.  Single precision rounds 1e-7 of the grey range, far below any n
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import helper, kernel
+from relmodel.compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]

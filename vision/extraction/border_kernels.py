@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import helper, kernel
+from relmodel.compiled import helper, kernel
 
 LabelArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]

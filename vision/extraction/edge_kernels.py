@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from relmodel.compiled import kernel
 
 SingleArray = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int32]
