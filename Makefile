@@ -6,7 +6,7 @@ RUNS := .venv/runs
 TESTS := .venv/tests
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
 
-.PHONY: demo cell test lint bench baseline clean
+.PHONY: demo cell test lint bench clean
 
 demo: $(RUNS)  ## one inspection of the demonstration bulkhead
 	$(BIN)/relmodel demo
@@ -24,10 +24,6 @@ lint: $(TESTS)  ## ruff and mypy
 
 bench: $(TESTS)  ## every benchmark prints its table
 	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
-
-baseline:  ## copy schema/ into the baseline revision; not after the first release (migrations/README.md)
-	rm -f migrations/versions/0001/*.sql
-	cp schema/*.sql migrations/versions/0001/
 
 clean:
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache build dist

@@ -23,7 +23,7 @@ from tabulate import tabulate
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' damage
 
 from relmodel.store import Store
-from tests.loading.damage import KINDS, OUTCOMES, Outcome, damaged, load_damaged
+from tests.readers.damage import KINDS, OUTCOMES, Outcome, damaged, load_damaged
 
 COPIES = 4
 SMALL = 300_000

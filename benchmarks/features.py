@@ -16,17 +16,17 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generators
 
-from relmodel.loading.features import recognise
-from relmodel.loading.step import shape as step_shape
-from tests.loading.crowd import crowd
-from tests.loading.feature_scores import Scores, score
-from tests.loading.foundry import foundry
-from tests.loading.golden_features import VARIANTS, score_bulkhead
-from tests.loading.jobshop import jobshop
-from tests.loading.parts_generator import generate
-from tests.loading.toolroom import toolroom
-from tests.loading.vocabulary import vocabulary
-from tests.loading.workshop import workshop
+from relmodel.features import recognise
+from relmodel.readers.step import shape as step_shape
+from tests.features.feature_scores import Scores, score
+from tests.features.golden_features import VARIANTS, score_bulkhead
+from tests.parts.brackets_and_castings import foundry
+from tests.parts.composed_parts import generate
+from tests.parts.flanges_and_housings import toolroom
+from tests.parts.machining_features import vocabulary
+from tests.parts.multi_cut_plates import jobshop
+from tests.parts.random_cuts import crowd
+from tests.parts.seat_parts import workshop
 
 PARTS = 216
 SECOND_BEFORE = "recall 0.749, precision 0.747 over 240 parts"

@@ -30,13 +30,13 @@ from tabulate import tabulate
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generator
 
 from relmodel.geometry.curves import vectors
-from relmodel.loading.mesh.shape import shape_from_triangles
-from relmodel.loading.mesh.triangles import components
-from relmodel.loading.neutral import Shape
-from relmodel.loading.step import document as step_document
-from relmodel.loading.step import shape as step_shape
-from tests.loading import curved_parts, splined_parts
-from tests.loading.tessellations import meshed_by_kernel
+from relmodel.model.model import Shape
+from relmodel.readers.mesh.shape import shape_from_triangles
+from relmodel.readers.mesh.triangles import components
+from relmodel.readers.step import document as step_document
+from relmodel.readers.step import shape as step_shape
+from tests.parts import curved_parts, splined_parts
+from tests.parts.tessellations import meshed_by_kernel
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]

@@ -26,9 +26,9 @@ import numpy as np
 from tabulate import tabulate
 
 from benchmarks.bulk_writing import postgresql
-from relmodel.index.find import BOX_COLUMNS, in_volumes
-from relmodel.index.parquet import export_parts, volume_tables
-from relmodel.index.volumes import Box
+from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.parquet import export_parts, volume_tables
+from relmodel.find.volumes import Box
 from relmodel.store import Store, sql
 from relmodel.world import place_world
 from tests.synthetic_model import SyntheticModel, write_world

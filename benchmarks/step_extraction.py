@@ -140,7 +140,7 @@ def walk(file: Path) -> dict[str, float]:
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
-    from relmodel.loading.step import maps
+    from relmodel.readers.step import maps
 
     shapes = _shapes(file)
     began = time.process_time()
@@ -212,9 +212,9 @@ def _shapes(file: Path) -> list[Any]:
 
 def extract(file: Path) -> dict[str, float]:
     """The extraction as the child process does it, less the kernel's reading."""
-    from relmodel.loading.step import document as step_document
-    from relmodel.loading.step import shape as step_shape
-    from relmodel.loading.step import triangulation as step_mesh
+    from relmodel.readers.step import document as step_document
+    from relmodel.readers.step import shape as step_shape
+    from relmodel.readers.step import triangulation as step_mesh
 
     spent: dict[str, float] = {}
 

@@ -43,12 +43,12 @@ from benchmarks.peers.boxes import (
     Sqlite,
     postgresql,
 )
+from relmodel.find.compare import LARGEST_RANGETREE
+from relmodel.find.find import in_volumes
+from relmodel.find.packing import pack, page_boxes
+from relmodel.find.rtree import PackedRTree
+from relmodel.find.volumes import Box, Frustum
 from relmodel.geometry.transforms import matrix_columns, rotation_matrix
-from relmodel.index.compare import LARGEST_RANGETREE
-from relmodel.index.find import in_volumes
-from relmodel.index.packing import pack, page_boxes
-from relmodel.index.rtree import PackedRTree
-from relmodel.index.volumes import Box, Frustum
 from relmodel.store import Store
 
 HITS = (0, 10, 100, 10_000)

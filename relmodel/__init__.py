@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from relmodel.index.indexed_store import IndexedStore
+    from relmodel.find.indexed_store import IndexedStore
 
 __version__ = "0.1.0"
 
@@ -16,6 +16,6 @@ def open(target: str | Path, *, read_only: bool = True) -> IndexedStore:
 
     Raises StoreError where there is none, it is of another version, or it is held by another process.
     """
-    from relmodel.index.indexed_store import IndexedStore
+    from relmodel.find.indexed_store import IndexedStore
 
     return IndexedStore.open(target, read_only=read_only)

@@ -14,3 +14,14 @@ COMMENT ON COLUMN sds_relation.standing IS 'primary; redundant: kept for access 
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_relation', 'catalogue', 'primary');
+
+CREATE TABLE store_schema (
+    sha256 TEXT PRIMARY KEY,
+    created_at TIMESTAMPTZ NOT NULL DEFAULT CURRENT_TIMESTAMP
+);
+COMMENT ON TABLE store_schema IS 'The schema that the store was made with, or brought up to: one row.';
+COMMENT ON COLUMN store_schema.sha256 IS 'SHA-256 of the SQL files of schema/ for this engine';
+COMMENT ON COLUMN store_schema.created_at IS 'when the schema was made in this store';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('store_schema', 'catalogue', 'primary');

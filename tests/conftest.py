@@ -18,9 +18,9 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import InputError
-from relmodel.loading.neutral import LoadedModel
-from relmodel.loading.step import kernel
-from relmodel.loading.step import read as step
+from relmodel.model.model import LoadedModel
+from relmodel.readers.step import kernel
+from relmodel.readers.step import read as step
 
 _READ_BY_CHILD = step._run
 
@@ -39,7 +39,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 # Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
 _TOGETHER = ("tests/cli", "tests/variants")
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
-_FIRST = ("tests/cli/", "tests/loading/", "tests/vision/localisation/", "tests/variants/", "tests/test_wheel.py")
+_FIRST = (
+    "tests/cli/",
+    "tests/loading/",
+    "tests/readers/",
+    "tests/features/",
+    "tests/vision/localisation/",
+    "tests/variants/",
+    "tests/test_wheel.py",
+)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import yaml
 
+from relmodel.find.packing import pack
 from relmodel.geometry.transforms import matrix_columns, rotation_matrix
-from relmodel.index.packing import pack
 from relmodel.store import Store
 
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")

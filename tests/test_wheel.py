@@ -109,9 +109,9 @@ def test_kernels_run_where_nothing_can_be_written_beside_them(installed: Path, t
     """They are then cached elsewhere or not."""
     python = installed.with_name("python")
     packages = Path(run(python, "-c", "import vision; print(vision.__file__)", folder=tmp_path)).parents[1]
-    cache = packages / "relmodel" / "index" / "__pycache__"
+    cache = packages / "relmodel" / "find" / "__pycache__"
     shutil.rmtree(cache, ignore_errors=True)
     cache.write_text("")  # a file in the place of the folder stops root too, whom permissions do not
-    kernel = "import numpy; from relmodel.index.kernels import _grown; print(len(_grown(numpy.empty(64, numpy.int64))))"
+    kernel = "import numpy; from relmodel.find.kernels import _grown; print(len(_grown(numpy.empty(64, numpy.int64))))"
     assert run(python, "-c", kernel, folder=tmp_path) == "128\n"
     assert cache.is_file()

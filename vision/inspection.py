@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from relmodel.errors import InputError, UsageError
-from relmodel.index.find import world_named
+from relmodel.find.find import world_named
 from relmodel.store import Run, Store
 from vision.cameras import Prior, Rig, read_prior, read_rig
 from vision.clock import Clock

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.pairs import Integers
+from relmodel.find.volumes import Frustum, Polyhedron, boxes_met
+from relmodel.find.widening import widened
 from relmodel.geometry.transforms import matrices
-from relmodel.index.find import BOX_COLUMNS, in_volumes
-from relmodel.index.pairs import Integers
-from relmodel.index.volumes import Frustum, Polyhedron, boxes_met
-from relmodel.index.widening import widened
 from relmodel.store import Store
 from vision.cameras import Camera, Prior, Rig, perturb
 from vision.localisation.scene import Floats

@@ -21,8 +21,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from relmodel.index.kinds import BoxIndex, build
-from relmodel.index.volumes import Frustum, VolumeTable, boxes_met
+from relmodel.find.kinds import BoxIndex, build
+from relmodel.find.volumes import Frustum, VolumeTable, boxes_met
 
 Floats = npt.NDArray[np.float64]
 COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.find.find import world_named
 from relmodel.geometry.transforms import apply, matrices
-from relmodel.index.find import world_named
 from relmodel.store import Store
 
 Array = npt.NDArray[np.float64]

@@ -1,14 +1,8 @@
-"""The schema of the first release: the SQL in the folder 0001, a frozen copy of schema/.
-
-Until that release `make baseline` copies schema/ anew; from then on the folder stays as it is, and a change of
-schema/ comes with a revision of its own (see migrations/README.md).
-"""
-
-from pathlib import Path
+"""The schema of the first release.  Until that release this is `schema/` itself (see migrations/README.md)."""
 
 from alembic import op
 
-from relmodel.store.sql import schema_scripts
+from relmodel.store.migrate import create_schema
 
 revision = "0001"
 down_revision = None
@@ -17,6 +11,4 @@ depends_on = None
 
 
 def upgrade() -> None:
-    connection = op.get_bind()
-    for script in schema_scripts(connection.dialect.name, Path(__file__).parent / "0001"):
-        connection.exec_driver_sql(script)
+    create_schema(op.get_bind())

@@ -4,7 +4,7 @@
 -- ball_radius: null but for spheres) and asked_half_space (volume_no, outward normal nx, ny, nz and d, inside where
 -- n . p <= d; no row for boxes and spheres).
 -- Gives world, volume_no, occurrence_id, element_no (-1 of parts), path, name and the world box x0 .. z1, sorted by the
--- first four: the rows of relmodel.index.find.in_volumes at precision box, for every world of the export.
+-- first four: the rows of relmodel.find.find.in_volumes at precision box, for every world of the export.
 -- DuckDB and Spark SQL take it as it stands.  To Spark the hint says that the pages met are few, so that it reads only
 -- the folders of their page ranges; it looks for those only where the pages are filtered too, hence the box_count.
 WITH near AS (

@@ -14,12 +14,12 @@ from itertools import islice
 from pathlib import Path
 
 from relmodel.errors import InputError
-from relmodel.loading import urdf
-from relmodel.loading.mesh import read as mesh
-from relmodel.loading.neutral import LoadedModel
-from relmodel.loading.step.read import TIME_LIMIT_S, read_step
 from relmodel.loading.write.model import LoadReport, SourceFile, store_model
+from relmodel.model.model import LoadedModel
 from relmodel.progress import Progress, silent
+from relmodel.readers import urdf
+from relmodel.readers.mesh import read as mesh
+from relmodel.readers.step.read import TIME_LIMIT_S, read_step
 from relmodel.store import Run, Store
 
 STEP_SUFFIXES = (".step", ".stp", ".p21")

@@ -31,13 +31,19 @@ def bring_up_to_date(store: Database) -> None:
             raise StoreError(f"{store.name} holds tables that are not relmodel's: give relmodel a store of its own")
         journal.forget(store)
         with store.write() as connection:
-            for script in sql.schema_scripts(store.dialect):
-                connection.exec_driver_sql(script)
+            create_schema(connection)
             MigrationContext.configure(connection).stamp(ScriptDirectory.from_config(_config(connection)), "head")
     elif found not in known:
         raise newer_store(store)
     elif found != known[-1]:
         upgrade(store, known[-1])
+
+
+def create_schema(connection: Connection) -> None:
+    """Make the tables, views and functions of `schema/` in an empty database, and note which schema it is."""
+    for script in sql.schema_scripts(connection.dialect.name):
+        connection.exec_driver_sql(script)
+    connection.execute(sql.query("note_schema"), {"sha256": sql.schema_hash(connection.dialect.name)})
 
 
 def upgrade(store: Database, revision: str) -> None:

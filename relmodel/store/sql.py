@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from functools import cache
+from hashlib import sha256
 from itertools import takewhile
-from pathlib import Path
 
 from sqlalchemy import TextClause, text
 
@@ -14,12 +14,18 @@ from relmodel.resources import resource_dir
 DIALECTS = ("duckdb", "postgresql")
 
 
-def schema_scripts(dialect: str, folder: Path | None = None) -> list[str]:
-    """Texts of the files of `schema/` (or a folder like it) in their order, without those that bear another
-    dialect's name."""
+@cache
+def schema_scripts(dialect: str) -> tuple[str, ...]:
+    """Texts of the files of `schema/` in their order, without those that bear another dialect's name."""
     others = {f".{d}" for d in DIALECTS if d != dialect}
-    files = sorted((folder or resource_dir("schema")).glob("*.sql"))
-    return [f.read_text() for f in files if not others.intersection(f.suffixes)]
+    files = sorted(resource_dir("schema").glob("*.sql"))
+    return tuple(f.read_text() for f in files if not others.intersection(f.suffixes))
+
+
+@cache
+def schema_hash(dialect: str) -> str:
+    """SHA-256 (hexadecimal) of the schema of this version for a dialect."""
+    return sha256("\0".join(schema_scripts(dialect)).encode()).hexdigest()
 
 
 def revisions() -> list[str]:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from sqlalchemy import URL
+from sqlalchemy import URL, inspect
 
 from relmodel.errors import StoreError
 from relmodel.store import sql
@@ -36,6 +36,7 @@ class Store(Database):
 
         with cls._opening(store_url(target)) as store:
             bring_up_to_date(store)
+            _check_schema(store)
             mark_dead_runs(store)
         return store
 
@@ -64,6 +65,7 @@ class Store(Database):
                 raise StoreError(
                     f"the store {store.name} is of an older version: run relmodel migrate --store {store.name}"
                 )
+            _check_schema(store)
             if not read_only:
                 mark_dead_runs(store)
         return store
@@ -84,6 +86,19 @@ def _existing(url: URL) -> URL:
     if url.get_backend_name() == "duckdb" and not Path(url.database or "").is_file():
         raise StoreError(f"there is no store {url.database}: make one with relmodel init --store {url.database}")
     return url
+
+
+def _check_schema(store: Store) -> None:
+    """Raise StoreError where the store was made with another schema of the same revision, as before a release."""
+    with store.read() as connection:
+        noted = inspect(connection).has_table("store_schema")
+        made_with = {str(row.sha256) for row in store.rows(connection, "schema_hash")} if noted else {"unknown"}
+    ours = sql.schema_hash(store.dialect)
+    if made_with != {ours}:
+        raise StoreError(
+            f"the store {store.name} was made with another schema ({', '.join(made_with)[:12]}, "
+            f"this relmodel has {ours[:12]}): make a new one with relmodel init and load its files again"
+        )
 
 
 def _no_store(store: Store) -> StoreError:

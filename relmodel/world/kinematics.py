@@ -17,9 +17,9 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
+from relmodel.find.find import world_named
 from relmodel.geometry.joints import Joint, JointTree, Mimic
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
-from relmodel.index.find import world_named
 from relmodel.store import Store
 
 Array = npt.NDArray[np.float64]

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.find.octree_tables import append_octree, keep_octree
+from relmodel.find.packing import outgrown, pack
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
-from relmodel.index.octree_tables import append_octree, keep_octree
-from relmodel.index.packing import outgrown, pack
 from relmodel.store import Run
 
 BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from relmodel.cli.main import VERBS, main, parser
-from relmodel.index.find import in_volumes
+from relmodel.find.find import in_volumes
 from relmodel.store import Store
 from tests.cli.conftest import Inspection
 
@@ -135,7 +135,7 @@ def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> No
 
 @pytest.mark.usefixtures("demonstrated")
 def test_scale_out_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    """Its commands and its Python for DuckDB; that for Spark runs in tests/index/test_parquet.py."""
+    """Its commands and its Python for DuckDB; that for Spark runs in tests/find/test_parquet.py."""
     page = (CHECKOUT / "docs/scale-out.md").read_text()
     run_shell_blocks(page, capsys)
     for_duckdb = next(block for language, block in _BLOCK.findall(page) if language == "python")

@@ -12,10 +12,10 @@ import yaml
 
 import relmodel
 from relmodel.cli.main import main
-from relmodel.index.find import LEVELS
-from relmodel.index.volumes import Box, Polyhedron, Sphere, Volume
+from relmodel.find.find import LEVELS
+from relmodel.find.volumes import Box, Polyhedron, Sphere, Volume
 from relmodel.store import Run, Store
-from tests.index.test_find import fill, random_boxes, random_solids
+from tests.find.test_find import fill, random_boxes, random_solids
 from tests.store.test_check import plate
 
 

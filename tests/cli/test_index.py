@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from relmodel.cli.main import main
-from relmodel.index.kinds import KINDS
-from relmodel.index.planner import WorldIndex
-from relmodel.index.volumes import Box
+from relmodel.find.kinds import KINDS
+from relmodel.find.planner import WorldIndex
+from relmodel.find.volumes import Box
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world

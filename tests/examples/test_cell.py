@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from examples.cell.__main__ import HERE, load_cell
-from relmodel.index.find import in_volume
-from relmodel.index.volumes import Frustum
+from relmodel.find.find import in_volume
+from relmodel.find.volumes import Frustum
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world.kinematics import mounted_rig

@@ -83,7 +83,7 @@ def free_periodic_curve(degree: int, count: int, rational: bool = False) -> Any:
 def test_curves_equal_the_kernel() -> None:
     from OCP.gp import gp_Pnt, gp_Vec
 
-    from relmodel.loading.step.geometry import CurveRows
+    from relmodel.readers.step.geometry import CurveRows
 
     rows = CurveRows()
     made = kernel_curves()
@@ -102,7 +102,7 @@ def test_curves_equal_the_kernel() -> None:
 
 
 def test_lengths_and_boxes_hold_a_fine_polyline() -> None:
-    from relmodel.loading.step.geometry import CurveRows
+    from relmodel.readers.step.geometry import CurveRows
 
     rows = CurveRows()
     for one in kernel_curves():
@@ -154,7 +154,7 @@ def kernel_surfaces() -> list[tuple[Any, tuple[float, float, float, float]]]:
 
 
 def rows_of(made: list[tuple[Any, tuple[float, float, float, float]]]) -> Surfaces:
-    from relmodel.loading.step.geometry import CurveRows, SurfaceRows
+    from relmodel.readers.step.geometry import CurveRows, SurfaceRows
 
     rows = SurfaceRows(CurveRows(), SurfaceRows(CurveRows()))
     for surface, domain in made:

@@ -11,8 +11,8 @@ import trimesh
 
 from relmodel.errors import InputError
 from relmodel.loading.load import load
-from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
 from relmodel.loading.write import geometry as write_geometry
+from relmodel.model.model import Assembly, Instance, LoadedModel, Part
 from relmodel.store import Store
 from relmodel.store.check import check
 
@@ -197,9 +197,8 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
 ) -> None:
     pytest.importorskip("OCP")
     from relmodel.loading import load as module
-    from relmodel.loading.step import shape as step_shape
-
-    from .test_exact import compound, faces_of_rare_kinds
+    from relmodel.readers.step import shape as step_shape
+    from tests.readers.test_exact import compound, faces_of_rare_kinds
 
     def read(*_: object, **__: object) -> LoadedModel:
         shape = step_shape.extract(compound(faces_of_rare_kinds()), {}, {}, {})

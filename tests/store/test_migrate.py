@@ -139,6 +139,15 @@ def test_older_store_is_refused_until_it_is_migrated(
     Store.open(fresh_store).close()
 
 
+def test_store_of_another_schema_is_refused(fresh_store: str) -> None:
+    """As one made before a change of schema/ and before the first release."""
+    with Store.open(fresh_store) as store, store.write() as connection:
+        connection.execute(sa.text("UPDATE store_schema SET sha256 = 'f00d'"))
+    for opening in (Store.open, Store.create, Store.migrate):
+        with pytest.raises(StoreError, match=r"another schema \(f00d, .*relmodel init"):
+            opening(fresh_store)
+
+
 def test_database_of_someone_else_is_refused(store_target: str) -> None:
     engine = connect(store_url(store_target), read_only=False)
     with engine.begin() as connection:

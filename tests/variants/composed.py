@@ -11,9 +11,9 @@ import numpy.typing as npt
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.loading.neutral import Assembly, Instance, LoadedModel, Part
-from relmodel.loading.step import shape as step_shape
 from relmodel.loading.write.model import LoadReport, SourceFile, store_model
+from relmodel.model.model import Assembly, Instance, LoadedModel, Part
+from relmodel.readers.step import shape as step_shape
 from relmodel.store import Run, Store
 from relmodel.variants.compare import compare
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from relmodel.store import Store
-from tests.loading.parts_generator import generate
-from tests.loading.solids import box, cylinder
+from tests.parts.composed_parts import generate
+from tests.parts.solids import box, cylinder
 from tests.variants.composed import Item, carried, differences, pose, store_items
 
 

@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from relmodel.loading.load import load
-from relmodel.loading.neutral import LoadedModel
+from relmodel.model.model import LoadedModel
 from relmodel.store import Store
-from tests.loading.step_parts import loaded, write_product
 from tests.loading.test_load import row_counts
+from tests.parts.step_parts import loaded, write_product
 from tests.variants.composed import differences, keep
 from tests.variants.conftest import step_file
 
@@ -90,7 +90,7 @@ def test_other_settings_of_the_writer_change_nothing(store: Store, tmp_path: Pat
     from OCP.Interface import Interface_Static
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    from tests.loading.parts_generator import generate
+    from tests.parts.composed_parts import generate
 
     body = generate(9).body
 
@@ -120,7 +120,7 @@ def test_noise_is_told_from_changes_on_both_engines(fresh_store: str, tmp_path: 
     """Of a noisy export with one hole a little wider only what touches the hole is new, and the next one is like it."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
-    from tests.loading.solids import box, cylinder
+    from tests.parts.solids import box, cylinder
 
     def export(name: str, radius: float, seed: int) -> LoadedModel:
         body = BRepAlgoAPI_Cut(box((0, 0, 0), (60, 40, 8)), cylinder((13, 17, -1), 6, 10)).Shape()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from relmodel.store import Store
-from tests.loading.solids import Part, box, cylinder, round_box
+from tests.parts.solids import Part, box, cylinder, round_box
 from tests.variants.composed import Item, carried, differences, pose, store_items
 
 PITCH = 50.0

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from relmodel.index.find import in_volume
+from relmodel.find.find import in_volume
 from relmodel.store import Run, Store
-from tests.index.test_find import PLACES, Oracle, fill
-from tests.index.test_sql_clients import rows_of
+from tests.find.test_find import PLACES, Oracle, fill
+from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
 from vision.cameras import Camera, Prior, Rig, perturb
 from vision.input_rows import record_rig

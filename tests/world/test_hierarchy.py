@@ -12,9 +12,9 @@ import sqlalchemy as sa
 import yaml
 
 from relmodel.errors import InputError
+from relmodel.find.find import in_volume
+from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrix_columns, rotation_matrix
-from relmodel.index.find import in_volume
-from relmodel.index.volumes import Box
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check

@@ -46,15 +46,15 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError(f"{args.out} is named as a model of another format: end its name with .glb, or name a folder")
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
         if args.parquet is not None:
-            from relmodel.index.parquet import export_parts
+            from relmodel.find.parquet import export_parts
 
             with shown() as progress:
                 progress(f"{args.parquet}: placed parts", 0, 1)
                 parts = export_parts(store, connection, args.parquet, args.world)
             say(f"{args.parquet} is written: {parts} placed parts")
             return 0
-        from relmodel.objects.export import export_glb, export_tables
-        from relmodel.objects.tree import read_tree
+        from relmodel.show.export import export_glb, export_tables
+        from relmodel.show.tree import read_tree
 
         tree = read_tree(store, connection, args.object, args.variant)
         if args.out.suffix.lower() == ".glb":

@@ -14,7 +14,7 @@ from relmodel.cli.output import print_rows, say
 from relmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
-    from relmodel.index.volumes import Volume
+    from relmodel.find.volumes import Volume
     from vision.cameras import Prior, Rig
 
 EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.index.find import find_rows
+    from relmodel.find.find import find_rows
     from relmodel.store import Store
 
     rig, prior = _rig_and_prior(args)
@@ -100,8 +100,8 @@ def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volu
 def _volume(args: argparse.Namespace) -> Volume:
     import numpy as np
 
+    from relmodel.find.volumes import Box, OrientedBox, Polyhedron, Sphere
     from relmodel.geometry.transforms import rotation_matrix
-    from relmodel.index.volumes import Box, OrientedBox, Polyhedron, Sphere
 
     if args.box:
         return Box(*args.box)

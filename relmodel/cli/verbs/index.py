@@ -22,11 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.index.find import world_named
+    from relmodel.find.find import world_named
     from relmodel.store import Store
 
     if args.octree:
-        from relmodel.index.octree_tables import write_octree
+        from relmodel.find.octree_tables import write_octree
 
         with Store.open(store_target(args)) as store:
             say(f"the oct-tree has {write_octree(store, args.world)} cells")
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
             kept = [(name, "rtree", "default", None)]
         print_rows(("world", "kind", "because", "grid_cell_mm"), kept, args.format)
         return 0
-    from relmodel.index.compare import compare
+    from relmodel.find.compare import compare
 
     with Store.open(store_target(args)) as store:
         found = compare(store, args.world)

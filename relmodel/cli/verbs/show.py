@@ -35,8 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.objects.picture import write_picture
-    from relmodel.objects.tree import alike, read_tree, tree_rows
+    from relmodel.show.picture import write_picture
+    from relmodel.show.tree import alike, read_tree, tree_rows
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:

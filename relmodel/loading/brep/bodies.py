@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from relmodel.columns import part
 from relmodel.geometry.curves import BOX
-from relmodel.loading.neutral import Table
+from relmodel.model.model import Table
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading.brep.trims import Trims
+from relmodel.model.trimmed_faces import Trims
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

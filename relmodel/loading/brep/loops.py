@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.columns import take
-from relmodel.loading.brep.trims import Trims
-from relmodel.loading.neutral import Table
+from relmodel.model.model import Table
+from relmodel.model.trimmed_faces import Trims
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

@@ -15,7 +15,7 @@ from relmodel.geometry.components import dot, put, taken
 from relmodel.geometry.curves import gauss
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.loading.brep.free_masses import Antiderivatives
-from relmodel.loading.brep.trims import Trims
+from relmodel.model.trimmed_faces import Trims
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

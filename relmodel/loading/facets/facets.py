@@ -10,12 +10,12 @@ import numpy.typing as npt
 from relmodel.geometry.components import picked
 from relmodel.geometry.normals import normals_of
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets import inlays, lattices, polygons, ruled
 from relmodel.loading.facets.chords import Chords
 from relmodel.loading.facets.refinement import Fit, Triangulation, folded, refined
 from relmodel.loading.facets.rims import Rims, rims
-from relmodel.loading.neutral import Table
+from relmodel.model.model import Table
+from relmodel.model.trimmed_faces import Trims
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

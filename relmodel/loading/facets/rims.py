@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.components import picked, put
-from relmodel.loading.brep.trims import Trims
 from relmodel.loading.facets.chords import Chords, numbered
-from relmodel.loading.neutral import Table
+from relmodel.model.model import Table
+from relmodel.model.trimmed_faces import Trims
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.columns import Columns, stack, take
-from relmodel.loading.identity import ModelKeys, ShapeKeys, row_count_or_none
-from relmodel.loading.neutral import LoadedModel, Shape, Table
 from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.shape import append_shapes
+from relmodel.model.content_keys import ModelKeys, ShapeKeys, row_count_or_none
+from relmodel.model.model import LoadedModel, Shape, Table
 from relmodel.store import Run
 
 Ints = npt.NDArray[np.int64]

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
-from relmodel.loading.identity import assembly_order
-from relmodel.loading.neutral import LoadedModel
-from relmodel.loading.round_off.model import settled
+from relmodel.loading.snap.model import settled
 from relmodel.loading.write.geometry import append_geometry
 from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.objects import append_objects, append_parts
+from relmodel.model.content_keys import assembly_order
+from relmodel.model.model import LoadedModel
 from relmodel.store import Run
 
 Ints = npt.NDArray[np.int64]

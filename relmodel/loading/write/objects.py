@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.features.contacts import contacts
 from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.loading.contacts import contacts
-from relmodel.loading.identity import ModelKeys
-from relmodel.loading.neutral import Attribute, Instance, LoadedModel
-from relmodel.loading.placed import PlacedParts
 from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.pmi import append_pmi
+from relmodel.model.content_keys import ModelKeys
+from relmodel.model.model import Attribute, Instance, LoadedModel
+from relmodel.model.placed_parts import PlacedParts
 from relmodel.store import Run
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from sqlalchemy import Connection
 
-from relmodel.loading.identity import ShapeKeys
-from relmodel.loading.neutral import Part
+from relmodel.model.content_keys import ShapeKeys
+from relmodel.model.model import Part
 from relmodel.store import Run
 
 _OWN = ("kind", "type", "name", "value", "lower_limit", "upper_limit", "unit", "stated_unit", "modifier", "zone")

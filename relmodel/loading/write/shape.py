@@ -9,14 +9,14 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.columns import Ragged, stack, take
+from relmodel.features import Feature, feature_class_key, recognise
+from relmodel.features.relations import arc_relations, surface_relations
+from relmodel.find.packing import pack, page_boxes
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.index.packing import pack, page_boxes
-from relmodel.loading.features import Feature, feature_class_key, recognise
-from relmodel.loading.identity import ShapeKeys, row_count_or_none
-from relmodel.loading.neutral import Shape, Table
-from relmodel.loading.relations import arc_relations, surface_relations
 from relmodel.loading.write.keyed import ids_by_key
+from relmodel.model.content_keys import ShapeKeys, row_count_or_none
+from relmodel.model.model import Shape, Table
 from relmodel.store import Run
 
 Floats = npt.NDArray[np.float64]

@@ -5,14 +5,13 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
+from tests.vision.extraction.synthetic import FloatArray, disc, linked, render, step
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
 from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import edge_elements
 from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.extract import extract
 from vision.extraction.linking import Chains, fill_gaps
-
-from .synthetic import FloatArray, disc, linked, render, step
 
 ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
 

@@ -5,12 +5,11 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.special import erf
 
+from tests.vision.extraction.synthetic import FloatArray, disc, step
 from vision.extraction.arcs import Arcs
 from vision.extraction.courses import drawn_inwards, from_circles, from_ellipses, from_lines
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.extract import extract
-
-from .synthetic import FloatArray, disc, step
 
 _ANGLES = np.linspace(0.05, 2 * np.pi, 8, endpoint=False)
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from relmodel.errors import InputError
+from tests.vision.extraction.synthetic import disc, step
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.noise import noise_curve
-
-from .synthetic import disc, step
 
 ANGLES = np.deg2rad([0, 10, 22.5, 33, 45, 60, 80, 90, 135, 200, 290])
 

@@ -6,6 +6,7 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
+from tests.vision.extraction.synthetic import FloatArray, linked
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
 from vision.extraction.courses import Deviations
 from vision.extraction.edges import edge_elements
@@ -13,8 +14,6 @@ from vision.extraction.extract import extract
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import fill_gaps
 from vision.extraction.local_curves import local_curves
-
-from .synthetic import FloatArray, linked
 
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from tests.vision.extraction.synthetic import JUNCTIONS, FloatArray, linked, render, sectors
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.closing import close_ends, closed_courses
 from vision.extraction.cutting import fit_arcs
@@ -11,8 +12,6 @@ from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.junctions import COURSE, END, KINDS, START, Junctions, find_junctions
 from vision.extraction.linking import fill_gaps
-
-from .synthetic import JUNCTIONS, FloatArray, linked, render, sectors
 
 _SEEDS = 10
 

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from tests.vision.extraction.synthetic import FloatArray, disc, step
 from vision.extraction.extract import extract
-
-from .synthetic import FloatArray, disc, step
 
 
 def brushed(shape: tuple[int, int], seed: int = 3) -> FloatArray:

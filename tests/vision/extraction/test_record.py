@@ -11,13 +11,12 @@ from scipy.ndimage import gaussian_filter
 
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
+from tests.vision.extraction.synthetic import disc, sectors
 from vision.extraction.arcs import FREE
 from vision.extraction.extract import extract
 from vision.extraction.record import record_extraction
 from vision.images import Picture
 from vision.input_rows import record_picture
-
-from .synthetic import disc, sectors
 
 MEGABYTE = 1_000_000
 

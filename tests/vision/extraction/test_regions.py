@@ -9,6 +9,7 @@ import pytest
 import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
+from tests.vision.extraction.synthetic import disc, linked, render
 from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
 from vision.extraction.cutting import fit_arcs
@@ -17,8 +18,6 @@ from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
 from vision.extraction.linking import fill_gaps, link
 from vision.extraction.regions import BoolArray, FloatArray, border_sums, edge_mask, leak_proof_regions, plain_regions
-
-from .synthetic import disc, linked, render
 
 
 def frame(gap: int) -> tuple[FloatArray, BoolArray]:

@@ -5,6 +5,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from relmodel.errors import InputError, UsageError
+from tests.vision.extraction.synthetic import FloatArray, disc, render
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
 from vision.extraction.relations import (
@@ -19,8 +20,6 @@ from vision.extraction.relations import (
     SURROUNDS,
     T_JUNCTION,
 )
-
-from .synthetic import FloatArray, disc, render
 
 
 def square(half: float) -> FloatArray:

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from relmodel.errors import UsageError
+from tests.vision.extraction.synthetic import FloatArray, step
 from vision.extraction.edges import EdgeElements
 from vision.extraction.noise import noise_curve
 from vision.extraction.scales import elements_over_scales
-
-from .synthetic import FloatArray, step
 
 _ANGLE = 0.4
 

@@ -4,12 +4,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 from scipy.stats import chi2
 
+from tests.vision.extraction.synthetic import FloatArray, step
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.linking import link
 from vision.extraction.significance import significance, surprises
-
-from .synthetic import FloatArray, step
 
 
 def streaks(shape: tuple[int, int], strength: float, seed: int = 3) -> FloatArray:

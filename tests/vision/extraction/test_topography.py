@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from tests.vision.extraction.landscapes import labels_of, random_landscape
+from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.topography import LABELS, crest_arcs, label_histogram, mark_inflections, topographic_labels
-
-from .landscapes import labels_of, random_landscape
-from .synthetic import step
 
 Y, X = np.mgrid[:41, :41] - 20.0
 QUIET = np.full(256, 0.01)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relmodel.index.find import world_named
+from relmodel.find.find import world_named
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world.placement import place_world

@@ -1,0 +1,249 @@
+"""Blends (rounded edges) and chamfers (edges cut off)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
+from relmodel.features.graph import Boundary, Side, Surfaces
+
+Floats = npt.NDArray[np.float64]
+
+_LESS_THAN_HALF_A_TURN = 0.95 * np.pi  # a half cylinder between parallel walls is the end of a slot
+_SLANT = np.radians([15, 75])  # of a chamfer to the faces beside it
+_NARROW = 0.8  # width of a chamfer to that of the faces beside it
+_OPEN = 0.3  # rad without a point: more than one facet of a mesh spans
+_EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
+_BENT = 0.02  # 1 - cos of the least turn that is worth rounding off, and of that to a full one
+_OPPOSED = -1 + ANGLE_TOLERANCE**2
+_SAME_LINE = 1e-3  # mm and rad
+_SAME_RADIUS = 1e-3  # mm
+
+
+def rounded(b: Boundary) -> dict[int, float]:
+    """Radius of the surfaces that round off an edge between two or more others: the greatest, where it changes."""
+    s, found = b.surfaces, {i: radii[1] for i, (radii, _) in running(b).items()}
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] not in ("cylinder", "torus", "sphere") or s.start[i] == s.start[i + 1]:
+            continue
+        beside = {x.other for x in sides if x.convexity == "smooth" and x.other not in (i, -1)}
+        # What ends in balls on both sides is the groove of a ball-nosed cutter.
+        if len(beside) < 2 or (s.kind[i] == "cylinder" and set(s.kind[list(beside)]) == {"sphere"}):
+            continue
+        if s.kind[i] == "cylinder" and s.turn([i]) > _LESS_THAN_HALF_A_TURN:
+            continue
+        found[i] = float(s.radius2[i] if s.kind[i] == "torus" else s.radius[i])
+    return found
+
+
+def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
+    """Least and greatest radius of free-form surfaces that round off the edge of two planes, and its ends (2, 3).
+
+    A point of the blend on one plane is r (1 - cos a) away from the other, where their normals enclose the angle a.
+    """
+    s, found = b.surfaces, {}
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] in _EXACT or s.start[i] == s.start[i + 1]:
+            continue
+        beside = sorted({x.other for x in sides if x.convexity == "smooth"})
+        if len(beside) != 2 or set(s.kind[beside]) != {"plane"}:
+            continue
+        (p, q), (d, e) = s.axis[beside], np.sum(s.origin[beside] * s.axis[beside], axis=1)
+        away = 1 - float(p @ q)
+        if not _BENT < away < 2 - _BENT:
+            continue
+        points = s.points(i)
+        on = [np.abs(points @ p - d) < LENGTH_TOLERANCE, np.abs(points @ q - e) < LENGTH_TOLERANCE]
+        if not (on[0].any() and on[1].any()):
+            continue
+        radii = np.concatenate([np.abs(points[on[0]] @ q - e), np.abs(points[on[1]] @ p - d)]) / away
+        run = cross(p, q) / np.linalg.norm(cross(p, q))
+        foot = np.linalg.solve(np.array([p, q, run]), np.array([d, e, 0.0]))
+        ends = [foot + end * run for end in s.along(i, run)]
+        found[i] = ((float(radii.min()), float(radii.max())), np.array(ends))
+    return found
+
+
+def full_rounds(b: Boundary, taken: set[int]) -> dict[int, float]:
+    """Radius of the half cylinders that take the place of a face between two that are parallel."""
+    s, found = b.surfaces, {}
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] != "cylinder" or s.concave[i] or i in taken or i in b.blends or s.start[i] == s.start[i + 1]:
+            continue
+        beside = sorted({x.other for x in sides if x.convexity == "smooth"})
+        if len(beside) == 2 and set(s.kind[beside]) == {"plane"} and s.axis[beside[0]] @ s.axis[beside[1]] < _OPPOSED:
+            found[i] = float(s.radius[i])
+    return found
+
+
+def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Chains of blends of one radius that no other feature has: role `fillet` in a corner, `round` on an edge.
+
+    The origin of the longest one is the middle of its axis, X along that; of a changing radius, of the edge it rounds.
+    """
+    import networkx as nx
+
+    s, changing = b.surfaces, running(b)
+    radius = (b.blends | full_rounds(b, taken)).items()
+    of = {i: r for i, r in radius if i not in taken}
+    chains: nx.Graph[int] = nx.Graph()
+    chains.add_nodes_from(of)
+    lines: dict[tuple[float, ...], int] = {}
+    for i in sorted(of):
+        smooth = [x.other for x in b.sides[i] if x.convexity == "smooth"]
+        chains.add_edges_from((i, j) for j in smooth if j in chains and abs(of[i] - of[j]) < _SAME_RADIUS)
+        if s.kind[i] == "cylinder":
+            # One that a hole or a notch has cut is one still: between the same two faces.
+            planes = [j for j in smooth if s.kind[j] == "plane"]
+            if len(planes) == 2:
+                keys = [(*b.plane_key(pair), round(of[i], 3)) for pair in (planes, planes[::-1])]
+                chains.add_edge(i, lines.setdefault(min(keys), i))
+    found = []
+    for members in sorted(sorted(component) for component in nx.connected_components(chains)):
+        longest = max(members, key=lambda i: (round(float(s.area[i]), 6), -i))
+        run, centre = s.axis[longest], s.origin[longest]
+        measures = lengths(radius=of[longest], length=_total(s, members))
+        if longest in changing:
+            radii, ends = changing[longest]
+            run, centre = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]), ends.mean(axis=0)
+            measures = lengths(radius=radii[1], length=float(np.linalg.norm(ends[1] - ends[0])))
+            if radii[1] - radii[0] > _SAME_RADIUS:
+                measures |= lengths(least_radius=radii[0])
+        elif s.kind[longest] == "sphere":
+            run = np.eye(3)[0]
+        elif s.kind[longest] == "cylinder":
+            low, high = _extent(s, _in_line(s, longest, members), run)
+            centre = centre + ((low + high) / 2 - float(centre @ run)) * run
+        normal = s.normals(longest).mean(axis=0)
+        normal -= (normal @ run) * run
+        if np.linalg.norm(normal) < ANGLE_TOLERANCE:  # all around
+            normal = cross(run, np.eye(3)[np.argmin(np.abs(run))])
+        pose = frame(run, normal / np.linalg.norm(normal), centre)
+        roles = [(i, "fillet" if s.concave[i] else "round") for i in members]
+        found.append(Feature("fillet", "", measures, pose, union(s.boxes[members]), roles))
+    return found
+
+
+def _total(s: Surfaces, members: list[int]) -> float:
+    """Length of a chain; of what lies in one line from end to end."""
+    left, total = [i for i in members if s.kind[i] in ("cylinder", "torus")], 0.0
+    while left:
+        line = _in_line(s, left[0], left) if s.kind[left[0]] == "cylinder" else left[:1]
+        total += float(np.ptp(_extent(s, line, s.axis[left[0]]))) if len(line) > 1 else _length(s, left[0])
+        left = [i for i in left if i not in line]
+    return total
+
+
+def _in_line(s: Surfaces, one: int, members: list[int]) -> list[int]:
+    """Cylinders about one axis."""
+    arm, axis = s.origin[members] - s.origin[one], s.axis[one]
+    apart = np.linalg.norm(np.cross(arm, axis), axis=1) + np.linalg.norm(np.cross(s.axis[members], axis), axis=1)
+    return [i for i, d in zip(members, apart, strict=True) if i == one or (s.kind[i] == "cylinder" and d < _SAME_LINE)]
+
+
+def _extent(s: Surfaces, members: list[int], run: Floats) -> tuple[float, float]:
+    reach = [s.along(i, run) for i in members]
+    return min(r[0] for r in reach), max(r[1] for r in reach)
+
+
+def bevelled(b: Boundary) -> dict[int, Feature]:
+    """The chamfers: narrow planes and convex cones between two convex edges of 15 to 75 degrees."""
+    found = {}
+    for i, sides in sorted(b.sides.items()):
+        if b.surfaces.start[i] == b.surfaces.start[i + 1]:
+            continue
+        slanted = [x for x in sides if x.convexity == "convex" and _SLANT[0] <= x.angle <= _SLANT[1]]
+        feature = None
+        if b.surfaces.kind[i] == "plane":
+            feature = _plane_chamfer(b, i, slanted)
+        elif b.surfaces.kind[i] == "cone" and not b.surfaces.concave[i]:
+            feature = _cone_chamfer(b, i, slanted)
+        if feature is not None:
+            found[i] = feature
+    return found
+
+
+def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
+    """Chamfers, those in one plane along one edge as one: what a slot has cut is one still."""
+    s = b.surfaces
+    lines: dict[tuple[float, ...], list[Feature]] = {}
+    for i, feature in sorted(bevels.items()):
+        run, middle = feature.shape_from_feature[:3, 0], s.boxes[i].reshape(2, 3).mean(axis=0)
+        place = np.round(middle - (middle @ run) * run, 2) + 0.0
+        key = (*b.plane_key([i]), *place.tolist()) if s.kind[i] == "plane" else (float(i),)
+        lines.setdefault(key, []).append(feature)
+    return [f[0] if len(f) == 1 else _one_chamfer(s, f) for f in lines.values()]
+
+
+def _one_chamfer(s: Surfaces, pieces: list[Feature]) -> Feature:
+    pose = pieces[0].shape_from_feature.copy()
+    members = [i for piece in pieces for i, _ in piece.surfaces]
+    low, high = _extent(s, members, pose[:3, 0])
+    pose[:3, 3] += ((low + high) / 2 - float(pose[:3, 3] @ pose[:3, 0])) * pose[:3, 0]
+    dimensions = pieces[0].dimensions | lengths(length=high - low)
+    return Feature("chamfer", "", dimensions, pose, union(s.boxes[members]), [(i, "chamfer") for i in members])
+
+
+def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
+    s = b.surfaces
+    best: tuple[float, Side, Side, Floats] | None = None
+    for n, one in enumerate(slanted):
+        for two in slanted[n + 1 :]:
+            if one.other == two.other or {s.kind[one.other], s.kind[two.other]} != {"plane"}:
+                continue
+            run = cross(s.axis[i], s.axis[one.other])
+            run /= np.linalg.norm(run)
+            square = abs(run @ s.axis[two.other])
+            turn = np.arccos(np.clip(s.axis[one.other] @ s.axis[two.other], -1, 1))
+            if square > ANGLE_TOLERANCE or abs(turn - one.angle - two.angle) > 1e-3:
+                continue
+            length = min(one.length, two.length)
+            if best is None or length > best[0] + LENGTH_TOLERANCE:
+                best = length, one, two, run
+    if best is None:
+        return None
+    _, one, two, run = best
+    across = cross(s.axis[i], run)
+    width = float(np.ptp(s.points(i) @ across))
+    length = float(np.ptp(s.points(i) @ run))
+    if length < width:
+        return None
+    # Narrower than the wider face beside it, and than the other one was.
+    breadth = {x: float(np.ptp(s.points(x.other) @ cross(s.axis[x.other], run))) for x in (one, two)}
+    narrower, wider = sorted((one, two), key=lambda x: breadth[x])
+    if width > _NARROW * breadth[wider] or width > _NARROW * (breadth[narrower] + width * np.cos(narrower.angle)):
+        return None
+    measures = lengths(width=width, length=length) | {"angle": (min(one.angle, two.angle), "rad")}
+    pose = frame(run, s.axis[i], s.boxes[i].reshape(2, 3).mean(axis=0))
+    return Feature("chamfer", "", measures, pose, s.boxes[i], [(i, "chamfer")])
+
+
+def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
+    s, axis = b.surfaces, b.surfaces.axis[i]
+    kinds = {s.kind[x.other]: x for x in slanted}
+    if kinds.keys() != {"plane", "cylinder"} or s.concave[kinds["cylinder"].other]:
+        return None
+    plane, cylinder = kinds["plane"].other, kinds["cylinder"].other
+    along = [np.linalg.norm(cross(axis, s.axis[k])) for k in (plane, cylinder)]
+    low, high = s.along(i, axis)
+    width = (high - low) / max(abs(np.cos(s.semi_angle[i])), 1e-9)
+    if max(along) > ANGLE_TOLERANCE or width > _NARROW * s.radius[cylinder]:
+        return None
+    measures = lengths(width=width, diameter=2 * s.radius[cylinder]) | {"angle": (min(x.angle for x in slanted), "rad")}
+    middle = s.origin[i] + ((low + high) / 2 - s.origin[i] @ axis) * axis
+    pose = frame(np.eye(3)[np.argmin(np.abs(axis))], s.axis[plane], middle)
+    return Feature("chamfer", "", measures, pose, s.boxes[i], [(i, "chamfer")])
+
+
+def _length(s: Surfaces, i: int) -> float:
+    """Length along a cylinder, or along the centre line of a torus."""
+    if s.kind[i] == "cylinder":
+        low, high = s.along(i, s.axis[i])
+        return high - low
+    axis = s.axis[i]
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    arm = s.points(i) - s.origin[i]
+    angle = np.sort(np.arctan2(arm @ cross(axis, u), arm @ u))
+    gap = float(np.diff(angle, append=angle[0] + 2 * np.pi).max())
+    return float(s.radius[i] * (2 * np.pi - (gap if gap > _OPEN else 0.0)))

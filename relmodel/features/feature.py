@@ -1,0 +1,133 @@
+"""What a feature is, and the frames and rectangles that features are measured in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.model.content_keys import content_key, quantised
+
+Floats = npt.NDArray[np.float64]
+
+LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
+ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
+_FORM_QUANTUM = 1e-2
+_CLASS_DIGITS = 4  # of mm and rad: dimensions that agree to them are of one class
+
+
+@dataclass
+class Feature:
+    """A feature in the frame of its shape.
+
+    dimensions: name -> (value, unit: mm, rad, or 1 for counts), as `feature_dimension` holds them; shape_from_feature
+    (4, 4): Z out of the material, X along the length; origin at the mouth of a hole, in the middle of a floor, at
+    the foot of what stands out, in the middle of the rest; box (6,); surfaces: (surface_no, role); form: numbers that
+    tell outlines of equal dimensions apart, those of mirror images among them (`outline_form`).
+    """
+
+    kind: str
+    name: str
+    dimensions: dict[str, tuple[float, str]]
+    shape_from_feature: Floats
+    box: Floats
+    surfaces: list[tuple[int, str]]
+    form: tuple[float, ...] = ()
+
+
+def feature_class_key(feature: Feature) -> str:
+    """Key of a feature's class: kind, rounded dimensions and form."""
+    dimensions = [
+        f"{name}={value:.{_CLASS_DIGITS}f} {unit}" for name, (value, unit) in sorted(feature.dimensions.items())
+    ]
+    return content_key([feature.kind, *dimensions, *map(str, quantised(feature.form, _FORM_QUANTUM).tolist())])
+
+
+def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
+    """What no motion changes of walls along the Z of a frame, but a mirror does: moments of their places, mm and mm2.
+
+    places (n, 3): foot of the frame's origin on a plane, axis of a cylinder; labels: what tells walls apart.  Walls
+    count by their labels; odd moments tell skew outlines, even ones those that half a turn takes to themselves (see
+    J. Flusser, "On the independence of rotation moment invariants", Pattern Recognition 33, 2000).  either_way: an
+    outline that is open at both ends may be looked at from either.
+    """
+    local = (places - pose[:3, 3]) @ pose[:3, :2]
+    z = local[:, 0] + 1j * local[:, 1]
+    out: list[float] = []
+    for label in sorted(set(labels)):
+        own = z[[one == label for one in labels]]
+        out += [float(len(own)), float(np.sum(np.abs(own)))]
+    names = sorted(set(labels))
+    weight = np.array([1.0 + names.index(label) for label in labels])
+    reach = max(float(np.abs(z).max(initial=0.0)), LENGTH_TOLERANCE)
+    for power in (1, 2):
+        moments = [np.sum(weight * np.abs(z) ** k * z**power) / reach ** (k + power - 1) for k in range(3)]
+        out += [float(abs(m)) for m in moments]
+        twists = [float((a * np.conj(b)).imag) / reach for a, b in pairwise(moments)]
+        out += [abs(t) for t in twists] if either_way else twists
+    return tuple(out)
+
+
+def lengths(**values: float) -> dict[str, tuple[float, str]]:
+    """Dimensions in mm."""
+    return {name: (float(value), "mm") for name, value in values.items()}
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross product of two vectors (3,), many times sooner than the general one."""
+    a0, a1, a2 = a.tolist()
+    b0, b1, b2 = b.tolist()
+    return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
+
+
+def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, float]:
+    """Least rectangle across `normal` that holds points: direction of its length, its centre, length and width.
+
+    One side of it lies on a side of the convex hull (Freeman and Shapira, CACM 18, 1975).
+    """
+    from shapely import convex_hull, get_coordinates, linestrings
+
+    u = cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    u /= np.linalg.norm(u)
+    v = cross(normal, u)
+    flat = np.column_stack([points @ u, points @ v])
+    hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is made sooner than many points
+    sides = np.diff(hull, axis=0)
+    sides = sides[np.linalg.norm(sides, axis=1) > 1e-9]
+    direction = sides / np.linalg.norm(sides, axis=1, keepdims=True)
+    across = np.column_stack([-direction[:, 1], direction[:, 0]])
+    along = hull @ direction.T
+    beside = hull @ across.T
+    extent, breadth = np.ptp(along, axis=0), np.ptp(beside, axis=0)
+    # Of rectangles as small as the least one, the first: equal input gives equal frames.
+    best = int(np.argmax(extent * breadth <= (extent * breadth).min() * (1 + 1e-9)))
+    d, a = direction[best], across[best]
+    middle = d * (along[:, best].min() + extent[best] / 2) + a * (beside[:, best].min() + breadth[best] / 2)
+    length, width = float(extent[best]), float(breadth[best])
+    if width > length:
+        d, length, width = a, width, length
+    x = d[0] * u + d[1] * v
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    return x, middle[0] * u + middle[1] * v, length, width
+
+
+def commonest(values: list[float]) -> float:
+    """The value that occurs most often, to the class's digits; the least of those that do."""
+    rounded = [round(v, _CLASS_DIGITS) for v in values]
+    return min(values, key=lambda v: (-rounded.count(round(v, _CLASS_DIGITS)), v))
+
+
+def frame(x: Floats, z: Floats, origin: Floats) -> Floats:
+    """shape_from_feature (4, 4) with Z along z and X as near to x as that allows."""
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    out = np.eye(4)
+    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x, cross(z, x), z, origin
+    return out
+
+
+def union(boxes: Floats) -> Floats:
+    """The box (6,) around boxes (n, 6)."""
+    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])

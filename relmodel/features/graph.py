@@ -1,0 +1,389 @@
+"""The attributed adjacency graph of a shape: surfaces as nodes with what its triangles tell of them, arcs as edges.
+
+S. Joshi and T. C. Chang, "Graph-based heuristics for recognition of machined features from a 3D solid model",
+Computer-Aided Design 20 (2), 1988.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, cross
+from relmodel.geometry.clusters import clusters, unsigned
+from relmodel.model.model import Shape, Table
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+_UPRIGHT = np.radians(0.5)
+_BINS = 720  # of the full turn, for the union of angles
+
+
+@dataclass
+class Surfaces:
+    """What features are recognised by, a row a whole surface.
+
+    kind is the recognised one; axis is a plane's outward normal, and the axis of a surface of revolution; concave
+    tells of those (and of spheres) whether the outward normal points to the axis; corner holds the corners of the
+    triangles (m, 3 corners, 3), in the order of the surfaces: those of surface i are rows start[i] to start[i + 1].
+    """
+
+    kind: npt.NDArray[Any]
+    origin: Floats
+    axis: Floats
+    radius: Floats
+    radius2: Floats
+    semi_angle: Floats
+    concave: Bools
+    area: Floats
+    boxes: Floats
+    corner: Floats
+    normal: Floats
+    start: Ints
+    _extents: dict[tuple[int, bytes], tuple[float, float]] = field(default_factory=dict)
+    _turns: dict[tuple[int, ...], float] = field(default_factory=dict)
+
+    def points(self, surface: int) -> Floats:
+        """Corners of the triangles of a surface (n, 3)."""
+        return self.corner[self.start[surface] : self.start[surface + 1]].reshape(-1, 3)
+
+    def normals(self, surface: int) -> Floats:
+        """Outward normals at `points`."""
+        return self.normal[self.start[surface] : self.start[surface + 1]].reshape(-1, 3)
+
+    def along(self, surface: int, direction: Floats) -> tuple[float, float]:
+        """Extent of a surface along a direction, from the frame's origin; (inf, -inf) where it has no triangle."""
+        key = surface, direction.tobytes()
+        if key not in self._extents:
+            heights = self.points(surface) @ direction
+            self._extents[key] = float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
+        return self._extents[key]
+
+    def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
+        """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.
+
+        What rounds the corner of two such planes leans more in its middle: where there are planes, they tell.
+        """
+        walls = [i for i in walls if self.kind[i] == "plane"] or walls
+        leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
+        angle = float(np.arcsin(np.clip(leans.mean(), -1, 1))) if len(leans) else 0.0
+        return {"draft_angle": (angle, "rad")} if angle > _UPRIGHT and np.ptp(leans) < _UPRIGHT / 5 else {}
+
+    def is_free(self, lines: Floats, axis: Floats, low: float, high: float) -> bool:
+        """Whether lines through points (n, 3) along an axis meet no triangle between two heights.
+
+        T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection", J. Graphics Tools 2 (1), 1997.
+        """
+        foot = lines - np.outer(lines @ axis, axis)
+        ends = np.concatenate([foot + low * axis, foot + high * axis])
+        touched = np.all((self.boxes[:, :3] <= ends.max(axis=0)) & (self.boxes[:, 3:] >= ends.min(axis=0)), axis=1)
+        near = [self.corner[self.start[i] : self.start[i + 1]] for i in np.flatnonzero(touched).tolist()]
+        corner = np.concatenate([np.empty((0, 3, 3)), *near])
+        one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+        p = np.cross(axis, two)
+        det = np.sum(one * p, axis=1)
+        crossed = np.abs(det) > 1e-12
+        det = np.where(crossed, det, 1.0)
+        arm = foot[:, None] - corner[None, :, 0]
+        u = np.sum(arm * p, axis=2) / det
+        q = np.cross(arm, one)
+        v = q @ axis / det
+        height = np.sum(q * two, axis=2) / det
+        return not np.any(crossed & (u >= 0) & (v >= 0) & (u + v <= 1) & (height > low) & (height < high))
+
+    def turn(self, members: list[int]) -> float:
+        """Angle (rad) about the axis of the first of the members that all of them cover together."""
+        key = tuple(members)
+        if key not in self._turns:
+            self._turns[key] = self._turn(members)
+        return self._turns[key]
+
+    def _turn(self, members: list[int]) -> float:
+        axis = self.axis[members[0]]
+        u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        u /= np.linalg.norm(u)
+        across = np.stack([u, cross(axis, u)], axis=1)
+        corners = np.concatenate([self.points(i).reshape(-1, 3, 3) for i in members]) - self.origin[members[0]]
+        angle = np.arctan2(corners @ across[:, 1], corners @ across[:, 0])
+        # A triangle spans less than half a turn: unwrap its corners about the first.
+        angle = angle[:, :1] + (angle - angle[:, :1] + np.pi) % (2 * np.pi) - np.pi
+        low = np.floor(angle.min(axis=1) / (2 * np.pi) * _BINS).astype(np.int64)
+        high = np.ceil(angle.max(axis=1) / (2 * np.pi) * _BINS).astype(np.int64)
+        ends = np.bincount(low + _BINS, minlength=3 * _BINS + 2)
+        ends = ends - np.bincount(high + _BINS, minlength=3 * _BINS + 2)
+        covered = (np.cumsum(ends) > 0)[: 3 * _BINS].reshape(3, _BINS).any(axis=0)
+        return float(covered.mean() * 2 * np.pi)
+
+
+class Side(NamedTuple):
+    """An arc of a face's boundary, and what lies beyond it (-1: nothing)."""
+
+    arc: int
+    loop: int
+    outer: bool
+    other: int
+    convexity: str
+    angle: float  # rad, from the face's normal to the other's; convex is positive
+    length: float
+
+
+@dataclass
+class Boundary:
+    """A shape as features are looked for in it.
+
+    Surfaces are whole ones; pieces: the numbers of the faces that make each up; vertices
+    (n, 3): of all triangles.
+    sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
+    others (`blends.rounded`); chamfers: surfaces that cut one off.
+    """
+
+    surfaces: Surfaces
+    graph: nx.MultiGraph[int]
+    sides: dict[int, list[Side]]
+    pieces: list[list[int]]
+    vertices: Floats
+    blends: dict[int, float] = field(default_factory=dict)
+    chamfers: set[int] = field(default_factory=set)
+    _hull: Floats | None = None
+    _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
+    _beside: dict[tuple[int, str], list[int]] = field(default_factory=dict)
+
+    def extent(self, direction: Floats) -> float:
+        """Extent of the whole shape along a direction."""
+        key = tuple(np.round(direction, 6).tolist())
+        if key not in self._extents:
+            if self._hull is None:
+                self._hull = _outermost(self.vertices)
+            self._extents[key] = float(np.ptp(self._hull @ direction))
+        return self._extents[key]
+
+    def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
+        """Convexity of the edge at a side and the surfaces beyond it, as they would be without its blend."""
+        blend = side.other
+        if side.convexity != "smooth" or blend not in self.blends or surface in self.blends:
+            return side.convexity, [side.other] if side.other >= 0 else []
+        far = [x.other for x in self.sides.get(blend, []) if x.convexity == "smooth" and x.other != surface]
+        return "concave" if self.surfaces.concave[blend] else "convex", [i for i in far if i not in self.blends]
+
+    def neighbours(self, surface: int, convexity: str) -> list[int]:
+        """Surfaces beyond the sides of one convexity, blends left out; to be asked when these are known."""
+        if (surface, convexity) not in self._beside:
+            found: set[int] = set()
+            for side in self.sides.get(surface, []):
+                kind, others = self.across(surface, side)
+                if kind == convexity:
+                    found.update(others)
+            self._beside[surface, convexity] = sorted(found - {surface})
+        return self._beside[surface, convexity]
+
+    def plane_key(self, planes: list[int]) -> tuple[float, ...]:
+        """Equal for pieces of the same planes: one, then others in any order."""
+        s = self.surfaces
+        rows = [(*np.round(s.axis[i], 4), round(float(s.origin[i] @ s.axis[i]), 2)) for i in planes]
+        return tuple(float(v) + 0.0 for row in [rows[0], *sorted(set(rows[1:]))] for v in row)
+
+    def support_key(self, i: int) -> tuple[float, ...]:
+        """Equal for pieces of the same plane or cylinder, or of one that runs along it; other kinds have none."""
+        s = self.surfaces
+        if s.kind[i] == "plane":
+            return (0.0, *self.plane_key([i]))
+        if s.kind[i] != "cylinder":
+            return (2.0, float(i))
+        axis = unsigned(s.axis[[i]])[0]
+        foot = s.origin[i] - float(s.origin[i] @ axis) * axis
+        return (1.0, *(np.round([*axis, *foot, s.radius[i]], 2) + 0.0).tolist())
+
+
+def _outermost(points: Floats) -> Floats:
+    """Those of points (n, 3) that lie farthest out in some direction."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices], float)
+    except QhullError:  # flat
+        return points
+
+
+def boundary(shape: Shape) -> Boundary:
+    """The boundary of a shape, without blends and chamfers."""
+    face = _joined(shape)
+    pieces: list[list[int]] = [[] for _ in range(int(face.max(initial=-1)) + 1)]
+    for i, k in enumerate(face.tolist()):
+        pieces[k].append(i)
+    sides: dict[int, list[Side]] = {}
+    if shape.coedges and shape.loops:
+        own, loops, arcs = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no", "arc_no"))
+        flagged = {
+            (int(i), int(n))
+            for i, n, outer in zip(*(shape.loops[c] for c in ("surface_no", "loop_no", "outer_loop")), strict=True)
+            if outer
+        }
+        a, b = (np.asarray(shape.arcs[c], np.int64).tolist() for c in ("surface_a", "surface_b"))
+        angle = np.asarray(shape.arcs["angle"], float).tolist()
+        length = np.asarray(shape.arcs["length"], float).tolist()
+        convexity = shape.arcs["convexity"]
+        for surface, loop, arc in zip(own.tolist(), loops.tolist(), arcs.tolist(), strict=True):
+            other = b[arc] if a[arc] == surface else a[arc]
+            k, beyond = int(face[surface]), int(face[other]) if other >= 0 else -1
+            if beyond == k and other != surface:
+                continue
+            side = Side(arc, loop, (surface, loop) in flagged, beyond, str(convexity[arc]), angle[arc], length[arc])
+            sides.setdefault(k, []).append(side)
+        for k, faces in enumerate(pieces):
+            if len(faces) > 1 and k in sides:
+                sides[k] = _relooped(shape, sides[k], plane=shape.surfaces["recognised_kind"][faces[0]] == "plane")
+    vertices = np.asarray(shape.mesh.vertices, float)
+    return Boundary(describe(shape, face, pieces), adjacency_graph(shape, face), sides, pieces, vertices)
+
+
+def _joined(shape: Shape) -> Ints:
+    """Number of the whole surface that each belongs to: kernels cut a cylinder in two, operations a plane.
+
+    Whole ones are numbered in the order of their first pieces.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    s = shape.surfaces
+    kind = np.asarray(s["recognised_kind"], dtype=str)
+    if not shape.arcs:
+        return np.arange(len(kind))
+    a, b = (np.asarray(shape.arcs[c], np.int64) for c in ("surface_a", "surface_b"))
+    smooth = (np.asarray(shape.arcs["convexity"], dtype=str) == "smooth") & (a >= 0) & (b >= 0) & (a != b)
+    a, b = a[smooth], b[smooth]
+    alike = kind[a] == kind[b]
+    a, b = a[alike], b[alike]
+    origin, axis = _points(s, "origin"), _points(s, "axis_z")
+    radius, radius2, lean = (np.asarray(s[c], float) for c in ("radius", "radius2", "semi_angle"))
+    arm = origin[b] - origin[a]
+    along = np.sum(arm * axis[a], axis=1)
+    aside = np.linalg.norm(arm - along[:, None] * axis[a], axis=1) < LENGTH_TOLERANCE
+    level = np.abs(along) < LENGTH_TOLERANCE
+    parallel = np.linalg.norm(np.cross(axis[a], axis[b]), axis=1) < ANGLE_TOLERANCE
+    equal = np.abs(radius[a] - radius[b]) < LENGTH_TOLERANCE
+    conical = np.abs(np.abs(lean[a]) - np.abs(lean[b])) < ANGLE_TOLERANCE
+    conical &= np.abs(radius[a] + along * np.tan(lean[a]) - radius[b]) < LENGTH_TOLERANCE
+    one = np.select(
+        [kind[a] == k for k in ("plane", "cylinder", "cone", "sphere", "torus")],
+        [
+            parallel & level,
+            parallel & aside & equal,
+            parallel & aside & conical,
+            aside & level & equal,
+            parallel & aside & level & equal & (np.abs(radius2[a] - radius2[b]) < LENGTH_TOLERANCE),
+        ],
+        False,
+    )
+    links = coo_array((np.ones(int(one.sum()), bool), (a[one], b[one])), shape=(len(kind), len(kind)))
+    label = connected_components(links, directed=False)[1]
+    _, first, whole = np.unique(label, return_index=True, return_inverse=True)
+    order = np.argsort(np.argsort(first))
+    out: Ints = order[whole]
+    return out
+
+
+def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
+    """Sides of pieces put together: loops are what hangs together, of a plane that of the greatest extent is outer."""
+    import networkx as nx
+
+    names = [f"{end}_{c}" for end in ("start", "end") for c in "xyz"]
+    ends = np.array([[float(shape.arcs[n][x.arc]) for n in names] for x in sides]).reshape(-1, 2, 3)
+    corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2).tolist()
+    graph: nx.Graph[int] = nx.Graph()
+    graph.add_edges_from((one, two) for one, two in corner)
+    loop_of = {c: n for n, loop in enumerate(nx.connected_components(graph)) for c in loop}
+    loop = [loop_of[c] for c, _ in corner]
+    box = np.array([[float(shape.arcs[n][x.arc]) for n in ("x0", "y0", "z0", "x1", "y1", "z1")] for x in sides])
+    size = []
+    for n in range(max(loop) + 1):
+        own = box[[k == n for k in loop]]
+        size.append(round(float(np.linalg.norm(own[:, 3:].max(axis=0) - own[:, :3].min(axis=0))), 6))
+    outer = size.index(max(size))
+    return [x._replace(loop=n, outer=n == outer if plane else x.outer) for x, n in zip(sides, loop, strict=True)]
+
+
+def describe(shape: Shape, face: Ints, pieces: list[list[int]]) -> Surfaces:
+    """Describe whole surfaces by the rows of their first pieces and the triangles of all."""
+    s = shape.surfaces
+    n = len(pieces)
+    first = np.array([p[0] for p in pieces], np.int64)
+    kind = np.asarray(s["recognised_kind"], dtype=str)[first]
+    origin, axis = _points(s, "origin")[first], _points(s, "axis_z")[first]
+    radius = np.asarray(s["radius"], float)[first]
+    owners = face[np.asarray(shape.mesh.triangle_surfaces, np.int64)]
+    order = np.argsort(owners, kind="stable")
+    triangles = shape.mesh.triangles[order]
+    corner = np.asarray(shape.mesh.vertices, float)[triangles]
+    normal = np.asarray(shape.mesh.normals, float)[triangles]
+    owner = owners[order]
+    start = np.searchsorted(owner, np.arange(n + 1))
+
+    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+    facing = np.bincount(owner, area * np.sum(normal.mean(axis=1) * axis[owner], axis=1), minlength=n)
+    outward = np.where((kind == "plane") & (facing < 0), -1.0, 1.0)
+    arm = corner.mean(axis=1) - origin[owner]
+    straight = np.isin(kind, ["cylinder", "cone"])[owner]
+    arm -= np.where(straight, np.sum(arm * axis[owner], axis=1), 0.0)[:, None] * axis[owner]
+    # The centre line of a torus is what its normals point away from.
+    torus = (kind == "torus")[owner]
+    height = np.sum(arm * axis[owner], axis=1, keepdims=True) * axis[owner]
+    flat = arm - height
+    length = np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
+    ring = flat / length * radius[owner][:, None]
+    arm = np.where(torus[:, None], arm - ring, arm)
+    away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
+    box = np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
+    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
+    np.minimum.at(low, face, box[:, :3])
+    np.maximum.at(high, face, box[:, 3:])
+
+    return Surfaces(
+        kind=kind,
+        origin=origin,
+        axis=axis * outward[:, None],
+        radius=radius,
+        radius2=np.asarray(s["radius2"], float)[first],
+        semi_angle=np.asarray(s["semi_angle"], float)[first],
+        concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
+        area=np.bincount(face, np.asarray(s["area"], float), minlength=n).astype(np.float64),
+        boxes=np.concatenate([low, high], axis=1),
+        corner=corner,
+        normal=normal,
+        start=start,
+    )
+
+
+def adjacency_graph(shape: Shape, face: Ints) -> nx.MultiGraph[int]:
+    """Graph of whole surfaces with an edge for each arc between two: `arc_no`, `convexity`, `length`."""
+    import networkx as nx
+
+    graph: nx.MultiGraph[int] = nx.MultiGraph()
+    graph.add_nodes_from(range(int(face.max(initial=-1)) + 1))
+    if not shape.arcs:
+        return graph
+    a, b = (np.asarray(shape.arcs[c], np.int64) for c in ("surface_a", "surface_b"))
+    length = np.asarray(shape.arcs["length"], float)
+    convexity = shape.arcs["convexity"]
+    apart = (a >= 0) & (b >= 0)
+    apart[apart] = face[a[apart]] != face[b[apart]]
+    for arc_no in np.flatnonzero(apart).tolist():
+        graph.add_edge(
+            int(face[a[arc_no]]),
+            int(face[b[arc_no]]),
+            arc_no=arc_no,
+            convexity=str(convexity[arc_no]),
+            length=float(length[arc_no]),
+        )
+    return graph
+
+
+def _points(table: Table, name: str) -> Floats:
+    return np.stack([np.asarray(table[f"{name}_{c}"], float) for c in "xyz"], axis=1)

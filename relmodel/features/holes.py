@@ -1,0 +1,271 @@
+"""Holes: stacks of coaxial concave surfaces of revolution, with counterbores, countersinks, tips and bottoms."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, union
+from relmodel.features.graph import Surfaces
+from relmodel.geometry.clusters import clusters, unsigned
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+Floats = npt.NDArray[np.float64]
+
+_REACH = 10.0  # length of a gap, in diameters, that a drill crosses
+_AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
+_WITHIN = 0.9  # of the radius
+_SKEW = ANGLE_TOLERANCE**2  # of a cosine
+_HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
+
+
+def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
+    """Stacks of coaxial concave surfaces of revolution around a cylinder of more than half a turn."""
+    import networkx as nx
+
+    bores = _bores(s, graph)
+    if not bores:
+        return []
+    # Surfaces of revolution on the axis of some bore, and the planes across it that have no other neighbours.
+    leader = {i: bore[0] for bore in bores for i in bore}
+    stack: nx.Graph[int] = nx.Graph()
+    for bore in bores:
+        nx.add_path(stack, bore)
+    todo = [i for bore in bores for i in bore]
+    while todo:
+        i = todo.pop()
+        for j in graph.neighbors(i):
+            if j in leader:
+                if _on_axis(s, leader[i], leader[j]):
+                    stack.add_edge(i, j)
+            elif _turned_about(s, leader[i], j) or _closes(s, graph, leader, i, j):
+                leader[j] = leader[i]
+                stack.add_edge(i, j)
+                todo.append(j)
+    bore_of = {i: bore for bore in bores for i in bore}
+    found = []
+    for members in sorted(sorted(component) for component in nx.connected_components(stack)):
+        own = {bore_of[i][0]: bore_of[i] for i in members if i in bore_of}
+        found.append(_hole(s, graph, members, list(own.values())))
+    return found
+
+
+def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
+    """Concave cylinders merged where they are one: same axis and radius, touching extents, more than half a turn.
+
+    One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
+    """
+    rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
+    if len(rows) == 0:
+        return []
+    axis, origin = unsigned(s.axis[rows]), s.origin[rows]
+    foot = origin - np.sum(origin * axis, axis=1, keepdims=True) * axis
+    direction = clusters(axis, ANGLE_TOLERANCE)
+    label = clusters(np.column_stack([direction * 1e3, foot, s.radius[rows]]), LENGTH_TOLERANCE)
+    bores = []
+    for k in range(int(label.max()) + 1):
+        members = rows[label == k].tolist()
+        extents = sorted((*s.along(i, s.axis[members[0]]), i) for i in members)
+        bore, reach, cut = [extents[0][2]], extents[0][1], extents[0][1] - extents[0][0]
+        for low, high, i in extents[1:]:
+            if low > reach + LENGTH_TOLERANCE:
+                most = min(_REACH * 2 * float(s.radius[i]), _AIR * (cut + high - low))
+                if low - reach > most or not _interrupted(s, i, reach, low):
+                    bores.append(sorted(bore))
+                    bore, cut = [], 0.0
+            bore.append(i)
+            cut += max(high - max(low, reach), 0.0)
+            reach = max(reach, high)
+        bores.append(sorted(bore))
+    return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN and not _are_corners(s, graph, bore))
+
+
+def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> bool:
+    """Whether the pieces of a bore are far walls of openings around its axis: material comes in between them."""
+    axis = s.axis[bore[0]]
+
+    def leads_in(i: int, j: int) -> bool:
+        along = abs(float(s.axis[j] @ axis))
+        if s.kind[j] == "plane":  # a facet of a bore passes its axis by at the radius
+            off = abs(float((s.origin[j] - s.origin[i]) @ s.axis[j]))
+            beside = along < ANGLE_TOLERANCE and off < _WITHIN * s.radius[i]
+        else:
+            beside = s.kind[j] == "cylinder" and along > 1 - _SKEW
+        ways = {edge["convexity"] for edge in graph.get_edge_data(i, j).values()}
+        return bool(beside and not ways <= {"convex"} and not _on_axis(s, i, j))
+
+    return all(s.turn([i]) < _HOLDS_A_PIN and any(leads_in(i, j) for j in set(graph.neighbors(i)) - {i}) for i in bore)
+
+
+def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
+    """Whether nothing but air lies between two lengths of a bore."""
+    axis, radius = s.axis[bore], s.radius[bore]
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u *= _WITHIN * radius / np.linalg.norm(u)
+    v = cross(axis, u)
+    return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
+
+
+def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
+    """Whether the axis of one surface of revolution is that of a bore."""
+    axis, arm = s.axis[bore], s.origin[other] - s.origin[bore]
+    if not np.linalg.norm(cross(axis, arm)) < LENGTH_TOLERANCE:
+        return False
+    return bool(s.kind[other] == "sphere" or np.linalg.norm(cross(axis, s.axis[other])) < ANGLE_TOLERANCE)
+
+
+def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
+    """Whether a concave cone, torus or sphere belongs to the stack of a bore: countersink, tip, bottom fillet."""
+    return bool(s.concave[other] and s.kind[other] in ("cone", "torus", "sphere") and _on_axis(s, bore, other))
+
+
+def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], member: int, plane: int) -> bool:
+    """Whether a plane across the axis has no neighbours but surfaces of the stack: a bottom or a counterbore's step."""
+    axis = s.axis[leader[member]]
+    if s.kind[plane] != "plane" or not np.linalg.norm(cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
+        return False
+    # The next bore of a step is in `leader` from the start; a tip or fillet beyond is tried by its own rule.
+    if all(
+        (k in leader and _on_axis(s, leader[member], leader[k])) or _turned_about(s, leader[member], k)
+        for k in graph.neighbors(plane)
+    ):
+        return True
+    # What cuts into the bore cuts its bottom too: that is what lies within the bore.
+    if (
+        s.kind[member] != "cylinder"
+        or np.linalg.norm(np.diff(s.boxes[plane].reshape(2, 3), axis=0)) > 3 * s.radius[member]
+    ):
+        return False
+    arm = s.points(plane) - s.origin[member]
+    arm -= np.outer(arm @ axis, axis)
+    within = (
+        np.linalg.norm(arm, axis=1).max(initial=np.inf if len(arm) == 0 else 0.0) < s.radius[member] + LENGTH_TOLERANCE
+    )
+    concave = any(edge["convexity"] == "concave" for edge in graph.get_edge_data(member, plane).values())
+    return bool(within and concave)
+
+
+def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: list[list[int]]) -> Feature:
+    narrow = min(bores, key=lambda bore: (s.radius[bore[0]], bore))
+    axis, origin = s.axis[narrow[0]], s.origin[narrow[0]]
+    zero = float(origin @ axis)
+    roles: dict[int, str] = {}
+    bottoms: list[float] = []
+    wide: list[tuple[float, float]] = []  # radius, place along the axis, of what is wider than the bore
+    cones: list[tuple[float, int]] = []
+    tips: list[int] = []  # pointed or round bottoms, beyond the depth of full diameter
+    for i in members:
+        low, high = s.along(i, axis)
+        middle = (low + high) / 2 - zero
+        arm = s.points(i) - origin
+        arm -= np.outer(arm @ axis, axis)
+        reach = np.linalg.norm(arm, axis=1)
+        on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
+        if i in narrow:
+            roles[i] = "wall"
+        elif on_axis or (s.kind[i] == "plane" and _ends_at(s, graph, members, i)):
+            roles[i] = "bottom"
+            bottoms.append(middle)
+            if on_axis:
+                tips.append(i)
+        elif s.kind[i] == "plane":
+            roles[i] = "step"
+        elif s.kind[i] == "cone":
+            roles[i] = "countersink"
+            cones.append((float(reach.max(initial=0.0)), i))
+            wide.append((float(reach.max(initial=0.0)), middle))
+        elif s.kind[i] == "cylinder":
+            roles[i] = "counterbore"
+            wide.append((float(s.radius[i]), middle))
+        else:
+            roles[i] = "blend"
+    extents = [s.along(i, axis) for i in members if i not in tips]
+    extents += [s.along(i, axis) for i in _rounded_rims(s, graph, members)]
+    low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
+    core = [s.along(i, axis) for i in narrow]
+    centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
+    # Z out of the material: away from the bottom, else towards the widest end, else towards positive coordinates.
+    if bottoms:
+        towards = centre - bottoms[0]
+    elif wide:
+        towards = max(wide)[1] - centre
+    else:
+        towards = float(axis[np.argmax(np.abs(axis) > 1e-6)])
+    z = axis if towards > 0 else -axis
+    mouth = origin + axis * (high if towards > 0 else low)
+
+    dimensions = {"diameter": (2 * float(s.radius[narrow[0]]), "mm"), "depth": (high - low, "mm")}
+    counterbores = [i for i in members if roles[i] == "counterbore"]
+    enclosed = [i for i in counterbores if _enclosed(s, i, [*narrow, *counterbores], axis)]
+    if enclosed:
+        counterbores = [i for i in counterbores if i not in enclosed]
+        roles |= dict.fromkeys(enclosed, "groove")
+        dimensions["groove_diameter"] = (2 * max(float(s.radius[i]) for i in enclosed), "mm")
+        dimensions["groove_width"] = (float(np.ptp([s.along(i, axis) for i in enclosed[:1]])), "mm")
+    if counterbores:
+        widest = max(float(s.radius[i]) for i in counterbores)
+        ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
+        ends += [s.along(i, z) for i in [*enclosed, *_rounded_rims(s, graph, counterbores)]]
+        ends += [s.along(i, z) for reach, i in cones if reach > widest + LENGTH_TOLERANCE]
+        dimensions["counterbore_diameter"] = (2 * widest, "mm")
+        dimensions["counterbore_depth"] = (_topmost(ends), "mm")
+    if cones:
+        radius, cone = max(cones)
+        dimensions["countersink_diameter"] = (2 * radius, "mm")
+        dimensions["countersink_angle"] = (2 * abs(float(s.semi_angle[cone])), "rad")
+    pointed = [abs(float(s.semi_angle[i])) for i in tips if s.kind[i] == "cone"]
+    if pointed:
+        dimensions["tip_angle"] = (2 * max(pointed), "rad")
+    x = cross(np.eye(3)[np.argmin(np.abs(z))], z)
+    return Feature(
+        kind="blind_hole" if bottoms else "through_hole",
+        name="",
+        dimensions=dimensions,
+        shape_from_feature=frame(x, z, mouth),
+        box=union(s.boxes[members]),
+        surfaces=sorted(roles.items()),
+    )
+
+
+def _enclosed(s: Surfaces, wide: int, others: list[int], axis: Floats) -> bool:
+    """Whether a narrower cylinder goes on on either side of what is wider: a groove for a ring."""
+    low, high = s.along(wide, axis)
+    narrower = [i for i in others if s.radius[wide] - s.radius[i] > LENGTH_TOLERANCE]
+    below = [s.radius[i] for i in narrower if abs(s.along(i, axis)[1] - low) < LENGTH_TOLERANCE]
+    above = [s.radius[i] for i in narrower if abs(s.along(i, axis)[0] - high) < LENGTH_TOLERANCE]
+    return any(abs(one - two) < LENGTH_TOLERANCE for one in below for two in above)
+
+
+def _topmost(extents: list[tuple[float, float]]) -> float:
+    """Length of the highest run of extents that touch: the other side may be widened too."""
+    low, high = max(extents, key=lambda e: e[1])
+    for e in sorted(extents, key=lambda e: -e[1]):
+        if e[1] > low - LENGTH_TOLERANCE:
+            low = min(low, e[0])
+    return high - low
+
+
+def _ends_at(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], plane: int) -> bool:
+    """Whether a plane of the stack is a bottom: a step lies between two radii."""
+    return len({round(float(s.radius[j]), 3) for j in set(graph.neighbors(plane)) & set(members)}) == 1
+
+
+def _rounded_rims(s: Surfaces, graph: nx.MultiGraph[int], members: list[int]) -> list[int]:
+    """Tori about the axis that lead smoothly out of the hole."""
+    return sorted(
+        {
+            j
+            for i in members
+            if s.kind[i] == "cylinder"
+            for j in graph.neighbors(i)
+            if s.kind[j] == "torus"
+            and not s.concave[j]
+            and len(s.points(j))
+            and _on_axis(s, i, j)
+            and any(edge["convexity"] == "smooth" for edge in graph.get_edge_data(i, j).values())
+        }
+    )

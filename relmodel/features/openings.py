@@ -1,0 +1,299 @@
+"""Openings without a floor that are no round holes: slots and ducts through the material."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Feature,
+    commonest,
+    cross,
+    frame,
+    lengths,
+    outline_form,
+    rectangle,
+    union,
+)
+from relmodel.features.graph import Boundary, Side
+
+Floats = npt.NDArray[np.float64]
+
+_WITHIN = 0.9  # of the way to a wall
+_ON_THE_ELLIPSE = 1e-2  # mm
+_STEEP = np.sin(np.radians(10))
+_LEAST_WALLS = 3
+
+
+def openings(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Rings of walls around an inner loop of a surface, all of its edges convex, that meet no floor."""
+    rings: list[tuple[Floats, list[int]]] = []
+    used = set(taken)
+    for face in sorted(b.sides, key=lambda i: (b.surfaces.kind[i] != "plane", i)):
+        loops: dict[int, list[tuple[str, list[int]]]] = {}
+        for x in b.sides[face]:
+            if not x.outer:
+                loops.setdefault(x.loop, []).append(_rim(b, face, x))
+        for _, crossed in sorted(loops.items()):
+            walls = sorted({i for _, others in crossed for i in others})
+            if any(kind != "convex" for kind, _ in crossed) or used & set(walls):
+                continue
+            up = _out_of(b, face, walls)
+            ring = None if up is None else _ring(b, walls, up, used)
+            # A bore that no seam cuts open has an inner loop around its axis, which is the rim of no opening.
+            if (
+                up is not None
+                and ring is not None
+                and (b.surfaces.kind[face] == "plane" or _face_all_around(b, ring, up))
+            ):
+                used |= set(ring)
+                rings.append((up, ring))
+    rings += _cut_at_both_ends(b, used)
+    return [_opening(b, sorted(i for _, ring in joined for i in ring), joined[0][0]) for joined in _in_line(b, rings)]
+
+
+def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[int]]]:
+    """Rings of walls that something has cut at each end: each wall meets the next in a hollow edge or blend, around."""
+    import networkx as nx
+
+    s, rings = b.surfaces, []
+    tried: set[tuple[int, tuple[float, ...]]] = set()
+    for i in sorted(b.sides.keys() - used):
+        if s.kind[i] != "plane" or i in used:
+            continue
+        for j in b.neighbours(i, "concave"):
+            run = cross(s.axis[i], s.axis[j])
+            if s.kind[j] != "plane" or np.linalg.norm(run) < _STEEP:
+                continue
+            up = run / np.linalg.norm(run)
+            up = -up if up[np.argmax(np.abs(up) > 1e-6)] < 0 else up
+            key = tuple(np.round(up, 3).tolist())
+            if (i, key) in tried:
+                continue
+            ring = _ring(b, [i], up, used)
+            tried |= {(k, key) for k in ring or [i]}
+            if ring is None:
+                continue
+            graph: nx.Graph[int] = nx.Graph()
+            graph.add_edges_from((k, x.other) for k in ring for x in b.sides[k] if x.other in ring and x.other != k)
+            core = sorted(nx.k_core(graph, 2))
+            if len(core) >= _LEAST_WALLS and _face_all_around(b, core, up):
+                used |= set(ring)
+                rings.append((up, ring))
+    return rings
+
+
+def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
+    """Whether the normals of walls leave no half turn about `up` free."""
+    normal = np.concatenate([b.surfaces.normals(i) for i in walls])
+    across = cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    angle = np.sort(np.arctan2(normal @ cross(up, across), normal @ across))
+    return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _STEEP)
+
+
+def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
+    """Out of an opening in a face: its normal, of a curved one what all walls run along."""
+    s = b.surfaces
+    if s.kind[face] == "plane":
+        return np.asarray(s.axis[face], float)
+    normal = np.concatenate([s.normals(i) for i in walls] or [np.empty((0, 3))])
+    if len(normal) == 0:
+        return None
+    up = np.asarray(np.linalg.eigh(normal.T @ normal)[1][:, 0], float)
+    rim = np.concatenate([s.points(i) for i in walls]).mean(axis=0) - s.points(face).mean(axis=0)
+    return up if up @ rim > 0 else -up
+
+
+def _in_line(b: Boundary, rings: list[tuple[Floats, list[int]]]) -> list[list[tuple[Floats, list[int]]]]:
+    """Rings that are one opening, cut through in one go: all walls in line, with another opening between."""
+    lines: dict[tuple[tuple[float, ...], ...], list[tuple[Floats, list[int]]]] = {}
+    for out_of, ring in rings:
+        keys = tuple(sorted({b.support_key(i) for i in ring}))
+        lines.setdefault(keys, []).append((out_of, ring))
+    out = []
+    for members in lines.values():
+        up = members[0][0]
+        members.sort(key=lambda m: b.surfaces.along(m[1][0], up)[0])
+        joined = [members[0]]
+        for one, two in pairwise(members):
+            reach = [max(b.surfaces.along(i, up)[1] for i in one[1]), min(b.surfaces.along(i, up)[0] for i in two[1])]
+            if not b.surfaces.is_free(_inside(b, two[1], up), up, reach[0], reach[1]):
+                out.append(joined)
+                joined = []
+            joined.append(two)
+        out.append(joined)
+    return out
+
+
+def _inside(b: Boundary, ring: list[int], up: Floats) -> Floats:
+    """Lines (n, 3) along an opening, in its middle and near its walls."""
+    rims = [b.surfaces.points(i) for i in ring]
+    middle = np.concatenate(rims).mean(axis=0)
+    return np.array([middle, *(middle + _WITHIN * (p.mean(axis=0) - middle) for p in rims)])
+
+
+def _rim(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
+    """Convexity and the walls at a side of a rim, past its round or chamfer."""
+    kind, others = b.across(plane, side)
+    beyond: list[int] = []
+    for i in others:
+        beyond += (
+            [x.other for x in b.sides[i] if x.convexity == "convex" and x.other != plane] if i in b.chamfers else [i]
+        )
+    return kind, [i for i in beyond if i not in b.chamfers]
+
+
+def _ring(b: Boundary, walls: list[int], up: Floats, used: set[int]) -> list[int] | None:
+    """The walls, and what continues them along the opening; None where one leans or leads to a floor."""
+    s = b.surfaces
+    members = set(walls)
+    todo = list(walls)
+    while todo:
+        i = todo.pop()
+        if i in used or s.start[i] == s.start[i + 1] or np.abs(s.normals(i) @ up).max(initial=0.0) > _STEEP:
+            return None
+        for x in b.sides[i]:
+            if x.other in members or x.other < 0 or x.convexity not in ("concave", "smooth"):
+                continue
+            if np.abs(s.normals(x.other) @ up).max(initial=0.0) < _STEEP:
+                members.add(x.other)
+                todo.append(x.other)
+            elif x.convexity == "concave" or s.concave[x.other]:
+                return None
+    return sorted(members)
+
+
+def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
+    s = b.surfaces
+    points = np.concatenate([s.points(i) for i in ring])
+    x, centre, length, width = rectangle(points, up)
+    top, depth = float((points @ up).max()), float(np.ptp(points @ up))
+    kind = "duct"
+    oval = None if "plane" in s.kind[ring] else _ellipse(points, up)
+    if oval is not None:
+        x, centre, length, width = oval
+        dimensions = lengths(major_diameter=length, minor_diameter=width, depth=depth)
+    else:
+        slot = closed_slot(b, ring, up)
+        if slot is not None:
+            kind, (x, centre, length, width, bend) = "slot", slot
+        dimensions = lengths(length=length, width=width, depth=depth)
+        dimensions |= lengths(bend_radius=bend) if slot is not None and bend else {}
+        corners = [float(s.radius[i]) for i in ring if s.kind[i] == "cylinder" and s.concave[i]]
+        if corners and slot is None:
+            dimensions |= lengths(corner_radius=commonest(corners))
+    pose = frame(x, up, centre + (top - float(centre @ up)) * up)
+    form = walls_form(b, ring, pose, either_way=True)
+    return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring], form)
+
+
+def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
+    """The form of an outline of walls along the Z of a frame; pieces of one wall are one."""
+    s, origin = b.surfaces, pose[:3, 3]
+    seen: dict[tuple[str, ...], Floats] = {}
+    for i in walls:
+        arm, axis = s.origin[i] - origin, s.axis[i]
+        place, label = origin, str(s.kind[i])
+        if label == "plane":
+            place = origin + (arm @ axis) * axis
+        elif label == "cylinder":
+            place = origin + arm - (arm @ axis) * axis
+            label = f"{label} {'in' if s.concave[i] else 'out'} {s.radius[i]:.2f}"
+        seen[(label, *(f"{x:.2f}" for x in place + 0.0))] = place
+    places = np.array(list(seen.values())).reshape(-1, 3)
+    return outline_form(places, [key[0] for key in seen], pose, either_way=either_way)
+
+
+def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] | None:
+    """Direction of the major axis, centre and diameters of an ellipse through points, seen along `up`."""
+    u = cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    u /= np.linalg.norm(u)
+    v = cross(up, u)
+    flat = np.column_stack([points @ u, points @ v])
+    shift, scale = flat.mean(axis=0), float(np.abs(flat - flat.mean(axis=0)).max())
+    p, q = ((flat - shift) / scale).T
+    a, h, c, d, e = np.linalg.lstsq(np.column_stack([p * p, p * q, q * q, p, q]), np.ones(len(p)), rcond=None)[0]
+    form = np.array([[a, h / 2], [h / 2, c]])
+    slope = np.hypot(2 * a * p + h * q + d, h * p + 2 * c * q + e)
+    away = np.abs(a * p * p + h * p * q + c * q * q + d * p + e * q - 1) / np.maximum(slope, 1e-9)
+    if np.linalg.det(form) <= 0 or away.max() * scale > _ON_THE_ELLIPSE:
+        return None
+    middle = -np.linalg.solve(form, [d, e]) / 2
+    values, axes = np.linalg.eigh(form)
+    semi = np.sqrt((1 + middle @ form @ middle) / values) * scale  # the least value is the major axis
+    x = axes[0, 0] * u + axes[1, 0] * v
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    centre = middle * scale + shift
+    return x, centre[0] * u + centre[1] * v, 2 * float(semi[0]), 2 * float(semi[1])
+
+
+def closed_slot(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float, float] | None:
+    """Direction in the middle, centre, length, width and bend radius (0: straight) of a slot with round ends.
+
+    The length is that of the middle line with both ends.
+    """
+    straight = _obround(b, walls, up)
+    return (*straight, 0.0) if straight is not None else _kidney(b, walls, up)
+
+
+def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float, float] | None:
+    """A slot bent about an axis along `up`: an inner and an outer wall about it, and a half cylinder at either end."""
+    s = b.surfaces
+    if any(s.kind[i] != "cylinder" or abs(s.axis[i] @ up) < 1 - ANGLE_TOLERANCE for i in walls):
+        return None
+    inner = [i for i in walls if not s.concave[i]]
+    if not inner:
+        return None
+    foot = s.origin - (s.origin @ up)[:, None] * up
+    arm = foot - foot[inner[0]]
+    centred = [i for i in walls if np.linalg.norm(arm[i]) < LENGTH_TOLERANCE]
+    outer = [i for i in centred if s.concave[i]]
+    ends = [i for i in walls if i not in centred]
+    low, high = float(s.radius[inner[0]]), max((float(s.radius[i]) for i in outer), default=0.0)
+    ring, width = (low + high) / 2, high - low
+    fits = width > LENGTH_TOLERANCE and all(
+        abs(2 * s.radius[i] - width) < 10 * LENGTH_TOLERANCE
+        and abs(np.linalg.norm(arm[i]) - ring) < 10 * LENGTH_TOLERANCE
+        for i in ends
+    )
+    if not fits or not ends or len({*inner, *outer}) < len(centred):
+        return None
+    to = arm[ends[0]] / np.linalg.norm(arm[ends[0]])
+    angles = np.arctan2(arm[ends] @ cross(up, to), arm[ends] @ to)
+    sweep = float(np.ptp(angles))
+    middle = float(angles.min() + angles.max()) / 2
+    if abs(2 * np.pi - sweep - s.turn(inner)) < abs(sweep - s.turn(inner)):
+        sweep, middle = 2 * np.pi - sweep, middle + np.pi
+    if sweep < ANGLE_TOLERANCE:
+        return None
+    out = np.cos(middle) * to + np.sin(middle) * cross(up, to)
+    x = cross(up, out)
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    return x, foot[inner[0]] + ring * out, ring * sweep + width, width, ring
+
+
+def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
+    """Direction, centre, length and width of a closed slot: two facing planes and a half cylinder at either end."""
+    s = b.surfaces
+    planes = [i for i in walls if s.kind[i] == "plane"]
+    rounds = [i for i in walls if s.kind[i] == "cylinder" and s.concave[i] and abs(s.axis[i] @ up) > 1 - _STEEP**2]
+    if not planes or len(planes) + len(rounds) < len(walls) or len(rounds) < 2:
+        return None
+    across = s.axis[planes[0]]
+    if any(np.linalg.norm(cross(across, s.axis[i])) > ANGLE_TOLERANCE for i in planes):
+        return None
+    offsets = [float(s.origin[i] @ across) for i in planes]
+    width = max(offsets) - min(offsets)
+    if any(abs(2 * s.radius[i] - width) > 10 * LENGTH_TOLERANCE for i in rounds):
+        return None
+    x = cross(across, up)
+    places = [float(s.origin[i] @ x) for i in rounds]
+    if max(places) - min(places) < LENGTH_TOLERANCE:
+        return None
+    centre = (max(places) + min(places)) / 2 * x + (max(offsets) + min(offsets)) / 2 * across
+    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    return x, centre, max(places) - min(places) + width, width

@@ -1,0 +1,181 @@
+"""Patterns of equal holes: bolt circles, rows and grids."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import Feature, feature_class_key, frame, lengths, union
+from relmodel.geometry.clusters import clusters
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
+Floats = npt.NDArray[np.float64]
+
+_SAME = 1e-2  # mm, rad
+_NEAREST = 8  # neighbours that are tried as the next of a row or circle
+_LEAST = 3
+_SURELY_A_CIRCLE = 5  # four may be corners of a grid
+
+
+def patterns(holes: list[Feature]) -> list[Feature]:
+    """Holes of one class with mouths in one plane, evenly spaced on a circle, a line or a rectangular grid.
+
+    Each hole counts once: circles of five and more first, then grids of six and more, rows, smaller circles, and last
+    the corners of rectangles; of each the one of most holes first.
+    """
+    groups: dict[str, list[int]] = {}
+    for i, hole in enumerate(holes):
+        groups.setdefault(feature_class_key(hole), []).append(i)
+    found = []
+    for members in groups.values():
+        if len(members) < _LEAST:
+            continue
+        z = np.array([holes[i].shape_from_feature[:3, 2] for i in members])
+        at = np.array([holes[i].shape_from_feature[:3, 3] for i in members])
+        label = clusters(np.column_stack([z * 1e3, np.sum(z * at, axis=1)]), _SAME)
+        for k in range(int(label.max()) + 1):
+            own = np.flatnonzero(label == k)
+            if len(own) >= _LEAST:
+                found += _in_plane([holes[members[i]] for i in own.tolist()])
+    return found
+
+
+def _in_plane(holes: list[Feature]) -> list[Feature]:
+    from scipy.spatial import cKDTree
+
+    pose = holes[0].shape_from_feature
+    at = np.array([h.shape_from_feature[:3, 3] for h in holes])
+    flat = (at - pose[:3, 3]) @ pose[:3, :2]
+    tree = cKDTree(flat)
+    found, free = [], np.ones(len(holes), bool)
+    rounds = sorted(_circles(flat, tree), key=lambda c: (-len(c), c))
+    rows = sorted(_rows(flat, tree), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
+    large = [c for c in rounds if len(c) >= _SURELY_A_CIRCLE]
+    small = [c for c in rounds if len(c) < _SURELY_A_CIRCLE]
+    grids = sorted(_grids(flat, tree), key=lambda g: (-g.size, g.ravel().tolist()))
+    for kind, candidates in (
+        ("circular_pattern", large),
+        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size > 4]),
+        ("linear_pattern", rows),
+        ("circular_pattern", small),
+        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size == 4]),
+    ):
+        for members in candidates:
+            if free[members].all():
+                free[members] = False
+                shape = next((g.shape for g in grids if g.ravel().tolist() == members), (1, len(members)))
+                found.append(_pattern(kind, [holes[i] for i in members], shape))
+    return found
+
+
+def _nearest(flat: Floats, tree: cKDTree) -> list[list[int]]:
+    count = min(_NEAREST + 1, len(flat))
+    _, beside = tree.query(flat, k=count)
+    return [[j for j in row if j != i] for i, row in enumerate(np.asarray(beside).tolist())]
+
+
+def _at(tree: cKDTree, places: Floats) -> list[int] | None:
+    """Rows of the points at places (n, 2); None where one is empty."""
+    away, row = tree.query(places)
+    return np.asarray(row).tolist() if np.all(away < _SAME) else None
+
+
+def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
+    """Circles on which some point has two neighbours at equal chords, and every place is taken."""
+    found: set[tuple[int, ...]] = set()
+    for i, beside in enumerate(_nearest(flat, tree)):
+        for n, j in enumerate(beside):
+            for k in beside[n + 1 :]:
+                p, q = flat[j] - flat[i], flat[k] - flat[i]
+                a, c = float(np.linalg.norm(p)), float(np.linalg.norm(q))
+                cross = float(p[0] * q[1] - p[1] * q[0])
+                if abs(a - c) > _SAME or abs(cross) < 1e-3 * a * c:
+                    continue
+                # The angle at the point is that of a regular polygon of `count` corners.
+                turn = np.pi - np.arccos(np.clip(p @ q / (a * c), -1, 1))
+                count = round(2 * np.pi / turn)
+                if count < _LEAST or count > len(flat) or abs(turn * count - 2 * np.pi) > 1e-3 * count:
+                    continue
+                middle = flat[i] + (p + q) / np.linalg.norm(p + q) * a / (2 * np.sin(np.pi / count))
+                arm = flat[i] - middle
+                t = 2 * np.pi * np.arange(count) / count
+                turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
+                members = _at(tree, middle + turned)
+                if members is not None and len(set(members)) == count:
+                    found.add(tuple(sorted(members)))
+    return [list(c) for c in sorted(found)]
+
+
+def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
+    """Longest runs of points at equal steps."""
+    found: set[tuple[int, ...]] = set()
+    for i, beside in enumerate(_nearest(flat, tree)):
+        for j in beside:
+            step = flat[j] - flat[i]
+            if tuple(np.round(step, 3)) < (0.0, 0.0) or _at(tree, (flat[i] - step)[None]) is not None:
+                continue
+            run = [i, j]
+            while (more := _at(tree, (flat[i] + len(run) * step)[None])) is not None:
+                run += more
+            if len(run) >= _LEAST:
+                found.add(tuple(run))
+    return [list(r) for r in sorted(found)]
+
+
+def _grids(flat: Floats, tree: cKDTree) -> list[npt.NDArray[np.int64]]:
+    """Points at the crossings of two sets of even lines at right angles: rows, no more than columns, of points."""
+    found: dict[tuple[int, ...], npt.NDArray[np.int64]] = {}
+    for i, beside in enumerate(_nearest(flat, tree)):
+        for j in beside:
+            a = flat[j] - flat[i]
+            length = float(np.linalg.norm(a))
+            if length < _SAME or _at(tree, (flat[i] - a)[None]) is not None:
+                continue
+            # The next line is that of the nearest point square to the first.
+            arm = flat - flat[i]
+            square = (np.abs(arm @ a) < _SAME * length) & (arm @ [-a[1], a[0]] > _SAME * length)
+            if not square.any():
+                continue
+            b = arm[min(np.flatnonzero(square).tolist(), key=lambda k: float(np.linalg.norm(arm[k])))]
+            counts = [_run(flat, tree, i, step) for step in (a, b)]
+            places = flat[i] + np.arange(counts[1])[:, None, None] * b + np.arange(counts[0])[None, :, None] * a
+            members = _at(tree, places.reshape(-1, 2))
+            if members is None or min(counts) < 2 or len(set(members)) < len(members):
+                continue
+            grid = np.array(members).reshape(counts[1], counts[0])
+            turned = counts[1] > counts[0] or (counts[1] == counts[0] and np.linalg.norm(b) > length + _SAME)
+            found.setdefault(tuple(sorted(members)), grid.T if turned else grid)
+    return list(found.values())
+
+
+def _run(flat: Floats, tree: cKDTree, start: int, step: Floats) -> int:
+    """Number of points in even steps from one."""
+    count = 1
+    while count <= len(flat) and _at(tree, (flat[start] + count * step)[None]) is not None:
+        count += 1
+    return count
+
+
+def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature:
+    z = holes[0].shape_from_feature[:3, 2]
+    at = np.array([h.shape_from_feature[:3, 3] for h in holes])
+    centre = at.mean(axis=0)
+    if kind == "circular_pattern":
+        x = at[0] - centre
+        measures = lengths(pattern_diameter=2 * float(np.linalg.norm(x)))
+    else:
+        x = at[1] - at[0]
+        measures = lengths(pitch=float(np.linalg.norm(x)))
+    if kind == "grid_pattern":
+        rows, columns = shape
+        measures |= lengths(row_pitch=float(np.linalg.norm(at[columns] - at[0])))
+        measures |= {"rows": (float(rows), "1"), "columns": (float(columns), "1")}
+    measures |= lengths(hole_diameter=holes[0].dimensions["diameter"][0])
+    box = union(np.array([h.box for h in holes]))
+    surfaces = sorted({i for h in holes for i, _ in h.surfaces})
+    dimensions = {"count": (float(len(holes)), "1"), **measures}
+    return Feature(kind, "", dimensions, frame(x, z, centre), box, [(i, "hole") for i in surfaces])

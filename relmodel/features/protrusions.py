@@ -1,0 +1,241 @@
+"""What stands out: bosses on a face and lugs with a bore."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Feature,
+    cross,
+    frame,
+    lengths,
+    rectangle,
+    union,
+)
+from relmodel.features.graph import Boundary
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+_GAP = 0.5  # rad without a point, more than a facet spans
+_END_OF_A_LUG = np.pi * np.array([0.6, 1.9])  # turn of the rounded end; a full turn is a boss
+_WHOLE_TURN = np.pi * 1.9
+_SQUARE = 1 - ANGLE_TOLERANCE
+_LONG = 5.0  # length to width of an island that is a rib, however low
+
+
+def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
+    """Ends rounded about the axis of a through hole; one in line through several ears has a lug in each."""
+    s, found = b.surfaces, []
+    rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
+    for hole in holes:
+        if hole.kind != "through_hole":
+            continue
+        z, mouth = hole.shape_from_feature[:3, 2], hole.shape_from_feature[:3, 3]
+        ends_of = coaxial(b, rounds, z, mouth)
+        deep = float(mouth @ z), float(mouth @ z) - hole.dimensions["depth"][0]
+        radii = sorted({round(float(s.radius[i]), 3) for i in ends_of})
+        for radius in radii:
+            ears = [
+                ear
+                for ear in _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
+                if _END_OF_A_LUG[0] < s.turn(ear[0]) < _END_OF_A_LUG[1] and ear[1] < deep[0] and ear[2] > deep[1]
+                if _is_one_arc(b, ear[0]) and not _stands_upright(b, ear[0], z)
+            ]
+            if ears:
+                found += [_lug(b, hole, *ear) for ear in ears]
+                break
+    return found
+
+
+def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
+    """Whether a round end is one arc, and no disc with notches: pieces one above the other are one."""
+    s = b.surfaces
+    axis = s.axis[ends[0]]
+    reach = sorted(s.along(i, axis) for i in ends)
+    beside = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
+    points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    angle = np.sort(np.arctan2(points @ cross(axis, u), points @ u))
+    gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
+    wide = int((gaps > _GAP).sum())
+    return wide == 1 or (wide == 0 and not beside)
+
+
+def _stands_upright(b: Boundary, ends: list[int], z: Floats) -> bool:
+    """Whether a round end rises from a face: it is that of a pad."""
+    s = b.surfaces
+    feet = [j for i in ends for j in b.neighbours(i, "concave") if s.kind[j] == "plane"]
+    return any(abs(s.axis[j] @ z) > 1 - ANGLE_TOLERANCE for j in feet)
+
+
+def _ears(b: Boundary, ends: list[int], z: Floats) -> list[tuple[list[int], float, float]]:
+    """Coaxial surfaces in runs that touch along z, each with its extent."""
+    ears: list[tuple[list[int], float, float]] = []
+    for low, high, i in sorted((*b.surfaces.along(i, z), i) for i in ends):
+        if ears and low < ears[-1][2] + LENGTH_TOLERANCE:
+            ears[-1] = ([*ears[-1][0], i], ears[-1][1], max(high, ears[-1][2]))
+        else:
+            ears.append(([i], low, high))
+    return ears
+
+
+def _lug(b: Boundary, hole: Feature, ends: list[int], low: float, high: float) -> Feature:
+    s = b.surfaces
+    z = hole.shape_from_feature[:3, 2]
+    reach = {i: s.along(i, z) for i, _ in hole.surfaces}
+    bore = [i for i, r in reach.items() if r[0] < high - LENGTH_TOLERANCE and r[1] > low + LENGTH_TOLERANCE]
+    roles = dict.fromkeys(bore, "bore") | dict.fromkeys(ends, "end")
+    for i in ends:
+        for x in b.sides.get(i, []):
+            if x.other < 0 or x.other in roles or x.convexity not in ("smooth", "convex"):
+                continue
+            if s.kind[x.other] == "plane" and abs(s.axis[x.other] @ z) < ANGLE_TOLERANCE:
+                roles[x.other] = "side"
+            elif s.kind[x.other] == "plane" and x.convexity == "convex":
+                roles[x.other] = "face"
+    inner = hole.dimensions["diameter"][0]
+    dimensions = lengths(bore_diameter=inner, width=2 * float(s.radius[ends[0]]), thickness=high - low)
+    # Of its bore the end that a counterbore may have raised, where that is its own.
+    mouth = hole.shape_from_feature[:3, 3]
+    mouth = mouth + (min(float(mouth @ z), high) - float(mouth @ z)) * z
+    arm = np.concatenate([s.points(i) for i in ends]).mean(axis=0) - mouth
+    pose = frame(arm - (arm @ z) * z, z, mouth)
+    solid = [i for i, role in roles.items() if role in ("end", "side", "bore")]
+    return Feature("lug", "", dimensions, pose, union(s.boxes[solid]), sorted(roles.items()))
+
+
+def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, int]) -> list[Feature]:
+    """Islands: inner loops of a plane from which all sides rise; a long one is a rib.
+
+    taken: surfaces of holes and grooves; a hole may cut into a side.  standing: sides of ribs and lugs; an island with
+    one of them is that.  beyond: of a cylinder on one side of a groove, the one on the other.
+    """
+    s, found = b.surfaces, []
+    for plane in sorted(b.sides):
+        if s.kind[plane] != "plane" or plane in taken:
+            continue
+        loops: dict[int, list[tuple[str, list[int], int]]] = {}
+        rim: dict[int, float] = {}
+        for x in b.sides[plane]:
+            if not x.outer:
+                rim[x.loop] = rim.get(x.loop, 0.0) + (-x.length if x.other in taken else x.length)
+                if x.other not in taken:
+                    loops.setdefault(x.loop, []).append((*b.across(plane, x), x.other))
+        for loop, crossed in sorted(loops.items()):
+            walls = sorted({i for _, others, _ in crossed for i in others})
+            rises = rim[loop] > 0 and all(kind == "concave" for kind, _, _ in crossed)
+            askew = (
+                len(walls) == 1 and s.kind[walls[0]] == "cylinder" and abs(s.axis[walls[0]] @ s.axis[plane]) < _SQUARE
+            )
+            if rises and walls and not standing & set(walls) and not askew:
+                feet = {foot for _, _, foot in crossed}
+                boss = _boss(b, plane, walls, sorted(feet - set(walls)), beyond)
+                if boss is not None:
+                    found.append(boss)
+    islands = {i for f in found for i, _ in f.surfaces}
+    return found + _round_bosses(b, taken | standing | islands | beyond.keys())
+
+
+def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Round ones on what is not flat, or not all around: a whole turn, a flat top, and a hollow edge at the foot."""
+    s, found = b.surfaces, []
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] not in ("cylinder", "cone") or s.concave[i] or i in taken or s.start[i] == s.start[i + 1]:
+            continue
+        axis = s.axis[i]
+        rims = [(*b.across(i, x), x.other) for x in sides if x.convexity != "seam" and x.other not in taken]
+        tops = {
+            j for kind, others, _ in rims if kind == "convex" for j in others for j in (_past_bevel(b, i, j) or [j])
+        }
+        if s.turn([i]) < _WHOLE_TURN or not tops or any(kind not in ("convex", "concave") for kind, _, _ in rims):
+            continue
+        up = s.axis[min(tops)]
+        flat = all(s.kind[j] == "plane" and s.axis[j] @ up > 1 - ANGLE_TOLERANCE for j in tops)
+        feet = {foot for kind, _, foot in rims if kind == "concave"}
+        if not flat or not feet or abs(up @ axis) < 1 - ANGLE_TOLERANCE:
+            continue
+        blends = sorted(feet & b.blends.keys())
+        reach = [s.along(j, up) for j in [i, *blends, *tops]]
+        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
+        arm = s.points(i) - s.origin[i]
+        radius = float(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1).max())
+        dimensions = lengths(diameter=2 * radius, height=high - low) | s.draft([i], up)
+        if blends:
+            dimensions |= lengths(fillet_radius=min(b.blends[j] for j in blends))
+        foot = s.origin[i] + (low - float(s.origin[i] @ up)) * up
+        roles = [(i, "wall")] + [(j, "blend") for j in blends] + [(j, "top") for j in sorted(tops)]
+        members = [j for j, _ in roles]
+        pose = frame(np.eye(3)[np.argmin(np.abs(up))], up, foot)
+        found.append(Feature("boss", "", dimensions, pose, union(s.boxes[members]), sorted(roles)))
+    return found
+
+
+def _past_bevel(b: Boundary, wall: int, rim: int) -> list[int]:
+    """What lies beyond a chamfered rim."""
+    return [j for j in b.neighbours(rim, "convex") if j != wall] if rim in b.chamfers else []
+
+
+def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:
+    s = b.surfaces
+    up, level = s.axis[plane], float(s.origin[plane] @ s.axis[plane])
+    # Rounded corners are walls too; the round or chamfer of the rim adds to the height alone.
+    corners = {x.other for i in walls for x in b.sides.get(i, []) if x.convexity == "smooth"} & b.blends.keys()
+    corners = {i for i in corners if not s.concave[i] and np.abs(s.normals(i) @ up).max(initial=0.0) < 0.2}
+    walls = sorted({*walls, *corners})
+    for i in walls:  # grows on the way: past each groove lies the next
+        if i in beyond and beyond[i] not in walls and s.along(beyond[i], up)[1] > s.along(i, up)[1]:
+            walls.append(beyond[i])
+    rims = {x.other for i in walls for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
+    heights = [s.along(i, up)[1] for i in {*walls, *rims} if s.start[i] < s.start[i + 1]]
+    height = max(heights, default=level) - level
+    if height < LENGTH_TOLERANCE:
+        return None
+    points = np.concatenate([s.points(i) for i in walls])
+    round_ = [i for i in walls if s.kind[i] in ("cylinder", "cone") and not s.concave[i]]
+    single = (
+        round_ == walls and s.turn(walls) > _WHOLE_TURN and len(coaxial(b, np.array(walls), up, s.origin[walls[0]]))
+    )
+    kind = "boss"
+    if single == len(walls):
+        arm = points - s.origin[walls[0]]
+        arm -= np.outer(arm @ up, up)
+        foot = points @ up < (points @ up).min() + LENGTH_TOLERANCE
+        radius = float(np.linalg.norm(arm[foot], axis=1).max())
+        dimensions = lengths(diameter=2 * radius, height=height)
+        x, centre = np.eye(3)[np.argmin(np.abs(up))], s.origin[walls[0]]
+    else:
+        x, centre, length, width = rectangle(points, up)
+        dimensions = lengths(length=length, width=width, height=height)
+        if length > _LONG * width:
+            kind, dimensions = "rib", lengths(thickness=width, length=length, height=height)
+    if kind == "boss":
+        dimensions |= s.draft(walls, up)
+    blends = [b.blends[i] for i in feet if i in b.blends]
+    if blends:
+        dimensions |= lengths(fillet_radius=min(blends))
+    pose = frame(x, up, centre + (level - float(centre @ up)) * up)
+    roles = [(i, "wall") for i in walls] + [(i, "blend") for i in feet if i in b.blends]
+    top = [
+        x.other for i in walls for x in b.sides.get(i, []) if x.other >= 0 and _is_top(b, x.other, up, level + height)
+    ]
+    roles += [(i, "top") for i in sorted(set(top) - {i for i, _ in roles})]
+    return Feature(kind, "", dimensions, pose, union(s.boxes[[i for i, _ in roles]]), sorted(roles))
+
+
+def _is_top(b: Boundary, i: int, up: Floats, level: float) -> bool:
+    s = b.surfaces
+    return bool(s.kind[i] == "plane" and s.axis[i] @ up > 1 - ANGLE_TOLERANCE and abs(s.origin[i] @ up - level) < 1e-2)
+
+
+def coaxial(b: Boundary, rows: Ints, axis: Floats, point: Floats) -> list[int]:
+    s = b.surfaces
+    parallel = np.linalg.norm(np.cross(s.axis[rows], axis), axis=1) < ANGLE_TOLERANCE
+    near = np.linalg.norm(np.cross(s.origin[rows] - point, axis), axis=1) < LENGTH_TOLERANCE
+    out: list[int] = rows[parallel & near].tolist()
+    return out

@@ -1,0 +1,336 @@
+"""Open depressions: slots of many sections that run out at a side, and steps."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Feature,
+    commonest,
+    cross,
+    frame,
+    lengths,
+)
+from relmodel.features.graph import Boundary
+from relmodel.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
+from relmodel.features.steps import Ledge, floor_of, run_along, steps
+
+Floats = npt.NDArray[np.float64]
+
+_STEEP = np.sin(np.radians(10))  # walls may have this much draft
+_UPRIGHT = ANGLE_TOLERANCE**2  # of a cosine
+_LEANING = np.sin(np.radians(60))  # walls of a slot may lean so much, back or over its floor
+_EVEN = np.radians(1)  # walls that lean back do so alike
+_BESIDE = 0.2  # share of a floor's extent that a wall has at least
+_KEEPS = 0.9  # length of a leaning wall to that of the floor, at most the inverse of this
+_CORNERS = 2  # in which two pairs of walls may not meet: the bend of a channel is one
+_FLAT = np.radians(170)  # walls of a V that open further are a bent face
+
+
+def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[int]) -> list[Feature]:
+    """Slots open at an end, and steps: floors of which some sides rise into walls.
+
+    A wall may look like the floor and the floor like its wall: the greater is the floor, so that the depth is the
+    lesser reach.  thin: walls of ribs and flanges, which are no steps; gussets: those that leave no slot between them.
+    """
+    s = b.surfaces
+    ledges: list[Ledge] = []
+    for floor in plane_floors(b, taken):
+        up = floor.up
+        outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
+        rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
+        if len(rising) == len(outer) or _is_crest(b, floor, thin):  # a hollow, or the top of a rib between two walls
+            continue
+        walls: dict[int, float] = {}
+        hollow: set[int] = set()
+        for i, x in rising:
+            for j in b.across(i, x)[1]:
+                if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _LEANING:
+                    walls[j] = walls.get(j, 0.0) + x.length
+                elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
+                    hollow.add(j)
+        points = np.concatenate([s.points(i) for i in floor.faces])
+        beside: dict[tuple[float, ...], float] = {}
+        for j, n in walls.items():
+            beside[b.plane_key([j])] = beside.get(b.plane_key([j]), 0.0) + n
+        extent = {j: float(np.ptp(points @ run_along(up, s.axis[j]))) for j in sorted(walls)}
+        sides = [j for j in extent if beside[b.plane_key([j])] > _BESIDE * extent[j]]
+        sides = [j for j in sides if abs(s.axis[j] @ up) < _STEEP or _keeps_to(b, j, points, run_along(up, s.axis[j]))]
+        if sides or len(hollow) == 1:
+            ledges.append(Ledge(floor, sides, set(walls), sorted(hollow)))
+    ledges.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c.floor.faces), 3), c.floor.faces))
+    slots: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
+    used: set[int] = set()
+    for ledge in ledges:
+        faces = ledge.floor.faces
+        pairs = [] if used & set(faces) else _facing(b, ledge.floor, ledge.walls)
+        for one, two in pairs:
+            if {one, two} <= gussets:  # they stand apart in one corner
+                continue
+            floors, members = slots.setdefault(b.plane_key([faces[0], one, two]), ([], []))
+            floors += faces
+            members += [one, two]
+            used |= set(faces) | ledge.around
+    found = [_slot(b, floor_of(b, f), sorted(set(w))) for f, w in slots.values()]
+    rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
+    rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
+    notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
+    slotted = {i for f in [*rounds, *notches] for i, _ in f.surfaces}
+    cut_off = steps(b, ledges, used | slotted | taken, thin)
+    return sorted([*found, *rounds, *notches, *cut_off], key=lambda feature: feature.surfaces)
+
+
+def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
+    """Whether a floor is the top of a rib: it falls on either side into one of its sides."""
+    s = b.surfaces
+    sides = sorted({j for i in floor.faces for j in b.neighbours(i, "convex") if j in thin})
+    return any(s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE for one, two in combinations(sides, 2))
+
+
+def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
+    """Whether a leaning wall is no longer than the floor: the slope of a gusset is no floor between its two feet."""
+    low, high = b.surfaces.along(wall, run)
+    return bool(_KEEPS * (high - low) < np.ptp(points @ run))
+
+
+def _place(b: Boundary, wall: int, across: Floats, up: Floats, height: float) -> float:
+    """Where a plane wall stands at a height."""
+    s = b.surfaces
+    return float((s.origin[wall] @ s.axis[wall] - height * (s.axis[wall] @ up)) / (s.axis[wall] @ across))
+
+
+def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]]:
+    """Pairs of walls that face each other across the floor, each with the nearest."""
+    s, pairs = b.surfaces, []
+    for one in walls:
+        run = run_along(floor.up, s.axis[one])
+        across = cross(run, floor.up)
+        at = _place(b, one, across, floor.up, floor.level)
+        low, high = s.along(one, run)
+        best: tuple[float, int] | None = None
+        for two in walls:
+            if run_along(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
+                continue
+            leans = s.axis[[one, two]] @ floor.up
+            if leans.max() > _STEEP and np.ptp(leans) > _EVEN:
+                continue
+            gap = _place(b, two, across, floor.up, floor.level) - at
+            from_, to = s.along(two, run)
+            reach = min(high, to) - max(low, from_)
+            if gap > LENGTH_TOLERANCE and reach > LENGTH_TOLERANCE and (best is None or gap < best[0]):
+                best = gap, two
+        if best is not None:
+            pairs.append((min(one, best[1]), max(one, best[1])))
+    return _not_boxed_in(b, sorted(set(pairs)))
+
+
+def _not_boxed_in(b: Boundary, pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Of pairs that meet in hollow corners, as around a pocket with a wall cut away, the one whose walls are whole."""
+    kept: list[tuple[int, int]] = []
+    for pair in sorted(pairs, key=lambda p: (-round(min(float(b.surfaces.area[i]) for i in p), 3), p)):
+        met = {i: set(b.neighbours(i, "concave")) for i in pair}
+        if all(sum(len(met[i] & set(other)) for i in pair) < _CORNERS for other in kept):
+            kept.append(pair)
+    return sorted(kept)
+
+
+def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
+    s, up, level = b.surfaces, floor.up, floor.level
+    run = run_along(up, s.axis[walls[0]])
+    across = cross(run, up)
+    roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
+    necks, ceilings = _necks(b, walls, up)
+    roles |= dict.fromkeys(necks, "wall") | dict.fromkeys(ceilings, "undercut")
+    depth = top(b, necks or walls, up) - level
+    at_floor = [_place(b, i, across, up, level) for i in walls]
+    at_mouth = [_place(b, i, across, up, level + depth) for i in necks or walls]
+    low, high = min(at_floor), max(at_floor)
+    points = np.concatenate([s.points(i) for i in floor.faces])
+    inside = (points @ across > low - 1e-2) & (points @ across < high + 1e-2)
+    ends = points[inside] @ run
+    # A floor that runs on beyond two ears is theirs no longer; one with a curved end bulges less than this.
+    reach = [s.along(i, run) for i, role in roles.items() if role != "floor"]
+    start, stop, width = ends.min(), ends.max(), high - low
+    if (first := min(r[0] for r in reach)) - start > width / 2:
+        start = first
+    if stop - (last := max(r[1] for r in reach)) > width / 2:
+        stop = last
+    length = float(stop - start)
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    centre = (start + stop) / 2 * run + (low + high) / 2 * across + level * up
+    pose = frame(x, up, centre)
+    box = prism_box(b, sorted(roles), pose, length, width, depth)
+    mouth = max(at_mouth) - min(at_mouth)
+    dimensions = lengths(length=length, width=min(mouth, width), depth=depth) | fillet_radius(b, roles)
+    if mouth < width - LENGTH_TOLERANCE:
+        dimensions |= lengths(undercut_width=width)
+        if ceilings:
+            dimensions |= lengths(undercut_depth=s.along(ceilings[0], up)[1] - level)
+        else:
+            lean = float(np.arcsin(np.clip(-(s.axis[walls[0]] @ up), -1, 1)))
+            dimensions["angle"] = (np.pi / 2 - lean, "rad")
+    else:
+        dimensions |= s.draft(walls, up)
+    upright = [i for i, role in roles.items() if role == "wall" and s.kind[i] == "cylinder" and s.concave[i]]
+    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(cross(s.axis[i], up)) < _STEEP]
+    if corners and 2 * commonest(corners) < width - LENGTH_TOLERANCE:
+        dimensions |= lengths(corner_radius=commonest(corners))
+    return Feature("open_slot", "", dimensions, pose, box, sorted(roles.items()))
+
+
+def _necks(b: Boundary, walls: list[int], up: Floats) -> tuple[list[int], list[int]]:
+    """Of a slot that is wider below: the walls above the overhang on either side, and the overhangs."""
+    s = b.surfaces
+    necks, ceilings = [], []
+    for wall in walls:
+        over = [j for j in b.neighbours(wall, "concave") if s.kind[j] == "plane" and s.axis[j] @ up < -1 + _STEEP]
+        above = [
+            k
+            for j in over
+            for k in b.neighbours(j, "convex")
+            if s.kind[k] == "plane" and s.axis[k] @ s.axis[wall] > 1 - _STEEP
+        ]
+        if not above:
+            return [], []
+        necks += above
+        ceilings += over
+    return sorted(set(necks)), sorted(set(ceilings))
+
+
+def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
+    """Two planes that meet in a concave edge below the one plane that both run out in."""
+    s, found = b.surfaces, []
+    used = set(taken)
+    planes = [i for i in sorted(b.sides) if s.kind[i] == "plane" and s.start[i] < s.start[i + 1]]
+    for one in planes:
+        for two in b.neighbours(one, "concave"):
+            if two <= one or used & {one, two} or s.kind[two] != "plane":
+                continue
+            opening = float(np.pi - np.arccos(np.clip(s.axis[one] @ s.axis[two], -1, 1)))
+            if not ANGLE_TOLERANCE < opening <= _FLAT:
+                continue
+            mouths = [{b.plane_key([m]): m for m in _beyond(b, i, {one, two})} for i in (one, two)]
+            run = cross(s.axis[one], s.axis[two])
+            run /= np.linalg.norm(run)
+            common = [s.axis[mouths[0][key]] for key in sorted(mouths[0].keys() & mouths[1].keys())]
+            common = [up for up in common if abs(run @ up) < ANGLE_TOLERANCE]
+            common = [up for up in common if min(s.axis[one] @ up, s.axis[two] @ up) > -ANGLE_TOLERANCE]
+            if not common:
+                continue
+            up = common[0]
+            blends = sorted(_blends_between(b, one, two))
+            members = [one, two]
+            more = {"angle": (opening, "rad")} | lengths(**({"fillet_radius": b.blends[blends[0]]} if blends else {}))
+            found.append(_groove(b, members, blends, run, up, more))
+            used |= {one, two, *blends}
+    return found
+
+
+def _beyond(b: Boundary, wall: int, members: set[int]) -> list[int]:
+    """Planes beyond the convex edges of a wall, past a chamfer."""
+    s, found = b.surfaces, []
+    for j in b.neighbours(wall, "convex"):
+        found += [k for k in b.neighbours(j, "convex") if k not in members] if j in b.chamfers else [j]
+    return [j for j in found if s.kind[j] == "plane"]
+
+
+def _blends_between(b: Boundary, one: int, two: int) -> set[int]:
+    beside = [{x.other for x in b.sides[i] if x.convexity == "smooth" and x.other in b.blends} for i in (one, two)]
+    return beside[0] & beside[1]
+
+
+def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
+    """With a round bottom: a hollow cylinder alone below one plane, or half of one between two walls."""
+    s, found = b.surfaces, []
+    used = set(taken)
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] != "cylinder" or not s.concave[i] or i in used or i in b.blends or s.start[i] == s.start[i + 1]:
+            continue
+        around = [x for x in sides if x.other not in (i, -1)]
+        up = s.normals(i).mean(axis=0)
+        up -= (up @ s.axis[i]) * s.axis[i]
+        # Closed at both ends it is none, nor all around.
+        if np.linalg.norm(up) < ANGLE_TOLERANCE or len({x.other for x in around if x.convexity == "concave"}) > 1:
+            continue
+        up /= np.linalg.norm(up)
+        smooth = {x.other for x in around if x.convexity == "smooth"}
+        walls = sorted(k for k in smooth if s.kind[k] == "plane" and abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE)
+        if len(walls) == len(smooth) == 2 and s.axis[walls[0]] @ s.axis[walls[1]] < -1 + ANGLE_TOLERANCE:
+            # The walls of a slot that is round at both ends lead to the other end.
+            ends = {x.other for k in walls for x in b.sides[k] if x.convexity == "smooth"} - {i}
+            if used & set(walls) or any(s.kind[k] == "cylinder" and s.concave[k] for k in ends):
+                continue
+            along = cross(s.axis[i], s.axis[walls[0]])
+            up = along * np.sign(along @ up)
+        elif all(s.kind[k] == "sphere" and s.concave[k] for k in smooth):  # a ball-nosed cutter leaves round ends
+            mouths: dict[tuple[float, ...], list[int]] = {}
+            for k in [x.other for x in around if x.convexity == "convex" and s.kind[x.other] == "plane"]:
+                if abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE and s.axis[k] @ up > 0:
+                    mouths.setdefault(b.plane_key([k]), []).append(k)
+            mouth = next((m for _, m in sorted(mouths.items()) if len(m) > 1), None)
+            if mouth is None and len(smooth) < 2:
+                continue
+            up = up if mouth is None else s.axis[mouth[0]]
+        else:
+            continue
+        floor, kind = [i, *(smooth - set(walls))], "slot" if len(smooth) == 2 and not walls else "open_slot"
+        more = lengths(fillet_radius=float(s.radius[i]))
+        found.append(_groove(b, [*floor, *walls], floor, s.axis[i], up, more, kind))
+        used |= {*floor, *walls}
+    return found
+
+
+def _keyseats(b: Boundary, taken: set[int]) -> list[Feature]:
+    """What a disc cutter sinks, as for Woodruff keys: part of a hollow cylinder between two walls across its axis."""
+    s, found = b.surfaces, []
+    for i, sides in sorted(b.sides.items()):
+        if s.kind[i] != "cylinder" or not s.concave[i] or i in taken or i in b.blends or s.start[i] == s.start[i + 1]:
+            continue
+        walls = b.neighbours(i, "concave")
+        around = [x for x in sides if x.other not in (i, -1, *walls)]
+        if len(walls) != 2 or taken & set(walls) or any(s.kind[k] != "plane" for k in walls):
+            continue
+        facing = abs(s.axis[walls[0]] @ s.axis[i]) > 1 - ANGLE_TOLERANCE and s.axis[walls[0]] @ s.axis[walls[1]] < 0
+        up = s.normals(i).mean(axis=0)
+        up -= (up @ s.axis[i]) * s.axis[i]
+        if not facing or np.linalg.norm(up) < _STEEP or any(x.convexity != "convex" for x in around):
+            continue
+        up /= np.linalg.norm(up)
+        # Out of the middle between both ends, whatever the triangles between them.
+        arm, run = s.origin[i] - s.points(i), cross(s.axis[i], up)
+        angle = np.arctan2(arm @ run, arm @ up)
+        middle = float(angle.min() + angle.max()) / 2
+        up = np.cos(middle) * up + np.sin(middle) * run
+        more = lengths(floor_radius=float(s.radius[i]))
+        found.append(_groove(b, [i, *walls], [i], cross(s.axis[i], up), up, more, "slot"))
+    return found
+
+
+def _groove(
+    b: Boundary,
+    members: list[int],
+    floor: list[int],
+    run: Floats,
+    up: Floats,
+    more: dict[str, tuple[float, str]],
+    kind: str = "open_slot",
+) -> Feature:
+    """A slot of a constant section that has no flat floor; its width is that of its mouth."""
+    s = b.surfaces
+    across = cross(up, run)
+    points = np.concatenate([s.points(i) for i in [*members, *floor]])
+    low, high = (points @ up).min(), top(b, members, up)
+    ends, breadth = points @ run, points @ across
+    centre = (ends.min() + ends.max()) / 2 * run + (breadth.min() + breadth.max()) / 2 * across + low * up
+    length, width, depth = float(np.ptp(ends)), float(np.ptp(breadth)), float(high - low)
+    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    pose = frame(x, up, centre)
+    roles = dict.fromkeys(members, "wall") | dict.fromkeys(floor, "floor")
+    box = prism_box(b, sorted(roles), pose, length, width, depth)
+    dimensions = lengths(length=length, width=width, depth=depth) | more
+    return Feature(kind, "", dimensions, pose, box, sorted(roles.items()))

@@ -1,0 +1,124 @@
+"""What a lathe makes: flanges around a shaft, grooves in it, and ring grooves in a face."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.features.graph import Boundary
+from relmodel.features.protrusions import coaxial
+
+Floats = npt.NDArray[np.float64]
+
+_WHOLE_TURN = np.pi * 1.9
+_FLAT = 0.5  # thickness of a flange to its radius
+_WIDER = 1.2  # radius of a flange to that of its shaft
+
+
+def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
+    """Discs: short cylinders, convex at both rims, with a narrower one on the axis on at least one side.
+
+    grooved: cylinders beside a groove, which are the shaft.
+    """
+    s, found = b.surfaces, []
+    rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
+    for i in sorted(set(rounds.tolist()) - grooved):
+        axis = s.axis[i]
+        low, high = s.along(i, axis)
+        if high - low > _FLAT * s.radius[i] or s.turn([i]) < _WHOLE_TURN:
+            continue
+        kinds = [b.across(i, x) for x in b.sides.get(i, []) if x.convexity != "seam"]
+        beside = sorted({k for _, others in kinds for k in others})
+        if any(kind != "convex" for kind, _ in kinds):
+            continue
+        planes = [k for k in beside if s.kind[k] == "plane" and k not in b.chamfers]
+        planes += [x.other for k in beside if k in b.chamfers for x in b.sides[k] if s.kind[x.other] == "plane"]
+        narrower = coaxial(b, rounds, axis, s.origin[i])
+        shafts = {
+            k
+            for p in planes
+            for k in b.neighbours(p, "concave")
+            if k in narrower and s.radius[k] * _WIDER < s.radius[i]
+        }
+        if not shafts:
+            continue
+        reach = [s.along(k, axis) for k in [i, *planes]]
+        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
+        dimensions = lengths(diameter=2 * float(s.radius[i]), thickness=high - low)
+        foot = s.origin[i] + (low - float(s.origin[i] @ axis)) * axis
+        pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, foot)
+        members = sorted({i, *planes})
+        roles = [(k, "rim" if k == i else "face") for k in members]
+        found.append(Feature("flange", "", dimensions, pose, union(s.boxes[members]), roles))
+    return found
+
+
+def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int, int]]:
+    """Grooves around a shaft and ring grooves in a face, and for the walls beside the first the one beyond.
+
+    holes: a ring groove's outer wall and floor look like a blind hole.
+    """
+    s, found = b.surfaces, []
+    beyond: dict[int, int] = {}
+    rounds = (s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0)
+    for i in np.flatnonzero(rounds).tolist():
+        groove = _around(b, i, rounds)
+        if groove is not None:
+            found.append(groove[0])
+            one, two = groove[1]
+            beyond |= {one: two, two: one}
+    for hole in holes:
+        ring = _in_a_face(b, hole, rounds)
+        if ring is not None:
+            found.append(ring)
+    return found, beyond
+
+
+def _around(b: Boundary, floor: int, rounds: npt.NDArray[np.bool_]) -> tuple[Feature, tuple[int, int]] | None:
+    """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders beside it."""
+    s, axis = b.surfaces, b.surfaces.axis[floor]
+    sides = [
+        j
+        for j in b.neighbours(floor, "concave")
+        if s.kind[j] == "plane" and abs(s.axis[j] @ axis) > 1 - ANGLE_TOLERANCE
+    ]
+    low, high = s.along(floor, axis)
+    if len(sides) != 2 or s.turn([floor]) < _WHOLE_TURN or high - low > s.radius[floor]:
+        return None
+    beside = [
+        [
+            k
+            for k in b.neighbours(j, "convex")
+            if rounds[k] and s.radius[k] > s.radius[floor] and k in coaxial(b, np.array([k]), axis, s.origin[floor])
+        ]
+        for j in sides
+    ]
+    if not all(beside) or abs(s.radius[beside[0][0]] - s.radius[beside[1][0]]) > LENGTH_TOLERANCE:
+        return None
+    one, two = beside[0][0], beside[1][0]
+    measures = lengths(diameter=2 * s.radius[floor], width=high - low, depth=s.radius[one] - s.radius[floor])
+    centre = s.origin[floor] + ((low + high) / 2 - float(s.origin[floor] @ axis)) * axis
+    pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, centre)
+    roles = sorted([(floor, "floor"), *((j, "wall") for j in sides)])
+    return Feature("groove", "", measures, pose, union(s.boxes[[floor, *sides]]), roles), (one, two)
+
+
+def _in_a_face(b: Boundary, hole: Feature, rounds: npt.NDArray[np.bool_]) -> Feature | None:
+    """A hole around an island that is level with its mouth."""
+    s = b.surfaces
+    if hole.kind != "blind_hole":
+        return None
+    z, mouth, depth = hole.shape_from_feature[:3, 2], hole.shape_from_feature[:3, 3], hole.dimensions["depth"][0]
+    floors = [i for i, role in hole.surfaces if role == "bottom" and s.kind[i] == "plane"]
+    islands = {j for i in floors for j in b.neighbours(i, "concave") if rounds[j]}
+    islands &= set(coaxial(b, np.array(sorted(islands), np.int64), z, mouth))
+    level = [j for j in sorted(islands) if abs(s.along(j, z)[1] - float(mouth @ z)) < LENGTH_TOLERANCE]
+    if not level:
+        return None
+    width = hole.dimensions["diameter"][0] / 2 - float(s.radius[level[0]])
+    measures = lengths(diameter=hole.dimensions["diameter"][0], width=width, depth=depth)
+    pose = hole.shape_from_feature.copy()
+    pose[:3, 3] -= depth * z
+    roles = [(i, "floor" if role == "bottom" else "wall") for i, role in hole.surfaces] + [(j, "wall") for j in level]
+    return Feature("groove", "", measures, pose, hole.box, sorted(roles))

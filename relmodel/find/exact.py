@@ -1,0 +1,117 @@
+"""Precision `exact`: the triangles and sampled arcs of the store against convex volumes.
+
+A surface is in a volume if one of its triangles has a point of it, a feature if one of its surfaces is, an arc if a
+chord between two of its samples has, and a part if a triangle has or, where it is solid, if the volume lies wholly
+inside it.  Triangles and chords stand for the geometry within the tolerance that `shape_mesh.chord_mm` states.  What
+has no triangles or samples in the store stays in the answer: no geometry speaks against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.find.volumes import Floats, Volume, VolumeTable
+from relmodel.geometry.transforms import matrices
+from relmodel.store import Store
+
+Integers = npt.NDArray[np.int64]
+
+
+def exactly_met(
+    store: Store, connection: Connection, volumes: Sequence[Volume], level: str, found: Mapping[str, npt.NDArray[Any]]
+) -> npt.NDArray[np.bool_]:
+    """Which rows of an answer at precision `box` (columns as `in_volumes` gives them) are in it at `exact` (n,)."""
+    met = np.ones(len(found["volume_no"]), bool)
+    if not len(met):
+        return met
+    shapes = np.unique(found["shape_id"].astype(np.int64)).tolist()
+    geometry = _Geometry.load(store, connection, level, shapes)
+    element = geometry.number(found["shape_id"].astype(np.int64), found["element_no"].astype(np.int64))
+    known = np.flatnonzero(element >= 0)
+    if not len(known):
+        return met
+
+    from relmodel.find.exact_kernels import meet_volumes
+
+    table = VolumeTable.of(volumes)
+    met[known] = meet_volumes(
+        table.half_spaces,
+        table.start,
+        table.balls,
+        np.array([volume.inner_point for volume in volumes]),
+        found["volume_no"][known].astype(np.int64),
+        matrices({name: values[known] for name, values in found.items() if name.startswith("m")}),
+        element[known],
+        geometry.triangles,
+        geometry.first_triangle,
+        geometry.solid,
+    )
+    return met
+
+
+class _Geometry:
+    """Triangles of the elements of a level of some shapes; an arc's chords are triangles without area."""
+
+    def __init__(self, keys: list[tuple[int, int]], triangles: list[Floats], solid: list[bool]) -> None:
+        counts = [len(t) for t in triangles]
+        keep = [i for i, count in enumerate(counts) if count]
+        order = sorted(keep, key=lambda i: keys[i])
+        self._keys = np.array([keys[i] for i in order], np.int64).reshape(-1, 2)
+        self.triangles = np.concatenate([np.empty((0, 3, 3)), *(triangles[i] for i in order)])
+        self.first_triangle = np.cumsum([0, *(counts[i] for i in order)])
+        self.solid = np.array([solid[i] for i in order], bool)
+
+    @classmethod
+    def load(cls, store: Store, connection: Connection, level: str, shapes: list[int]) -> _Geometry:
+        if level == "arc":
+            rows = store.columns(connection, "exact_arcs", shape_ids=shapes)
+            keys = list(zip(rows["shape_id"].tolist(), rows["arc_no"].tolist(), strict=True))
+            return cls(keys, [_chords(points) for points in rows["points"]], [False] * len(keys))
+        meshes = store.columns(connection, "scene_meshes", shape_ids=shapes)
+        of_shape = {
+            int(shape): np.asarray(vertices, float).reshape(-1, 3)[np.asarray(triangles, np.int64).reshape(-1, 3)]
+            for shape, vertices, triangles in zip(
+                meshes["shape_id"].tolist(), meshes["vertices"], meshes["triangles"], strict=True
+            )
+        }
+        if level == "part":
+            solids = set(store.columns(connection, "solid_shapes", shape_ids=shapes)["shape_id"].tolist())
+            return cls([(s, -1) for s in of_shape], list(of_shape.values()), [s in solids for s in of_shape])
+        surfaces: dict[tuple[int, int], Floats] = {}
+        for shape, numbers in zip(meshes["shape_id"].tolist(), meshes["triangle_surfaces"], strict=True):
+            order = np.argsort(np.asarray(numbers), kind="stable")
+            ordered = np.asarray(numbers)[order]
+            first = np.flatnonzero(np.diff(ordered, prepend=-1))
+            pieces = np.split(of_shape[int(shape)][order], first[1:])
+            surfaces |= {(int(shape), int(n)): t for n, t in zip(ordered[first], pieces, strict=True)}
+        if level == "surface":
+            return cls(list(surfaces), list(surfaces.values()), [False] * len(surfaces))
+        rows = store.columns(connection, "scene_features", shape_ids=shapes)
+        features: dict[tuple[int, int], list[Floats]] = {}
+        for shape, feature, surface in zip(
+            *(rows[c].tolist() for c in ("shape_id", "feature_no", "surface_no")), strict=True
+        ):
+            features.setdefault((shape, feature), []).append(surfaces.get((shape, surface), np.empty((0, 3, 3))))
+        return cls(list(features), [np.concatenate(pieces) for pieces in features.values()], [False] * len(features))
+
+    def number(self, shape_id: Integers, element_no: Integers) -> Integers:
+        """Places of elements in this table (n,), -1 where it has none."""
+        if not len(self._keys):
+            return np.full(len(shape_id), -1, np.int64)
+        span = int(max(self._keys[:, 1].max(), element_no.max())) + 2
+        known = self._keys[:, 0] * span + self._keys[:, 1] + 1
+        asked = shape_id * span + element_no + 1
+        place = np.minimum(np.searchsorted(known, asked), len(known) - 1)
+        return np.where(known[place] == asked, place, -1)
+
+
+def _chords(points: npt.ArrayLike) -> Floats:
+    """Chords (n - 1, 3, 3) between points given x y z after each other, the last corner twice; of one point, itself."""
+    p = np.asarray(points, float).reshape(-1, 3)
+    last = p[1:] if len(p) > 1 else p
+    return np.stack([p[: len(last)], last, last], axis=1)

@@ -1,0 +1,155 @@
+"""Which placed parts, features, surfaces and arcs lie in a volume, asked of the store.
+
+At precision `box` an element is in a volume if
+
+- its world box meets the volume's bounds, where the world box is the box of its box in the shape's frame carried into
+  the world (`boxes_carried`); touching counts;
+- and its box in the shape's frame, as it lies in the world, meets the volume's ball, if any, and is not wholly outside
+  any one of its half-spaces.
+
+That holds every element whose geometry reaches into the volume, and some that only come near.  At precision `exact`
+the geometry is held against the volume: see `relmodel.find.exact`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.errors import UsageError
+from relmodel.find.exact import exactly_met
+from relmodel.find.volumes import Volume, volumes_met
+from relmodel.geometry.transforms import matrices
+from relmodel.store import Store
+
+Level = Literal["part", "feature", "surface", "arc"]
+LEVELS: tuple[Level, ...] = ("part", "feature", "surface", "arc")
+
+Precision = Literal["box", "exact"]
+PRECISIONS: tuple[Precision, ...] = ("box", "exact")
+
+BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
+
+
+@dataclass(frozen=True)
+class FoundRow:
+    """One answer: path of the placed part, level, name of the part or element, its world box in mm."""
+
+    path: str
+    level: str
+    name: str
+    box: tuple[float, ...]
+
+
+# Kinds of index that are tables of the store; the others are held in process (`planner.WorldIndex`).
+STORED_KINDS = ("rtree", "octree")
+
+
+def in_volume(
+    store: Store,
+    volume: Volume,
+    *,
+    level: str = "part",
+    world: str | None = None,
+    precision: str = "box",
+    kind: str = "rtree",
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
+    return in_volumes(store, [volume], level=level, world=world, precision=precision, kind=kind)
+
+
+def in_volumes(
+    store: Store,
+    volumes: Sequence[Volume],
+    *,
+    level: str = "part",
+    world: str | None = None,
+    precision: str = "box",
+    kind: str = "rtree",
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in each of some volumes, by columns, sorted by volume_no, occurrence_id, element_no.
+
+    Columns: volume_no (ordinal of the volume), occurrence_id, shape_id, element_no (feature_no, surface_no or arc_no;
+    -1 of parts), path of the placed part, name, world box x0 .. z1, box in the shape's frame shape_x0 ..
+    shape_z1, world_from_occurrence m00 .. m23.
+    The newest revision of the world is asked; the only world of a store needs no name, and a store without worlds holds
+    nothing.  kind: the index that is asked, one of STORED_KINDS; both give the same rows.  Raises UsageError where the
+    level, the precision, the kind or the world is unknown, several worlds need a name, or there is no such index of it.
+    """
+    if level not in LEVELS:
+        raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
+    if precision not in PRECISIONS:
+        raise UsageError(f"there is no precision {precision!r}: use one of {', '.join(PRECISIONS)}")
+    if kind not in STORED_KINDS:
+        raise UsageError(f"the store keeps no index of the kind {kind!r}: use one of {', '.join(STORED_KINDS)}")
+    with store.read() as connection:
+        world_id, name = world_named(store, connection, world)
+        if kind == "octree" and world_id >= 0 and not store.rows(connection, "octree_size", world_id=world_id)[0].cells:
+            raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
+        if kind == "rtree" and level == "part" and len(volumes) == 1:
+            asked = dict(zip(BOX_COLUMNS, volumes[0].bounds.tolist(), strict=True))
+            found = store.columns(connection, f"find_parts_in_box.{store.dialect}", world_id=world_id, **asked)
+            order = np.argsort(found["occurrence_id"])
+            found = {"volume_no": np.zeros(len(order), np.int64)} | {name: v[order] for name, v in found.items()}
+        else:
+            bounds = [volume.bounds for volume in volumes]
+            found = _in_boxes(
+                store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree"
+            )
+        boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+        found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
+        if precision == "exact":
+            found = _chosen(found, exactly_met(store, connection, volumes, level, found))
+    return found
+
+
+def _in_boxes(
+    store: Store, connection: Connection, world_id: int, level: str, boxes: list[npt.NDArray[np.float64]], how: str
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in each of some boxes, as rows of the table that the query joins."""
+    bounds = np.array(boxes, float).reshape(-1, 6)
+    asked = {name: store.array(bounds[:, i]) for i, name in enumerate(BOX_COLUMNS)}
+    asked["volume_no"] = store.array(np.arange(len(boxes)))
+    if level == "part":
+        return store.columns(connection, f"find_parts_{how}", world_id=world_id, **asked)
+    return store.columns(connection, f"find_elements_{how}", world_id=world_id, level=level, **asked)
+
+
+def _chosen(found: dict[str, npt.NDArray[Any]], met: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
+    return found if met.all() else {name: values[met] for name, values in found.items()}
+
+
+def find_rows(
+    store: Store,
+    volume: Volume,
+    *,
+    level: str | None = None,
+    world: str | None = None,
+    precision: str = "box",
+    kind: str = "rtree",
+) -> list[FoundRow]:
+    """What lies in a volume, ready to print, sorted by path and name; without a level, parts and their features."""
+    rows = []
+    for asked in (level,) if level else ("part", "feature"):
+        found = in_volume(store, volume, level=asked, world=world, precision=precision, kind=kind)
+        boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float).tolist()
+        order = np.lexsort((found["element_no"], found["path"].astype(str)))
+        rows += [FoundRow(str(found["path"][i]), asked, str(found["name"][i]), tuple(boxes[i])) for i in order]
+    return rows
+
+
+def world_named(store: Store, connection: Connection, world: str | None) -> tuple[int, str]:
+    """Identity of the newest revision and name of the world asked for; (-1, "") where there is none to take."""
+    worlds = {row.name: int(row.id) for row in store.rows(connection, "current_worlds")}
+    if world is None and len(worlds) > 1:
+        raise UsageError(f"the store holds several worlds: name one of {', '.join(worlds)}")
+    if world is None:
+        return next(((number, name) for name, number in worlds.items()), (-1, ""))
+    if world not in worlds:
+        raise UsageError(f"there is no world {world!r}: the store holds {', '.join(worlds) or 'none'}")
+    return worlds[world], world

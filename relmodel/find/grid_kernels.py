@@ -1,0 +1,85 @@
+"""Compiled look-up of the grid's cells.  Importing this module loads numba: import it where a query is asked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from relmodel.find.kernels import _grown
+
+
+@njit(cache=True, nogil=True)
+def _first_column(column: Any, first: int, end: int, x: int, y: int) -> int:
+    """Place of the first of the sorted columns `first` to `end` that is not before (x, y)."""
+    while first < end:
+        middle = (first + end) // 2
+        if column[middle, 0] < x or (column[middle, 0] == x and column[middle, 1] < y):
+            first = middle + 1
+        else:
+            end = middle
+    return first
+
+
+@njit(cache=True, nogil=True)
+def entries_in_boxes(
+    boxes: Any,
+    origin: Any,
+    sizes: Any,
+    longest: Any,
+    level_column: Any,
+    column: Any,
+    column_start: Any,
+    depth_cell: Any,
+    asked: Any,
+    first_only: bool,
+) -> Any:
+    """Pairs (number of the box asked, entry) where entries meet boxes (k, 6), at most one if `first_only`."""
+    out_asked = np.empty(64, np.int64)
+    out_entry = np.empty(64, np.int64)
+    count = 0
+    cell = np.empty((3, 2))
+    for number in range(len(asked)):
+        a = asked[number]
+        for level in range(len(sizes)):
+            for i in range(3):
+                # One step of floating point below: the cell of a least corner was rounded too.
+                cell[i, 0] = np.floor((a[i] - longest[level, i] - origin[i]) / sizes[level] - 1e-9)
+                cell[i, 1] = np.floor((a[i + 3] - origin[i]) / sizes[level] + 1e-9)
+            place, end = level_column[level], level_column[level + 1]
+            x, y = cell[0, 0], cell[1, 0]
+            while True:
+                place = _first_column(column, place, end, x, y)
+                if place == end or column[place, 0] > cell[0, 1]:
+                    break
+                if column[place, 0] > x:  # on to the next x that has columns
+                    x = column[place, 0]
+                    if column[place, 1] < cell[1, 0]:
+                        y = cell[1, 0]
+                        continue
+                while place < end and column[place, 0] == x and column[place, 1] <= cell[1, 1]:
+                    row, last = column_start[place], column_start[place + 1]
+                    if last - row > 8:
+                        row += np.searchsorted(depth_cell[row:last], cell[2, 0])
+                    while row < last and depth_cell[row] <= cell[2, 1]:
+                        b = boxes[row]
+                        if (
+                            b[0] <= a[3]
+                            and b[3] >= a[0]
+                            and b[1] <= a[4]
+                            and b[4] >= a[1]
+                            and b[2] <= a[5]
+                            and b[5] >= a[2]
+                        ):
+                            if count == len(out_asked):
+                                out_asked, out_entry = _grown(out_asked), _grown(out_entry)
+                            out_asked[count] = number
+                            out_entry[count] = row
+                            count += 1
+                            if first_only:
+                                return out_asked[:count], out_entry[:count]
+                        row += 1
+                    place += 1
+                x, y = x + 1, cell[1, 0]
+    return out_asked[:count], out_entry[:count]

@@ -1,0 +1,25 @@
+"""Boxes as arrays, and pairs of volumes and boxes: what every kind of index works on."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.find.volumes import VolumeTable
+
+Integers = npt.NDArray[np.int64]
+
+
+def as_boxes(boxes: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Boxes as a contiguous array (n, 6)."""
+    return np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))
+
+
+def among(
+    boxes: npt.NDArray[np.float64], volumes: VolumeTable, pairs: tuple[Integers, Integers]
+) -> tuple[Integers, Integers]:
+    """Those pairs (number of a volume, number of a box that meets its bounds) whose box meets the volume itself."""
+    from relmodel.find.kernels import pairs_met
+
+    met = pairs_met(boxes, volumes.half_spaces, volumes.start, volumes.balls, *pairs)
+    return pairs[0][met], pairs[1][met]

@@ -1,0 +1,116 @@
+"""A world held in process, for planners that ask what lies in a volume hundreds of times a minute."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import UsageError
+from relmodel.find.find import BOX_COLUMNS, LEVELS, Level, world_named
+from relmodel.find.kinds import build
+from relmodel.find.pairs import Integers
+from relmodel.find.volumes import Box, Volume, VolumeTable, volumes_met
+from relmodel.geometry.transforms import matrices
+from relmodel.store import Store
+
+
+class WorldIndex:
+    """The boxes of a world's parts, features, surfaces and arcs: the answers of `in_volume` without the store.
+
+    Placed parts lie in an index of the kind asked for.  Elements are kept once a shape, in its frame and in the pages
+    of the store: a query carries the volume into the frame of each part that it meets.
+    """
+
+    def __init__(
+        self,
+        parts: dict[str, npt.NDArray[Any]],
+        elements: Mapping[Level, dict[str, npt.NDArray[Any]]],
+        kind: str = "rtree",
+    ) -> None:
+        self.kind = kind
+        self._occurrence_id = parts["occurrence_id"].astype(np.int64)
+        self._world_from_part = matrices(parts)
+        self._shape_box = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        self._tree = build(kind, np.stack([parts[name] for name in BOX_COLUMNS], axis=1))
+        shapes, self._part_shape = np.unique(parts["shape_id"].astype(np.int64), return_inverse=True)
+        self._elements = {str(level): _ShapePages(shapes, columns) for level, columns in elements.items()}
+
+    @classmethod
+    def load(cls, store: Store, world: str | None = None, kind: str | None = None) -> WorldIndex:
+        """The newest revision of a world of a store; the only one needs no name.
+
+        kind: one of `kinds.KINDS`; without it, that which `compare` has found best for the world, or else `rtree`.
+        """
+        with store.read() as connection:
+            world_id = world_named(store, connection, world)[0]
+            chosen = [str(row.kind) for row in store.rows(connection, "index_choice", world_id=world_id)]
+            parts = store.columns(connection, "index_parts", world_id=world_id)
+            elements: dict[Level, dict[str, npt.NDArray[Any]]] = {
+                level: store.columns(connection, "index_elements", world_id=world_id, level=level)
+                for level in LEVELS
+                if level != "part"
+            }
+        return cls(parts, elements, kind or next(iter(chosen), "rtree"))
+
+    def in_volume(self, volume: Volume, level: str = "part") -> tuple[Integers, Integers]:
+        """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
+        return self.in_volumes([volume], level)[1:]
+
+    def in_volumes(self, volumes: Sequence[Volume], level: str = "part") -> tuple[Integers, Integers, Integers]:
+        """Ordinal of the volume, occurrence_id and element_no (-1 of parts) of what lies in volumes, sorted."""
+        if level not in LEVELS:
+            raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
+        table = VolumeTable.of(volumes)
+        if all(isinstance(volume, Box) for volume in volumes):
+            asked, part = self._tree.in_boxes(table.bounds)
+        else:
+            asked, part = self._tree.in_volumes(table)
+        order = np.lexsort((part, asked))
+        asked, part = asked[order], part[order]
+        if level != "part":
+            return self._elements_in(table, self._elements[level], asked, part)
+        met = volumes_met(volumes, asked, self._world_from_part[part], self._shape_box[part])
+        return asked[met], self._occurrence_id[part[met]], np.full(int(met.sum()), -1, np.int64)
+
+    def _elements_in(
+        self, table: VolumeTable, pages: _ShapePages, asked: Integers, part: Integers
+    ) -> tuple[Integers, Integers, Integers]:
+        from relmodel.find import kernels
+
+        pair, row = kernels.elements_in_volumes(
+            table.half_spaces,
+            table.start,
+            table.balls,
+            asked,
+            part,
+            self._world_from_part,
+            self._part_shape,
+            pages.shape_pages,
+            pages.page_boxes,
+            pages.page_start,
+            pages.boxes,
+        )
+        element = pages.element_no[row]
+        order = np.lexsort((element, pair))
+        pair = pair[order]
+        return asked[pair], self._occurrence_id[part[pair]], element[order]
+
+
+class _ShapePages:
+    """Boxes of the elements of a level, by shape and page; `columns` come sorted so."""
+
+    def __init__(self, shapes: Integers, columns: dict[str, npt.NDArray[Any]]) -> None:
+        self.element_no = columns["element_no"].astype(np.int64)
+        self.boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        shape = np.searchsorted(shapes, columns["shape_id"].astype(np.int64))
+        page = columns["page"].astype(np.int64)
+        first = np.flatnonzero(np.diff(shape, prepend=-1) | np.diff(page, prepend=-1))
+        self.page_start = np.append(first, len(page)).astype(np.int64)
+        self.shape_pages = np.searchsorted(shape[first], np.arange(len(shapes) + 1)).astype(np.int64)
+        self.page_boxes = np.empty((len(first), 6))
+        if len(first):
+            self.page_boxes[:, :3] = np.minimum.reduceat(self.boxes[:, :3], first)
+            self.page_boxes[:, 3:] = np.maximum.reduceat(self.boxes[:, 3:], first)

@@ -1,0 +1,391 @@
+"""Content keys: what makes an arc, a surface, a shape, a part or an assembly the same as one that the store holds.
+
+A content key is the first half of the SHA-256 of the thing's kind and numbers, and of the keys of what it is made of
+(a Merkle tree).  Numbers enter rounded down to a grid of 1e-6 mm for lengths and 1e-9 for directions, angles and
+spline parameters, so that a kernel's round-off does not show.  The grid is shifted by an irrational part of its
+spacing, since nominal dimensions (decimal millimetres, binary fractions of an inch) would otherwise fall on its edges.
+
+Two numbers that differ by a round-off of r still fall into two cells with probability r / spacing: one in a million for
+the 1e-12 mm of a kernel, often for a file that was written with other last digits.  So numbers of a model are first
+settled on those of the store that are near (`round_off/`).  A file read again gives the same numbers, and so the same
+keys.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.columns import Ragged, row_count
+from relmodel.errors import InputError
+from relmodel.geometry.joints import Joint
+from relmodel.model.model import Assembly, Attribute, LoadedModel, Part, Shape, Table
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+
+LENGTH_QUANTUM = 1e-6  # mm
+ANGLE_QUANTUM = 1e-9  # rad, components of directions, spline parameters and weights
+_SHIFT = 2**-0.5
+_KEY_LENGTH = 32  # hexadecimal digits
+_LEAST = np.iinfo(np.int64).min
+
+
+@dataclass
+class ShapeKeys:
+    """Content keys of one shape and of its rows; support keys name the unbounded curve or surface."""
+
+    shape: str
+    arcs: list[str]
+    arc_supports: list[str]
+    surfaces: list[str]
+    surface_supports: list[str]
+    basis_arcs: list[str]
+    basis_arc_supports: list[str]
+    basis_surfaces: list[str]
+    basis_surface_supports: list[str]
+
+
+@dataclass
+class ModelKeys:
+    """Content keys of all of a model, in the model's order."""
+
+    shapes: list[ShapeKeys]
+    parts: list[str]
+    assemblies: list[str]
+
+
+def model_keys(model: LoadedModel) -> ModelKeys:
+    """Keys of a loaded model.  Raises InputError where an assembly contains itself."""
+    shapes = [shape_keys(shape) for shape in model.shapes]
+    parts = [_part_key(part, shapes[part.shape]) for part in model.parts]
+    return ModelKeys(shapes, parts, _assembly_keys(model.assemblies, parts))
+
+
+def shape_keys(shape: Shape) -> ShapeKeys:
+    """Keys of a shape and of its arcs and surfaces."""
+    basis_arcs, basis_arc_supports = _of_basis(
+        lambda made: _arc_keys(shape.basis_arcs, shape.basis_arc_splines, made),
+        lambda keys: _offset_keys(shape.basis_arc_offsets, keys),
+    )
+    arcs, arc_supports = _arc_keys(shape.arcs, shape.arc_splines, _offset_keys(shape.arc_offsets, basis_arcs))
+    bare = [""] * row_count_or_none(shape.basis_surfaces)
+    basis_surfaces, basis_surface_supports = _of_basis(
+        lambda made: _surface_keys(shape.basis_surfaces, shape.basis_surface_splines, bare, made),
+        lambda keys: _swept_keys(shape.basis_surface_swept, basis_arcs, keys),
+    )
+    swept = _swept_keys(shape.surface_swept, basis_arcs, basis_surfaces)
+    loops = _loop_keys(shape, arcs)
+    surfaces, surface_supports = _surface_keys(shape.surfaces, shape.surface_splines, loops, swept)
+    labels = zip(*(_texts(shape.surfaces, name) for name in ("name", "colour", "layer")), strict=True)
+    faces = sorted("|".join((key, *label)) for key, label in zip(surfaces, labels, strict=True))
+    return ShapeKeys(
+        content_key([shape.kind, *faces, "arcs", *sorted(arcs)]),
+        arcs,
+        arc_supports,
+        surfaces,
+        surface_supports,
+        basis_arcs,
+        basis_arc_supports,
+        basis_surfaces,
+        basis_surface_supports,
+    )
+
+
+def row_count_or_none(table: Table) -> int:
+    """Number of rows of a table, 0 where it has no column."""
+    return row_count(table) if table else 0
+
+
+def content_key(texts: Iterable[str]) -> str:
+    """Key of a sequence of texts; where one ends and the next begins counts."""
+    return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:_KEY_LENGTH]
+
+
+def quantised(values: npt.ArrayLike, quantum: float) -> Ints:
+    """Cells of the shifted grid that the values fall into; a NaN has a cell of its own."""
+    x = np.floor(np.asarray(values, float) / quantum + _SHIFT)
+    return np.where(np.isnan(x), _LEAST, np.clip(np.nan_to_num(x), -9e18, 9e18).astype(np.int64))
+
+
+def _numbers(table: Table, names: str) -> Floats:
+    """Columns (n, k) of a table as floats, NaN for nulls and for columns that are missing."""
+    n = row_count_or_none(table)
+    return np.stack([np.asarray(table[c], float) if c in table else np.full(n, np.nan) for c in names.split()], axis=1)
+
+
+def _texts(table: Table, name: str) -> list[str]:
+    if name not in table:
+        return [""] * row_count_or_none(table)
+    return ["" if v is None else str(v) for v in table[name]]
+
+
+def _row_keys(texts: Sequence[Sequence[str]], cells: Ints) -> list[str]:
+    """Key of each row from columns of texts and from its cells (n, k)."""
+    raw = np.ascontiguousarray(cells).tobytes()
+    width = cells.shape[1] * 8
+    return [
+        hashlib.sha256("\0".join(row).encode() + b"\0\0" + raw[i * width : (i + 1) * width]).hexdigest()[:_KEY_LENGTH]
+        for i, row in enumerate(zip(*texts, strict=True))
+    ]
+
+
+_SPLINE_NUMBERS = {
+    "degree": 1.0,
+    "u_degree": 1.0,
+    "v_degree": 1.0,
+    "periodic": 1.0,
+    "u_periodic": 1.0,
+    "v_periodic": 1.0,
+    "u_poles": 1.0,
+    "knots": ANGLE_QUANTUM,
+    "u_knots": ANGLE_QUANTUM,
+    "v_knots": ANGLE_QUANTUM,
+    "multiplicities": 1.0,
+    "u_multiplicities": 1.0,
+    "v_multiplicities": 1.0,
+    "poles": LENGTH_QUANTUM,
+    "weights": ANGLE_QUANTUM,
+}
+
+
+def _spline_keys(splines: Table, owner: str, count: int) -> list[str]:
+    """Key of the spline of each of `count` rows, empty where it has none."""
+    out = [""] * count
+    if not row_count_or_none(splines):
+        return out
+    packed: list[list[bytes]] = []
+    for name, quantum in _SPLINE_NUMBERS.items():
+        if name not in splines:
+            continue
+        column = splines[name]
+        if isinstance(column, Ragged):
+            cells, ends = quantised(column.values, quantum), column.offsets
+        else:
+            cells, ends = quantised(column, quantum), np.arange(len(column) + 1)
+        raw = cells.tobytes()
+        packed.append([raw[8 * a : 8 * b] for a, b in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True)])
+    for row, pieces in zip(np.asarray(splines[owner]).tolist(), zip(*packed, strict=True), strict=True):
+        lengths = ",".join(str(len(p)) for p in pieces)
+        out[row] = hashlib.sha256(lengths.encode() + b"".join(pieces)).hexdigest()[:_KEY_LENGTH]
+    return out
+
+
+def _unsigned(directions: Floats) -> Floats:
+    """Directions (n, 3) with the first component that is not about 0 made positive."""
+    clear = np.abs(directions) > 1e-6
+    first = np.argmax(clear, axis=1)
+    sign = np.where(np.take_along_axis(directions, first[:, None], axis=1) < 0, -1.0, 1.0)
+    return directions * sign
+
+
+def _foot(points: Floats, directions: Floats) -> Floats:
+    """Points of the lines through `points` along `directions` that are nearest to the frame's origin."""
+    return np.asarray(points - np.sum(points * directions, axis=1, keepdims=True) * directions)
+
+
+def _support_cells(lengths: Floats, directions: Floats, angles: Floats) -> Ints:
+    return np.hstack(
+        [quantised(lengths, LENGTH_QUANTUM), quantised(directions, ANGLE_QUANTUM), quantised(angles, ANGLE_QUANTUM)]
+    )
+
+
+def _of_basis(
+    keys_of: Callable[[dict[int, str]], tuple[list[str], list[str]]], made_from: Callable[[list[str]], dict[int, str]]
+) -> tuple[list[str], list[str]]:
+    """Content and support keys of rows that may be made from others of the same table: again for each such level."""
+    made: dict[int, str] = {}
+    while True:
+        found = keys_of(made)
+        again = made_from(found[0])
+        if again == made:
+            return found
+        made = again
+
+
+def _arc_keys(arcs: Table, splines: Table, offsets: dict[int, str]) -> tuple[list[str], list[str]]:
+    n = row_count_or_none(arcs)
+    if n == 0:
+        return [], []
+    kinds, recognised = _texts(arcs, "kind"), _texts(arcs, "recognised_kind")
+    spline = [offsets.get(i, s) for i, s in enumerate(_spline_keys(splines, "arc_no", n))]
+    origin, x, z = (_numbers(arcs, f"{c}_x {c}_y {c}_z") for c in ("origin", "axis_x", "axis_z"))
+    radii = _numbers(arcs, "radius radius2")
+    along = np.isin(kinds, ["line", "polyline"])[:, None]  # parameters that are lengths
+    interval = _numbers(arcs, "t0 t1")
+    cells = np.hstack(
+        [
+            quantised(np.hstack([origin, radii, _numbers(arcs, "start_x start_y start_z end_x end_y end_z")]), 1e-6),
+            quantised(np.hstack([x, z]), ANGLE_QUANTUM),
+            np.where(along, quantised(interval, LENGTH_QUANTUM), quantised(interval, ANGLE_QUANTUM)),
+        ]
+    )
+    content = _row_keys([kinds, recognised, _texts(arcs, "provenance"), spline], cells)
+
+    line = np.isin(recognised, ["line"])[:, None]
+    circle = np.isin(recognised, ["circle"])[:, None]
+    direction = np.where(line, _unsigned(x), _unsigned(z))
+    point = np.where(line, _foot(origin, _unsigned(x)), origin)
+    second = np.where(line | circle, np.nan, np.where(np.isin(recognised, ["ellipse"])[:, None], _unsigned(x), x))
+    cells = _support_cells(
+        np.hstack([point, np.where(line, np.nan, radii)]), np.hstack([direction, second]), np.empty((n, 0))
+    )
+    # What has no parameters of its own is its spline, or itself.
+    whole = np.isnan(origin[:, 0])
+    texts = [(s or c) if w else "" for s, c, w in zip(spline, content, whole.tolist(), strict=True)]
+    return content, _row_keys([recognised, texts], cells)
+
+
+def _surface_keys(
+    surfaces: Table, splines: Table, loops: list[str], swept: dict[int, str]
+) -> tuple[list[str], list[str]]:
+    n = row_count_or_none(surfaces)
+    if n == 0:
+        return [], []
+    kinds, recognised = _texts(surfaces, "kind"), _texts(surfaces, "recognised_kind")
+    definition = _spline_keys(splines, "surface_no", n)
+    definition = [swept.get(i, d) for i, d in enumerate(definition)]
+    origin, x, z = (_numbers(surfaces, f"{c}_x {c}_y {c}_z") for c in ("origin", "axis_x", "axis_z"))
+    radii, semi = _numbers(surfaces, "radius radius2"), _numbers(surfaces, "semi_angle")
+    # Loops bound a domain; without any it is the parameter rectangle.  Facets have no function: their extent stands in.
+    bare = np.array([not loop for loop in loops])[:, None]
+    domain = np.where(bare, _numbers(surfaces, "u0 u1 v0 v1"), np.nan)
+    facets = np.isin(kinds, ["facets"])[:, None]
+    extent = np.where(facets, _numbers(surfaces, "area centroid_x centroid_y centroid_z"), np.nan)
+    cells = np.hstack(
+        [
+            quantised(np.hstack([origin, radii, extent]), LENGTH_QUANTUM),
+            quantised(np.hstack([x, z, semi, domain]), ANGLE_QUANTUM),
+            np.asarray(_numbers(surfaces, "direct reversed"), np.int64),
+        ]
+    )
+    content = _row_keys([kinds, recognised, _texts(surfaces, "provenance"), definition, loops], cells)
+
+    def are(kind: str) -> npt.NDArray[np.bool_]:
+        return np.isin(recognised, [kind])[:, None]
+
+    normal = _unsigned(z)
+    # A cone's apex and the side to which it opens; where the axis points away from it, turn axis and angle about.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apex = origin - np.where(are("cone"), radii[:, :1] / np.tan(semi), np.nan) * z
+    direction = np.where(are("cone"), z * np.sign(semi), np.where(are("sphere"), np.nan, normal))
+    point = np.select([are("plane"), are("cylinder"), are("cone")], [origin * np.nan, _foot(origin, z), apex], origin)
+    offset = np.where(are("plane"), np.sum(origin * normal, axis=1, keepdims=True), np.nan)
+    radius = np.where(are("plane") | are("cone"), np.nan, radii)
+    angle = np.where(are("cone"), np.abs(semi), np.nan)
+    whole = np.isnan(origin[:, 0]) | ~np.isin(recognised, ["plane", "cylinder", "cone", "sphere", "torus"])
+    texts = [(d or c) if w else "" for d, c, w in zip(definition, content, whole.tolist(), strict=True)]
+    cells = _support_cells(np.hstack([point, offset, radius]), direction, angle)
+    return content, _row_keys([recognised, texts], np.where(whole[:, None], _LEAST, cells))
+
+
+def _offset_keys(offsets: Table, basis_arcs: list[str]) -> dict[int, str]:
+    if not row_count_or_none(offsets):
+        return {}
+    basis = [basis_arcs[a] for a in np.asarray(offsets["basis_arc"]).tolist()]
+    cells = np.hstack(
+        [
+            quantised(_numbers(offsets, "axis_x axis_y axis_z"), ANGLE_QUANTUM),
+            quantised(_numbers(offsets, "distance"), LENGTH_QUANTUM),
+        ]
+    )
+    return dict(zip(np.asarray(offsets["arc_no"]).tolist(), _row_keys([basis], cells), strict=True))
+
+
+def _swept_keys(swept: Table, basis_arcs: list[str], basis_surfaces: list[str]) -> dict[int, str]:
+    if not row_count_or_none(swept):
+        return {}
+    basis = [
+        basis_arcs[a] if a >= 0 else basis_surfaces[s]
+        for a, s in zip(
+            np.asarray(swept["basis_arc"]).tolist(), np.asarray(swept["basis_surface"]).tolist(), strict=True
+        )
+    ]
+    cells = np.hstack(
+        [
+            quantised(_numbers(swept, "axis_x axis_y axis_z"), ANGLE_QUANTUM),
+            quantised(_numbers(swept, "distance"), LENGTH_QUANTUM),
+        ]
+    )
+    return dict(zip(np.asarray(swept["surface_no"]).tolist(), _row_keys([basis], cells), strict=True))
+
+
+def _loop_keys(shape: Shape, arcs: list[str]) -> list[str]:
+    """Key of all trimming loops of each surface: sets of directed arcs, whichever the kernel begins with."""
+    out = [""] * row_count_or_none(shape.surfaces)
+    if not row_count_or_none(shape.coedges):
+        return out
+    surface, loop = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no"))
+    backward = np.asarray(shape.coedges["reversed"], bool).tolist()
+    arc_numbers = np.asarray(shape.coedges["arc_no"], np.int64).tolist()
+    tokens = [arcs[a] + ("-" if b else "+") for a, b in zip(arc_numbers, backward, strict=True)]
+    members: dict[tuple[int, int], list[str]] = {}
+    for s, i, token in zip(surface.tolist(), loop.tolist(), tokens, strict=True):
+        members.setdefault((s, i), []).append(token)
+    of_surface: dict[int, list[str]] = {}
+    for (s, _), directed in members.items():
+        of_surface.setdefault(s, []).append(content_key(sorted(directed)))
+    for s, loops in of_surface.items():
+        out[s] = content_key(sorted(loops))
+    return out
+
+
+def _part_key(part: Part, shape: ShapeKeys) -> str:
+    pmi = [repr((replace(p, surfaces=()), [(shape.surfaces[s], role) for s, role in p.surfaces])) for p in part.pmi]
+    marked = ["supplemental"] if part.supplemental else []
+    attributes = _attribute_texts(part.attributes)
+    return content_key(
+        [part.number, part.name, part.material or "", part.colour or "", *attributes, *pmi, *marked, shape.shape]
+    )
+
+
+def _attribute_texts(attributes: list[Attribute]) -> list[str]:
+    return sorted(f"{name}={value!r} {unit or ''}" for name, value, unit in attributes)
+
+
+def _assembly_keys(assemblies: list[Assembly], parts: list[str]) -> list[str]:
+    keys: dict[int, str] = {}
+    for i in assembly_order(assemblies):
+        a = assemblies[i]
+        placed = np.array([e.parent_from_child[:3] for e in a.instances], float).reshape(-1, 3, 4)
+        cells = np.hstack(
+            [
+                quantised(placed[:, :, :3], ANGLE_QUANTUM).reshape(-1, 9),
+                quantised(placed[:, :, 3], LENGTH_QUANTUM).reshape(-1, 3),
+            ]
+        )
+        rows = [(e.name, parts[e.child] if e.kind == "part" else keys[e.child], e.colour or "") for e in a.instances]
+        instances = _row_keys(list(zip(*rows, strict=True)), cells) if rows else []
+        keys[i] = content_key(
+            [a.name, a.kind, *_attribute_texts(a.attributes), *instances, *(_joint_text(j) for j in a.joints)]
+        )
+    return [keys[i] for i in range(len(assemblies))]
+
+
+def _joint_text(joint: Joint) -> str:
+    limits = [np.nan if v is None else v for v in (joint.lower, joint.upper)]
+    mimic = joint.mimic
+    cells = [
+        *quantised(joint.parent_from_joint[:3, 3], LENGTH_QUANTUM).tolist(),
+        *quantised(joint.parent_from_joint[:3, :3], ANGLE_QUANTUM).ravel().tolist(),
+        *quantised(joint.axis, ANGLE_QUANTUM).tolist(),
+        *quantised(limits, LENGTH_QUANTUM if joint.kind == "prismatic" else ANGLE_QUANTUM).tolist(),
+    ]
+    follows = () if mimic is None else (mimic.joint, *quantised([mimic.factor, mimic.offset], ANGLE_QUANTUM).tolist())
+    return repr((joint.name, joint.kind, joint.parent, joint.child, cells, follows))
+
+
+def assembly_order(assemblies: list[Assembly]) -> list[int]:
+    """Assemblies with those that they contain before them.  Raises InputError where one contains itself."""
+    from graphlib import CycleError, TopologicalSorter
+
+    graph = {i: [e.child for e in a.instances if e.kind == "assembly"] for i, a in enumerate(assemblies)}
+    try:
+        return list(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        names = " in ".join(repr(assemblies[i].name) for i in error.args[1])
+        raise InputError(f"an assembly of the file contains itself ({names}): mend the file") from error

@@ -1,0 +1,287 @@
+"""What follows from the rows of a boundary representation alone: lengths, boxes, adjacency, samples along arcs."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.columns import Ragged
+from relmodel.geometry.components import cross, dot, put, taken, unit
+from relmodel.geometry.curves import Curves, box_columns, vector_columns
+from relmodel.geometry.normals import normals_at, plane_normals
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.model.model import ArcSamples, Shape, Table
+from relmodel.model.trimmed_faces import Trims
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float32]
+
+SMOOTH = float(np.deg2rad(1.0))
+_CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave the edge the same way
+_CUSP_MM = 0.05  # how far along such faces one looks which is the outer one
+SAMPLE_SPACING_MM = 1.0
+MOST_SAMPLES = 2000
+_STEP_SLACK = 1e-6  # of a step, so that round-off of a length of whole millimetres makes no sample
+_FINE_AT_ONCE = 200_000  # points of polylines
+_SAMPLES_AT_ONCE = 16384
+
+
+def curves_of(shape: Shape) -> Curves:
+    """The arcs of a shape, to be evaluated."""
+    return Curves(shape.arcs, shape.arc_splines, offsets=shape.arc_offsets, basis=_basis_curves(shape))
+
+
+def surfaces_of(shape: Shape) -> Surfaces:
+    """The surfaces of a shape, to be evaluated."""
+    if not shape.basis_surfaces:  # not read from a boundary representation
+        return Surfaces(shape.surfaces, shape.surface_splines)
+    curves = _basis_curves(shape)
+    basis = Surfaces(shape.basis_surfaces, shape.basis_surface_splines, shape.basis_surface_swept, curves)
+    return Surfaces(shape.surfaces, shape.surface_splines, shape.surface_swept, curves, basis)
+
+
+def _basis_curves(shape: Shape) -> Curves | None:
+    if not shape.basis_arcs:
+        return None
+    return Curves(shape.basis_arcs, shape.basis_arc_splines, offsets=shape.basis_arc_offsets)
+
+
+def arc_measures(curves: Curves) -> Table:
+    """Columns start, end, length and box of the arcs."""
+    start, end = curves.ends
+    return {
+        **vector_columns("start", start),
+        **vector_columns("end", end),
+        "length": curves.lengths(),
+        **box_columns(curves.boxes()),
+    }
+
+
+def surface_measures(surfaces: Surfaces, cells: int = 32) -> Table:
+    """Columns area, centroid and box of whole (untrimmed) domains, by a grid: good to about a thousandth."""
+    count = len(surfaces)
+    middle = (np.arange(cells) + 0.5) / cells
+    points, element = _grid(surfaces, middle)
+    area = element / cells**2
+    centroid = np.einsum("nk,nkd->nd", area, points) / np.maximum(area.sum(1), 1e-300)[:, None]
+    corners, _ = _grid(surfaces, np.linspace(0, 1, cells + 1))
+    box = np.concatenate([corners.min(1), corners.max(1)], axis=1) if count else np.empty((0, 6))
+    return {"area": area.sum(1), **vector_columns("centroid", centroid), **box_columns(box)}
+
+
+def _grid(surfaces: Surfaces, steps: Array) -> tuple[Array, Array]:
+    """Points (n, k, 3) and area elements (n, k) of each domain's unit square on a grid of steps in 0..1."""
+    count, side = len(surfaces), len(steps)
+    a, b = (np.tile(g.ravel(), count) for g in np.meshgrid(steps, steps, indexing="ij"))
+    row = np.repeat(np.arange(count), side * side)
+    u0, u1, v0, v1 = surfaces.domain[row].T
+    at = surfaces.evaluate(row, u0 + a * (u1 - u0), v0 + b * (v1 - v0))
+    element = np.linalg.norm(np.cross(at.by_u, at.by_v), axis=1) * (u1 - u0) * (v1 - v0)
+    return at.points.reshape(count, side * side, 3), element.reshape(count, side * side)
+
+
+class ArcNormals:
+    """Outward normals of the two surfaces that meet in each arc.
+
+    a, b: row of the coedge that runs along the arc and of the one that runs against it, -1 where there is none.
+    Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts.
+    """
+
+    def __init__(self, trims: Trims) -> None:
+        surfaces, curves, arc = trims.surfaces, trims.curves, trims.arc
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, trims.pcurves
+        self.surface, self.reversed, self._pcurve = trims.surface, trims.reversed, trims.pcurve
+        rows = np.arange(len(arc))
+        self.a, self.b = np.full(len(curves), -1), np.full(len(curves), -1)
+        along, against = rows[~self.reversed][::-1], rows[self.reversed][::-1]
+        self.a[arc[along]] = along  # written backwards: the first row stands
+        self.b[arc[against]] = against
+        # Both the same way, as in a badly oriented sheet: the second is b.
+        others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
+        self.b[arc[others]] = others
+        only = self.a < 0
+        self.a[only], self.b[only] = self.b[only], -1
+        others = rows[(self.a[arc] != rows) & (self.b[arc] < 0)][::-1]
+        self.b[arc[others]] = others
+        self.flat = np.asarray(surfaces.kind == "plane")
+        self.level = plane_normals(surfaces)  # of those that are flat
+        self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
+
+    def at(self, coedge: Index, arc: Index, t: Array, points: Array | None = None) -> Array:
+        """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1.
+
+        points: of the arcs at `self.inner(arc, t)`, where they are known.
+        """
+        surface = self.surface[coedge]
+        if points is None:
+            points = np.zeros((3, len(t))).T
+            curved = np.flatnonzero(~self.flat[surface])  # a plane has one normal everywhere
+            points[curved] = self.curves.evaluate(arc[curved], self.inner(arc[curved], t[curved]))[0]
+        normals = normals_at(self.surfaces, surface, points)
+        rest = np.flatnonzero(np.isnan(normals[:, 0]))
+        if len(rest):
+            surface, coedge = surface[rest], coedge[rest]
+            u, v = self.surfaces.domain[surface][:, :2].mean(1), self.surfaces.domain[surface][:, 2:].mean(1)
+            hidden = np.flatnonzero(self._analytic[surface])
+            u[hidden], v[hidden] = self.surfaces.parameters(surface[hidden], points[rest[hidden]])
+            drawn = np.flatnonzero(~self._analytic[surface] & (self._pcurve[coedge] >= 0))
+            at = self.inner(arc[rest[drawn]], t[rest[drawn]])
+            u[drawn], v[drawn] = self.pcurves.evaluate(self._pcurve[coedge[drawn]], at)[0].T
+            normals[rest] = self.surfaces.normals(surface, u, v)
+        return normals
+
+    def inner(self, arc: Index, t: Array) -> Array:
+        """Parameters where a normal is one: an end may be the apex of a cone or a pole, so step in a ten-millionth."""
+        t0, t1 = self.curves.t0, self.curves.t1
+        step = 1e-7 * (t1 - t0)
+        return np.clip(t, np.take(t0 + step, arc), np.take(t1 - step, arc))
+
+
+def adjacency(normals: ArcNormals) -> Table:
+    """Columns surface_a, surface_b, convexity and angle of `shape_arc`."""
+    curves, a, b = normals.curves, normals.a, normals.b
+    both = np.flatnonzero((a >= 0) & (b >= 0) & (curves.kind != "degenerate"))
+    t = (curves.t0[both] + curves.t1[both]) / 2
+    points, by = curves.evaluate(both, t)
+    normal_a, normal_b = normals.at(a[both], both, t, points), normals.at(b[both], both, t, points)
+    tangent = unit(by.T).T
+    tangent = np.where(normals.reversed[a[both]][:, None], -tangent, tangent)
+    angle = np.full(len(curves), np.nan)
+    angle[both] = np.arctan2(dot(cross(normal_a.T, normal_b.T), tangent.T), dot(normal_a.T, normal_b.T))
+    cusps = np.flatnonzero(np.abs(angle[both]) > np.pi - _CUSP)
+    if len(cusps):
+        hollow = _hollow(normals, both[cusps], t[cusps], normal_a[cusps], tangent[cusps])
+        angle[both[cusps]] = np.where(hollow, -1.0, 1.0) * np.abs(angle[both[cusps]])
+    surface = np.append(normals.surface, -1)
+    surface_a, surface_b = surface[a], surface[b]
+    convexity = np.select(
+        [
+            curves.kind == "degenerate",
+            b < 0,
+            surface_a == surface_b,
+            np.abs(angle) < SMOOTH,
+            angle > 0,
+        ],
+        ["degenerate", "free", "seam", "smooth", "convex"],
+        "concave",
+    )
+    return {"surface_a": surface_a, "surface_b": surface_b, "convexity": convexity.tolist(), "angle": angle}
+
+
+def _hollow(normals: ArcNormals, arc: Index, t: Array, normal_a: Array, tangent: Array) -> npt.NDArray[np.bool_]:
+    """Whether it is void that lies in the cusp of arcs where both faces leave the same way, their normals opposed.
+
+    The normals alone leave it to round-off; a little way along the faces the one that lies outside of the other tells.
+    """
+    surfaces = normals.surfaces
+    points = normals.curves.evaluate(arc, t)[0] + _CUSP_MM * np.cross(normal_a, tangent)
+    feet = []
+    for coedge in (normals.a[arc], normals.b[arc]):
+        row = normals.surface[coedge]
+        feet.append(surfaces.evaluate(row, *surfaces.parameters(row, points)).points)
+    # A free-form surface has no foot here: round-off decides, as void.
+    outward = np.einsum("nd,nd->n", feet[1] - feet[0], normal_a)
+    return np.asarray(~(outward <= 0))
+
+
+def samples(normals: ArcNormals, length: Array) -> ArcSamples:
+    """Points along each arc, ends included, evenly spaced: about 1 mm, at least 2 and at most 2000 an arc."""
+    curves = normals.curves
+    steps = np.ceil(length / SAMPLE_SPACING_MM - _STEP_SLACK).astype(np.int64)
+    count = np.clip(steps + 1, 2, MOST_SAMPLES)
+    offsets = np.concatenate([[0], np.cumsum(count)])
+    t = np.empty(offsets[-1])
+    points = np.empty((offsets[-1], 3))
+    directions = [np.empty((offsets[-1], 3), np.float32) for _ in range(3)]
+    uneven = np.logical_and.reduce([curves.kind != kind for kind in ("line", "circle", "degenerate")])
+    spaced = _evenly(curves, np.flatnonzero(uneven), count[uneven])
+    for arcs in _blocks(offsets):
+        here = slice(offsets[arcs[0]], offsets[arcs[-1] + 1])
+        arc, share = _shares(count[arcs])
+        arc += arcs[0]
+        at = np.take(curves.t0, arc) + share * np.take(curves.t1 - curves.t0, arc)
+        drawn = uneven[arc]
+        at[drawn], spaced = np.split(spaced, [np.count_nonzero(drawn)])
+        ends = offsets[arcs[0] : arcs[-1] + 2] - offsets[arcs[0]]
+        at[ends[1:] - 1] = curves.t1[arcs]
+        t[here] = at
+        for out, values in zip((points, *directions), _sampled(normals, arcs, arc, at, ends), strict=True):
+            out[here] = values
+    triple = 3 * offsets
+    return ArcSamples(
+        arc_no=np.arange(len(curves)),
+        parameters=Ragged(t, offsets),
+        points=Ragged(points.ravel(), triple),
+        tangents=Ragged(directions[0].ravel(), triple),
+        normals_a=Ragged(directions[1].ravel(), triple),
+        normals_b=Ragged(directions[2].ravel(), triple),
+    )
+
+
+def _blocks(offsets: Index) -> list[Index]:
+    """Arcs in runs of about as many samples as stay in the cache while they are worked on."""
+    block = offsets[:-1] // _SAMPLES_AT_ONCE
+    return np.split(np.arange(len(block)), np.flatnonzero(np.diff(block)) + 1) if len(block) else []
+
+
+def _sampled(
+    normals: ArcNormals, arcs: Index, arc: Index, t: Array, ends: Index
+) -> tuple[Array, Floats, Floats, Floats]:
+    """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,).
+
+    arcs: (m,) those that occur, in order; ends: (m + 1,) where their samples begin and end.
+    """
+    curves, count = normals.curves, np.diff(ends)
+    points, by = curves.evaluate(arc, t)
+    tangents, bent = _repeated(unit(curves.x[arcs].T).T, curves.kind[arcs] == "line", count)
+    put(tangents.T, bent, unit(taken(by, bent)))
+    inner = points.copy(order="K")
+    last = np.concatenate([ends[:-1], ends[1:] - 1])
+    put(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
+    sides: list[Floats] = []
+    for coedges in (normals.a, normals.b):
+        own = coedges[arcs]
+        surface = normals.surface[own] if len(normals.surface) else own
+        known = (own < 0) | normals.flat[surface]
+        side, curved = _repeated(np.where(own[:, None] < 0, 0.0, normals.level[surface]), known, count)
+        of = np.take(arc, curved)
+        put(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), taken(inner, curved).T).T)
+        if sides:  # a free edge has the same at both
+            free = np.flatnonzero(np.repeat(own < 0, count))
+            side[free] = sides[0][free]
+        sides.append(side)
+    return points, tangents, sides[0], sides[1]
+
+
+def _repeated(vectors: Array, known: npt.NDArray[np.bool_], count: Index) -> tuple[Floats, Index]:
+    """Vectors (m, 3) that stand for `count` (m,) samples each, and those samples (k,) for which they are not known."""
+    out: Floats = np.repeat(vectors.astype(np.float32), count, axis=0)
+    return out, np.flatnonzero(np.repeat(~known, count))
+
+
+def _evenly(curves: Curves, arc: Index, count: Index) -> Array:
+    """Parameters of `count` (n,) points evenly spaced along each arc (n,), by the chords of a finer polyline."""
+    out = [np.empty(0)]
+    fine = 2 * count + 63
+    block = np.cumsum(fine) // _FINE_AT_ONCE
+    for one in range(int(block.max(initial=-1)) + 1):
+        which = np.flatnonzero(block == one)
+        start, end = curves.t0[arc[which]], curves.t1[arc[which]]
+        row, share = _shares(fine[which])
+        t = start[row] + share * (end - start)[row]
+        points = curves.evaluate(arc[which][row], t)[0]
+        chord = np.append(0.0, np.linalg.norm(np.diff(points, axis=0), axis=1))
+        first = np.cumsum(fine[which]) - fine[which]
+        chord[first] = 1.0  # between arcs: all lie after each other along one line
+        along = np.cumsum(chord)
+        low, high = along[first], along[first + fine[which] - 1]
+        row, share = _shares(count[which])
+        out.append(np.interp(low[row] + share * (high - low)[row], along, t))
+    return np.concatenate(out)
+
+
+def _shares(count: Index) -> tuple[Index, Array]:
+    """Numbers 0 to 1 in `count` (n,) steps less one, after each other, and whose each is."""
+    row = np.repeat(np.arange(len(count)), count)
+    return row, (np.arange(len(row)) - (np.cumsum(count) - count)[row]) / (count[row] - 1)

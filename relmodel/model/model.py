@@ -1,0 +1,185 @@
+"""What every loader hands over, whatever the file was: parts, shapes and assemblies as columns, not yet in a store.
+
+Columns bear the names of the schema's tables (`schema/030_surface.sql`, `040_part.sql`); ordinals (`surface_no`,
+`arc_no`) stand where the tables hold identities.  Lengths are mm, angles rad, all in the frame of the shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.columns import Ragged
+from relmodel.geometry.joints import Joint
+
+Table = dict[str, Any]  # column name -> array, Ragged or list; all of one length
+Attribute = tuple[str, float | str, str | None]  # name, value, unit of a number
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a reader noticed that does not keep a file from being loaded: a row of `load_finding`.
+
+    kind: a short name such as `open_edge`.  value, bound: what was measured and what it was held against, in `unit`
+    (None where it is no measure).  surface_no, arc_no: which face or edge of the shape, None where it is the whole.
+    """
+
+    kind: str
+    message: str
+    value: float | None = None
+    bound: float | None = None
+    unit: str | None = None
+    surface_no: int | None = None
+    arc_no: int | None = None
+
+
+@dataclass
+class Mesh:
+    """Triangles of a shape: `shape_mesh`.  deviation_mm: greatest measured distance from the surfaces; NaN unknown."""
+
+    chord_mm: float
+    chord_rad: float
+    vertices: npt.NDArray[np.float64]  # (n, 3)
+    normals: npt.NDArray[np.float32]  # (n, 3) outward, of the exact surface
+    triangles: npt.NDArray[np.int32]  # (m, 3) counter-clockwise from outside
+    triangle_surfaces: npt.NDArray[np.int32]  # (m,) surface_no
+    deviation_mm: float = float("nan")
+
+
+@dataclass
+class ArcSamples:
+    """Points along arcs: `shape_arc_sample`; row i of each column is arc `arc_no[i]`."""
+
+    arc_no: npt.NDArray[np.int64]
+    parameters: Ragged
+    points: Ragged  # x y z after each other
+    tangents: Ragged
+    normals_a: Ragged
+    normals_b: Ragged
+
+
+@dataclass
+class Shape:
+    """Geometry in a frame of its own.
+
+    surfaces: columns of `surface` (without identity and keys) and `name`, `colour`, `layer` of `shape_surface`;
+        row = surface_no.
+    surface_splines: columns of `surface_spline`, `surface_no` for the identity.
+    surface_swept: columns of `surface_swept`, with `surface_no`, `basis_arc` (row of `basis_arcs`) and
+        `basis_surface` (row of `basis_surfaces`); -1 is none.
+    arcs: columns of `arc` (without identity and keys) and `surface_a`, `surface_b` (-1 is none), `convexity`, `angle`
+        of `shape_arc`; row = arc_no.
+    arc_splines: columns of `arc_spline`, `arc_no` for the identity.
+    loops, coedges, pcurves: columns of the tables, with `surface_no` and `arc_no` for identities.
+    arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
+    basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
+        is itself made from others refers to rows before it.
+    """
+
+    kind: Literal["solid", "sheet", "wire", "mesh"]
+    volume: float | None
+    surfaces: Table
+    surface_splines: Table
+    surface_swept: Table
+    arcs: Table
+    arc_splines: Table
+    loops: Table
+    coedges: Table
+    pcurves: Table
+    basis_arcs: Table
+    basis_arc_splines: Table
+    basis_surfaces: Table
+    basis_surface_splines: Table
+    mesh: Mesh
+    samples: ArcSamples
+    arc_offsets: Table = field(default_factory=dict)
+    basis_arc_offsets: Table = field(default_factory=dict)
+    basis_surface_swept: Table = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True)
+class Pmi:
+    """A dimension, tolerance or datum: `part_pmi`, `part_pmi_datum` and `part_pmi_surface`.
+
+    datums: precedence, letter and modifier; of a datum its own letter.  surfaces: surface_no and role.
+    """
+
+    kind: str
+    type: str
+    name: str
+    value: float | None = None
+    lower_limit: float | None = None
+    upper_limit: float | None = None
+    unit: str | None = None
+    stated_unit: str | None = None
+    modifier: str | None = None
+    zone: str | None = None
+    datums: tuple[tuple[int, str, str | None], ...] = ()
+    surfaces: tuple[tuple[int, str], ...] = ()
+
+
+@dataclass
+class Part:
+    """A product and the shape (index into `LoadedModel.shapes`) that it has.
+
+    supplemental: construction and reference geometry, or drawn annotation, of a product; not material.
+    """
+
+    number: str
+    name: str
+    shape: int
+    material: str | None = None
+    colour: str | None = None
+    attributes: list[Attribute] = field(default_factory=list)
+    pmi: list[Pmi] = field(default_factory=list)
+    supplemental: bool = False
+
+
+@dataclass
+class Instance:
+    """A part or assembly (index into that list of the model) placed in an assembly."""
+
+    name: str
+    kind: Literal["part", "assembly"]
+    child: int
+    parent_from_child: npt.NDArray[np.float64]  # (4, 4)
+    colour: str | None = None
+
+
+@dataclass
+class Assembly:
+    """A product made of others; instances in the order of the file.
+
+    joints move its instances, which are named after the links and placed as they are with all joints at rest.
+    """
+
+    name: str
+    instances: list[Instance]
+    attributes: list[Attribute] = field(default_factory=list)
+    joints: tuple[Joint, ...] = ()
+
+    @property
+    def kind(self) -> Literal["assembly", "robot"]:
+        return "robot" if self.joints else "assembly"
+
+
+@dataclass
+class LoadedModel:
+    """All of one file.  The root is `assemblies[root]`; a file with a single part has an assembly around it."""
+
+    format: str
+    schema_name: str | None
+    unit: str
+    unit_mm: float
+    shapes: list[Shape]
+    parts: list[Part]
+    assemblies: list[Assembly]
+    root: int
+    faces_in_file: int | None  # by the file's text; None where the format has no such count
+    faces_loaded: int
+    loader_version: str
+    damage: str | None = None  # what the file contradicts itself in, where it was taken all the same

@@ -1,0 +1,264 @@
+"""Meshes (OBJ, STL, PLY, GLB, glTF, 3MF) through trimesh: the scene graph becomes assemblies, shared geometry stays
+shared, triangles become surfaces and arcs (`shape.py`)."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import nearest_rotation
+from relmodel.model.model import Assembly, Instance, LoadedModel, Part, Shape
+from relmodel.readers.mesh.build import Node, build_nodes
+from relmodel.readers.mesh.shape import shape_from_triangles
+
+Floats = npt.NDArray[np.float64]
+
+LOADER_VERSION = "mesh 7"
+UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
+UNITLESS_FORMATS = ("obj", "stl", "ply")
+FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
+
+_LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
+_LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
+_MOST_BYTES = 1 << 30
+# What is one mesh in the file is one here, whatever its colours: a body in two colours is not two open ones.
+_OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True}}
+_OPTIONS["3mf"] = {"postprocess": False}  # which would rename meshes
+_OPTIONS["obj"] = {"split_objects": True, "group_material": False}
+_UNNAMED = re.compile(r"geometry(_\d+)?")  # what trimesh calls a mesh without a name
+_MOST_TRIANGLES = 5_000_000
+_MOST_MM = 1e8
+
+
+def read_mesh(
+    path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), name: str | None = None
+) -> LoadedModel:
+    """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none; `scale`
+    multiplies the file's x, y and z; `name` (default: the file's) is that of a mesh that has none in the file.
+
+    What the file refers to is read from its own folder and nowhere else.  Raises InputError where the file is no
+    such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself.
+    """
+    import trimesh
+
+    form = path.suffix[1:].lower()
+    check_unit(path, unit)
+    if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
+        raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
+    resolver = trimesh.resolvers.FilePathResolver(str(path))
+    try:
+        build = build_nodes(path) if form == "3mf" else None  # first: it may be too much for trimesh to expand
+        with path.open("rb") as file:
+            scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
+    except InputError:
+        raise
+    except Exception as error:  # a parser of foreign bytes raises anything
+        said = (str(error).strip().splitlines() or [type(error).__name__])[0]
+        if isinstance(error, ImportError):  # trimesh would guess the encoding
+            said = "it is neither text nor as long as it says"
+        elif isinstance(error, KeyError):
+            said = f"it lacks {said}"
+        raise InputError(f"{path.name} cannot be read as {form.upper()} ({said}): export it again") from error
+    triangles = sum(len(g.faces) for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
+    if triangles > _MOST_TRIANGLES:
+        raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
+    stated = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
+    short = _short(stated)
+    if short not in UNITS_MM:
+        raise InputError(f"{path.name} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
+    several = _of_several_materials(path) if form == "obj" else set()
+    model = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build).model(
+        path.stem, np.diag(scale)
+    )
+    if not model.parts:
+        raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
+    model.format, model.unit = form, short
+    return model
+
+
+def _unpacked_bytes(path: Path) -> int:
+    """What the files of an archive take together when they are unpacked; 0 where it is none."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return sum(entry.file_size for entry in archive.infolist())
+    except (OSError, zipfile.BadZipFile):
+        return 0
+
+
+def _of_several_materials(path: Path) -> set[str]:
+    """Names of the objects of an OBJ file that are of several materials, of which trimesh knows one only."""
+    name, materials = path.name, dict[str, set[bytes]]()
+    for word, rest in re.findall(rb"^(o|usemtl)[ \t]+(.*?)\s*$", path.read_bytes(), re.MULTILINE):
+        if word == b"o":
+            name = rest.decode(errors="replace")
+        else:
+            materials.setdefault(name, set()).add(rest)
+    return {name for name, used in materials.items() if len(used) > 1}
+
+
+def check_unit(path: Path, unit: str | None) -> None:
+    """Raise InputError where the file's format asks for a unit and none is given, or the other way round."""
+    unitless = path.suffix[1:].lower() in UNITLESS_FORMATS
+    if unitless and unit is None:
+        raise InputError(f"{path.name} states no unit of length: give one, such as --unit mm")
+    if not unitless and unit is not None:
+        raise InputError(f"{path.name} states its own unit of length: leave --unit out")
+    if unit is not None and _short(unit) not in UNITS_MM:
+        raise InputError(f"{unit!r} is no unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
+
+
+def _short(unit: str) -> str:
+    """A unit as UNITS_MM has it, of one that may be spelled out."""
+    unit = unit.lower()
+    return _LONG_UNITS.get(unit, _LONG_UNITS.get(unit.removesuffix("s"), unit))
+
+
+class _Reader:
+    """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
+
+    def __init__(
+        self, scene: Any, unit_mm: float, file: str, name: str, without_colour: set[str], build: list[Node] | None
+    ) -> None:
+        self.scene = scene
+        self.unit_mm = unit_mm
+        self.file = file
+        self.name = name
+        self.without_colour = without_colour
+        self.shapes: list[Shape] = []
+        self.parts: list[Part] = []
+        self.assemblies: list[Assembly] = []
+        self._part_of: dict[tuple[str, tuple[float, ...]], int | None] = {}
+        self._nodes: dict[str, tuple[Floats, str | None]] = {}
+        self._children: dict[str, list[str]] = {}
+        self._names: dict[str, str] = {}  # of nodes that are not named by their keys
+        if build is None:
+            for parent, child, attributes in scene.graph.to_edgelist():
+                matrix = np.array(attributes.get("matrix", np.eye(4)), float)
+                self._nodes[child] = (matrix, attributes.get("geometry"))
+                self._children.setdefault(parent, []).append(child)
+            return
+        for number, node in enumerate(build):
+            self._nodes[str(number)] = (node.parent_from_node, node.mesh)
+            self._names[str(number)] = node.name
+            parent = scene.graph.base_frame if node.parent < 0 else str(node.parent)
+            self._children.setdefault(parent, []).append(str(number))
+
+    def model(self, name: str, stretch: Floats) -> LoadedModel:
+        self.assemblies.append(Assembly(name, self._placed(stretch)))
+        return LoadedModel(
+            format="",
+            schema_name=None,
+            unit="",
+            unit_mm=self.unit_mm,
+            shapes=self.shapes,
+            parts=self.parts,
+            assemblies=self.assemblies,
+            root=len(self.assemblies) - 1,
+            faces_in_file=None,
+            faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
+            loader_version=LOADER_VERSION,
+        )
+
+    def _placed(self, stretch: Floats) -> list[Instance]:
+        """Instances that stand for the nodes below the base, whose coordinates are to be stretched by a 3x3 matrix.
+
+        Without recursion, since files nest as deeply as they like: nodes are placed on the way down, and become
+        assemblies on the way up.
+        """
+        base = self.scene.graph.base_frame
+        placed: list[tuple[str, str, int | None, Floats]] = []  # node, its parent, its part, parent_from_node
+        waiting = [(node, base, stretch) for node in reversed(self._children.get(base, []))]
+        reached = {base}
+        while waiting:
+            node, parent, above = waiting.pop()
+            if node in reached:
+                raise InputError(f"node {node!r} of the file stands in itself or in two nodes: mend the file")
+            reached.add(node)
+            matrix, geometry = self._nodes[node]
+            if not np.all(np.isfinite(matrix)):
+                raise InputError(f"node {node!r} of the file is placed by numbers that are not finite: mend the file")
+            rotation, inner = _polar(above @ matrix[:3, :3])
+            parent_from_node = np.eye(4)
+            parent_from_node[:3, :3] = rotation
+            parent_from_node[:3, 3] = above @ matrix[:3, 3] * self.unit_mm
+            part = None if geometry is None else self._part(geometry, inner)
+            placed.append((node, parent, part, parent_from_node))
+            waiting += [(child, node, inner) for child in reversed(self._children.get(node, []))]
+        inside: dict[str, list[Instance]] = {}  # what stands in a node, last first
+        for node, parent, part, parent_from_node in reversed(placed):
+            own = [] if part is None else [Instance(self._named(str(self._nodes[node][1])), "part", part, np.eye(4))]
+            instances = [*own, *reversed(inside.pop(node, []))]
+            if not instances:
+                continue
+            if node in self._children:
+                name = self._names.get(node, node)
+                self.assemblies.append(Assembly(name, instances))
+                one = Instance(name, "assembly", len(self.assemblies) - 1, parent_from_node)
+            else:
+                one = Instance(self._name(node), "part", instances[0].child, parent_from_node)
+            inside.setdefault(parent, []).append(one)
+        return inside.get(base, [])[::-1]
+
+    def _name(self, node: str) -> str:
+        """Name of a node; the geometry's where trimesh made a node up, with a random end, for one of several meshes."""
+        if node in self._names:
+            return self._names[node]
+        made_up = re.fullmatch(r"(.+)_[0-9a-f]{6}", node)
+        return self._named(str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node)
+
+    def _named(self, name: str) -> str:
+        """A name in the file; that of the whole where trimesh took the file's, or made it up for its only mesh."""
+        made_up = len(self.scene.geometry) == 1 and _UNNAMED.fullmatch(name)
+        return self.name if name == self.file or made_up else name
+
+    def _part(self, geometry: str, stretch: Floats) -> int | None:
+        """Part of a geometry stretched by a 3x3 matrix; None where it holds no area."""
+        key = (geometry, tuple(np.round(stretch, 9).ravel().tolist()))
+        if key not in self._part_of:
+            self._part_of[key] = self._make_part(geometry, stretch)
+        return self._part_of[key]
+
+    def _make_part(self, geometry: str, stretch: Floats) -> int | None:
+        mesh = self.scene.geometry[geometry]
+        vertices = np.asarray(getattr(mesh, "vertices", np.empty((0, 3))), float)
+        triangles = np.asarray(getattr(mesh, "faces", np.empty((0, 3))), np.int64)
+        if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(vertices):
+            raise InputError(f"mesh {geometry!r} of the file has triangles without vertices: export it again")
+        vertices = vertices @ stretch.T * self.unit_mm
+        if not np.all(np.abs(vertices[triangles]) < _MOST_MM):  # NaN too
+            raise InputError(
+                f"mesh {self._named(geometry)!r} of the file has vertices that are no numbers or beyond "
+                f"{_MOST_MM / 1e6:g} km: check its unit, or export it again"
+            )
+        if np.linalg.det(stretch) < 0:
+            triangles = triangles[:, ::-1]
+        shape = shape_from_triangles(vertices, triangles)
+        if shape is None:
+            return None
+        self.shapes.append(shape)
+        name = self._named(geometry)
+        colour = None if geometry in self.without_colour else _colour(mesh)
+        self.parts.append(Part(number=name, name=name, shape=len(self.shapes) - 1, colour=colour))
+        return len(self.parts) - 1
+
+
+def _polar(linear: Floats) -> tuple[Floats, Floats]:
+    """Rotation and the rest, `linear = rotation @ rest`: the rest is the identity for a rigid motion."""
+    sign = -1.0 if np.linalg.det(linear) < 0 else 1.0
+    rotation = nearest_rotation(sign * linear)
+    rest = rotation.T @ linear
+    return rotation, np.eye(3) if np.allclose(rest, np.eye(3), atol=1e-6) else rest
+
+
+def _colour(mesh: Any) -> str | None:
+    visual = mesh.visual
+    if visual is None or not visual.defined:
+        return None
+    main = getattr(getattr(visual, "material", visual), "main_color", None)
+    return None if main is None else "#" + "".join(f"{int(c):02x}" for c in np.asarray(main)[:3])

@@ -1,0 +1,328 @@
+"""Triangles to surfaces and arcs: regions become surfaces (`regions.py`, `fitted.py`), the edges between them arcs.
+
+Everything is said to be fitted: a mesh only tells of points on the surfaces that it came from.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.columns import Ragged
+from relmodel.geometry.curves import Curves, box_columns, vector_columns
+from relmodel.model.model import ArcSamples, Mesh, Shape, Table
+from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
+from relmodel.readers.mesh.face_regions import face_regions
+from relmodel.readers.mesh.fitted import surface_rows
+from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
+from relmodel.readers.mesh.patches import FREE_RAD
+from relmodel.readers.mesh.regions import Regions, cut_regions
+from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+CONVEXITY_RAD = np.radians(1)
+SAMPLE_MM = 1.0
+_MOST_SAMPLES = 200_000  # of a shape
+
+
+def shape_from_triangles(
+    vertices: Floats, triangles: Ints, faces: Ints | None = None, normals: Floats | None = None
+) -> Shape | None:
+    """The shape that triangles (m, 3), counter-clockwise from outside, of vertices (n, 3) in mm bound.
+
+    Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
+    which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
+    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.
+    """
+    vertices, triangles, kept = weld(vertices, triangles)
+    if len(triangles) == 0:
+        return None
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    tolerance = max(1e-3, 2.5e-6 * diagonal)
+    edges, closed = find_edges(vertices, triangles)
+    volume = None
+    if closed:
+        a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
+        volume = float(np.sum(a * np.cross(b, c)) / 6)
+        if volume < 0:  # inside out
+            triangles = triangles[:, ::-1].copy()
+            normals = None if normals is None else -normals[:, ::-1]
+            edges, _ = find_edges(vertices, triangles)
+            volume = -volume
+    if faces is None:
+        regions = cut_regions(vertices, triangles, edges, tolerance)
+    else:
+        given = None if normals is None else normals[kept]
+        regions = face_regions(vertices, triangles, edges, faces[kept], tolerance, given)
+    region = regions.of_triangle
+    surfaces, normals = surface_rows(vertices, triangles, regions)
+
+    region_a = region[edges.triangle_a]
+    region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
+    border = np.flatnonzero(region_a != region_b)
+    chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
+    fitted = _fitted(vertices, chains, tolerance)
+    if np.any(fitted.kind == "polyline"):
+        chains = without_lines(vertices, chains, fitted.kind == "polyline", rounding(vertices))
+        fitted = _fitted(vertices, chains, tolerance)
+    normal_a, normal_b = _side_normals(vertices, triangles, chains, edges, border, normals)
+    arcs, splines = _arcs(vertices, chains, fitted, edges, border, normal_a, normal_b, regions)
+    loops, coedges = _loops(vertices, chains, arcs, surfaces)
+    return Shape(
+        kind="mesh",
+        volume=volume,
+        surfaces=surfaces,
+        surface_splines={},
+        surface_swept={},
+        arcs=arcs,
+        arc_splines=splines,
+        loops=loops,
+        coedges=coedges,
+        pcurves={},
+        basis_arcs={},
+        basis_arc_splines={},
+        basis_surfaces={},
+        basis_surface_splines={},
+        mesh=_mesh(vertices, triangles, region, normals),
+        samples=_samples(vertices, chains, fitted, normal_a, normal_b),
+    )
+
+
+def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:
+    start = np.concatenate([chains.offsets[:-1] + np.arange(chains.count), [len(chains.vertices)]]).astype(np.int64)
+    return fit_arcs(vertices[chains.vertices], start, tolerance)
+
+
+def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> Mesh:
+    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    return Mesh(
+        chord_mm=0.0,
+        chord_rad=0.0,
+        vertices=vertices[triangles.ravel()[first]],
+        normals=normals.reshape(-1, 3)[first].astype(np.float32),
+        triangles=inverse.reshape(-1, 3).astype(np.int32),
+        triangle_surfaces=region.astype(np.int32),
+    )
+
+
+def _arcs(
+    vertices: Floats,
+    chains: Chains,
+    fitted: FittedArcs,
+    edges: Edges,
+    border: Ints,
+    normal_a: Floats,
+    normal_b: Floats,
+    regions: Regions,
+) -> tuple[Table, Table]:
+    """Rows of the chains: lines, circles, ellipses, and polylines where none of them."""
+    n = chains.count
+    if n == 0:
+        return {}, {}
+    points = vertices[chains.vertices]
+    start, last = chains.offsets[:-1] + np.arange(n), chains.offsets[1:] + np.arange(n)
+    begin, end = points[start], points[last]
+    kind = fitted.kind
+
+    halfway = (chains.offsets[:-1] + chains.offsets[1:] - 1) // 2
+    middle, turned = border[chains.edges[halfway]], chains.turned[halfway]
+    region = np.append(regions.of_triangle, -1)
+    surface_a, surface_b = region[edges.triangle_a[middle]], region[edges.triangle_b[middle]]
+    # The angle between the fitted surfaces, halfway; between facets it is that of the facets.
+    place = halfway + np.arange(n)
+    along = points[place + 1] - points[place]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    na, nb = normal_a[halfway].mean(axis=1), normal_b[halfway].mean(axis=1)
+    angle = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
+    loose = (regions.kind[surface_a] == "facets") | (regions.kind[surface_b] == "facets")
+    angle = np.where((surface_b < 0) | loose, edges.angle[middle], angle)
+    convexity = np.select(
+        [surface_b < 0, np.abs(angle) < np.where(loose, FREE_RAD, CONVEXITY_RAD), angle > 0],
+        ["free", "smooth", "convex"],
+        "concave",
+    )
+    arcs: Table = {
+        "kind": kind,
+        "recognised_kind": kind,
+        **vector_columns("origin", fitted.origin),
+        **vector_columns("axis_x", fitted.axis_x),
+        **vector_columns("axis_z", fitted.axis_z),
+        "radius": fitted.radius,
+        "radius2": fitted.radius2,
+        "t0": fitted.parameter[start],
+        "t1": fitted.parameter[last],
+        **{f"start_{c}": begin[:, i] for i, c in enumerate("xyz")},
+        **{f"end_{c}": end[:, i] for i, c in enumerate("xyz")},
+        "provenance": ["fitted"] * n,
+        "residual": fitted.residual,
+        "surface_a": np.where(turned, surface_b, surface_a),
+        "surface_b": np.where(turned, surface_a, surface_b),
+        "convexity": convexity,
+        "angle": angle,
+    }
+    free = np.flatnonzero(kind == "polyline")
+    knots, poles = [], []
+    for i in free.tolist():
+        a, b = int(start[i]), int(last[i]) + 1
+        knots.append(fitted.parameter[a:b])
+        poles.append(points[a:b])
+    splines: Table = {
+        "arc_no": free,
+        "degree": np.ones(len(free), np.int64),
+        "periodic": np.zeros(len(free), bool),
+        "rational": np.zeros(len(free), bool),
+        "knots": Ragged.pack(knots),
+        "multiplicities": Ragged.pack([np.r_[2, np.ones(len(k) - 2), 2] for k in knots], np.int32),
+        "poles": Ragged.pack(poles),
+        "weights": Ragged.pack([None] * len(free)),
+    }
+    length = fitted.parameter[last]
+    low, high = np.minimum.reduceat(points, start), np.maximum.reduceat(points, start)
+    known = np.flatnonzero(kind != "polyline")
+    curves = Curves({name: np.asarray(column)[known] for name, column in arcs.items()}, {})
+    length[known] = curves.lengths()
+    box = np.concatenate([low, high], axis=1)
+    box[known] = curves.boxes()
+    arcs |= {"length": length, **box_columns(box)}
+    return arcs, splines if len(free) else {}
+
+
+def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
+    """Loops and coedges of the regions; the outer loop of a region is the one that encloses most."""
+    n = chains.count
+    if n == 0:
+        return {}, {}
+    begin = chains.vertices[chains.offsets[:-1] + np.arange(n)]
+    end = chains.vertices[chains.offsets[1:] + np.arange(n)]
+    a, b = np.asarray(arcs["surface_a"], np.int64), np.asarray(arcs["surface_b"], np.int64)
+    two = np.flatnonzero(b >= 0)
+    arc = np.concatenate([np.arange(n), two])
+    surface = np.concatenate([a, b[two]])
+    backward = np.concatenate([np.zeros(n, bool), np.ones(len(two), bool)])
+    tail, head = np.where(backward, end[arc], begin[arc]), np.where(backward, begin[arc], end[arc])
+    # Coedges of one surface that share a vertex are of one loop.
+    node = np.unique(np.concatenate([surface * np.int64(len(vertices)) + v for v in (tail, head)]), return_inverse=True)
+    ends = node[1].ravel().reshape(2, -1)
+    loop = components(len(node[0]), ends[0], ends[1])[ends[0]]
+
+    size = _enclosed(vertices, chains, arc, surface, backward, loop, surfaces)
+    _, first = np.unique(loop, return_index=True)
+    order = np.lexsort((first, -size[loop[first]], surface[first]))
+    rank = np.empty(len(first), np.int64)
+    rank[loop[first[order]]] = np.arange(len(first))
+    owner = surface[first[order]]
+    loop_no = np.arange(len(owner)) - np.searchsorted(owner, owner)
+    sequence = _follow(rank[loop], ends[0], ends[1])
+    position = rank[loop][sequence]
+    coedge_no = np.arange(len(sequence)) - np.searchsorted(position, position)
+    loops: Table = {"surface_no": owner, "loop_no": loop_no, "outer_loop": loop_no == 0}
+    coedges: Table = {
+        "surface_no": surface[sequence],
+        "loop_no": loop_no[position],
+        "coedge_no": coedge_no,
+        "arc_no": arc[sequence],
+        "reversed": backward[sequence],
+    }
+    return loops, coedges
+
+
+def _enclosed(
+    vertices: Floats, chains: Chains, arc: Ints, surface: Ints, backward: Bools, loop: Ints, surfaces: Table
+) -> Floats:
+    """Twice the area that each loop encloses, seen along its surface's normal; of facets, its length."""
+    n = chains.count
+    points = vertices[chains.vertices]
+    which = np.repeat(np.arange(n), np.diff(chains.offsets) + 1)
+    inside = which[1:] == which[:-1]
+    cross = np.cross(points[:-1], points[1:])[inside]
+    swept = np.stack([np.add.reduceat(cross[:, i], chains.offsets[:-1]) for i in range(3)], axis=1)[arc]
+    normal = np.stack([np.asarray(surfaces[f"axis_z_{c}"], float) for c in "xyz"], axis=1)[surface]
+    flat = np.sum(swept * normal, axis=1) * np.where(backward, -1, 1)
+    length = np.add.reduceat(np.linalg.norm(np.diff(points, axis=0), axis=1)[inside], chains.offsets[:-1])[arc]
+    size = np.bincount(loop, np.where(np.isnan(flat), length, flat))
+    return np.asarray(np.abs(size))
+
+
+def _follow(loop: Ints, tail: Ints, head: Ints) -> Ints:
+    """Coedges loop by loop, each followed by one that begins where it ends, if any is left."""
+    order = np.argsort(loop, kind="stable")
+    leaving: dict[int, list[int]] = {}
+    for i in order[::-1].tolist():
+        leaving.setdefault(int(tail[i]), []).append(i)
+    done = np.zeros(len(loop), bool)
+    out: list[int] = []
+    current = -1
+    for i in order.tolist():
+        while not done[i]:
+            choices = leaving.get(int(head[current]), []) if current >= 0 and loop[current] == loop[i] else []
+            while choices and done[choices[-1]]:
+                choices.pop()
+            current = choices.pop() if choices else i
+            done[current] = True
+            out.append(current)
+    return np.array(out, dtype=np.int64)
+
+
+def _side_normals(
+    vertices: Floats, triangles: Ints, chains: Chains, edges: Edges, border: Ints, normals: Floats
+) -> tuple[Floats, Floats]:
+    """Normals of the surfaces to the left and to the right of each edge of the chains at its two ends (n, 2, 3)."""
+    which = np.repeat(np.arange(chains.count), np.diff(chains.offsets))
+    first = np.arange(len(which)) + which
+    ends = np.stack([chains.vertices[first], chains.vertices[first + 1]], axis=1)
+    source = border[chains.edges]
+    out = []
+    for turned in (chains.turned, ~chains.turned):
+        triangle = np.where(turned, edges.triangle_b[source], edges.triangle_a[source])
+        corner = np.argmax(triangles[triangle][:, None, :] == ends[:, :, None], axis=2)
+        out.append(np.where((triangle >= 0)[:, None, None], normals[triangle[:, None], corner], np.nan))
+    left, right = out
+    return np.where(np.isnan(left), right, left), np.where(np.isnan(right), left, right)
+
+
+def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Floats, normal_b: Floats) -> ArcSamples:
+    """Points along the chains, a millimetre or, on a small part, less apart, with the normals on both sides."""
+    n = chains.count
+    points = vertices[chains.vertices]
+    which = np.repeat(np.arange(n), np.diff(chains.offsets))
+    first = np.arange(len(which)) + which
+    vector = points[first + 1] - points[first]
+    step = np.linalg.norm(vector, axis=1)
+    length = np.add.reduceat(step, chains.offsets[:-1]) if n else np.empty(0)
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    spacing = max(min(SAMPLE_MM, diagonal / 100), float(length.sum()) / _MOST_SAMPLES)
+    count = np.maximum(np.ceil(length / spacing).astype(np.int64), 1) + 1
+    offsets = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
+    chain = np.repeat(np.arange(n), count)
+    t = (np.arange(len(chain)) - offsets[chain]) / (count[chain] - 1) * length[chain]
+    place = np.concatenate([[0.0], np.cumsum(step)])
+    base = place[chains.offsets[:-1]][chain]
+    edge = np.searchsorted(place, base + t, side="right") - 1
+    edge = np.clip(edge, chains.offsets[:-1][chain], chains.offsets[1:][chain] - 1)
+    share = ((base + t - place[edge]) / step[edge])[:, None]
+    at = points[first[edge]] + share * vector[edge]
+    tangent = vector[edge] / step[edge, None]
+    parameter = fitted.parameter[first[edge]]
+    parameter = parameter + share[:, 0] * (fitted.parameter[first[edge] + 1] - parameter)
+    known = np.flatnonzero(np.isin(fitted.kind, ("circle", "ellipse"))[chain])
+    if len(known):
+        columns = {"kind": fitted.kind, "radius": fitted.radius, "radius2": fitted.radius2}
+        columns |= vector_columns("origin", fitted.origin) | vector_columns("axis_x", fitted.axis_x)
+        columns |= vector_columns("axis_z", fitted.axis_z) | {"t0": fitted.radius, "t1": fitted.radius}
+        at[known], by = Curves(columns, {}).evaluate(chain[known], parameter[known])
+        tangent[known] = by / np.linalg.norm(by, axis=1, keepdims=True)
+    sides = [(1 - share) * side[edge, 0] + share * side[edge, 1] for side in (normal_a, normal_b)]
+    sides = [side / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300) for side in sides]
+    packed = 3 * offsets
+    return ArcSamples(
+        arc_no=np.arange(n),
+        parameters=Ragged(parameter, offsets),
+        points=Ragged(at.ravel(), packed),
+        tangents=Ragged(tangent.astype(np.float32).ravel(), packed),
+        normals_a=Ragged(sides[0].astype(np.float32).ravel(), packed),
+        normals_b=Ragged(sides[1].astype(np.float32).ravel(), packed),
+    )

@@ -1,0 +1,410 @@
+"""The product structure of a STEP file: assemblies, parts, names, colours, layers, materials, and what is shared.
+
+Runs in the child process of `kernel.py` alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OCP
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.collections import (
+    IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap,
+)
+from OCP.collections import Sequence_TCollection_AsciiString, Sequence_TDF_Label
+from OCP.gp import gp_Pnt, gp_Trsf
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDF import TDF_Label
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_ShapeEnum as Type
+from OCP.TopLoc import TopLoc_Location
+from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
+
+from relmodel.model.model import Assembly, Attribute, Instance, LoadedModel, Part, Shape
+from relmodel.readers.step import drawn as step_drawn
+from relmodel.readers.step import geometry as step_geometry
+from relmodel.readers.step import maps
+from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step import supplemental as step_supplemental
+from relmodel.readers.step import tessellated as step_tessellated
+from relmodel.readers.step import text as step_text
+from relmodel.readers.step.labels import attributes_of, colour_of, entry, material_of, name_of
+from relmodel.readers.step.part21_instances import Instances, references
+from relmodel.readers.step.part21_units import unit as unit_of
+
+LOADER_VERSION = f"step-6 ocp-{OCP.__version__}"
+
+# Names of length units as the kernel gives them (of SI units in full, of conversion-based ones as in the file).
+UNITS_MM = {
+    "millimetre": 1.0,
+    "metre": 1000.0,
+    "centimetre": 10.0,
+    "decimetre": 100.0,
+    "kilometre": 1e6,
+    "micrometre": 1e-3,
+    "nanometre": 1e-6,
+    "inch": 25.4,
+    "foot": 304.8,
+    "yard": 914.4,
+    "mil": 0.0254,
+    "microinch": 2.54e-5,
+}
+_ABBREVIATIONS = {
+    "mm": "millimetre",
+    "millimeter": "millimetre",
+    "m": "metre",
+    "meter": "metre",
+    "cm": "centimetre",
+    "centimeter": "centimetre",
+    "in": "inch",
+    "inches": "inch",
+    "ft": "foot",
+    "feet": "foot",
+}
+
+
+class UnreadableError(Exception):
+    """The kernel will not have the file."""
+
+
+class UnknownUnitError(Exception):
+    """Nobody can tell how long the file's unit of length is; the message is its name."""
+
+
+def read(source: str) -> LoadedModel:
+    """Read a STEP file; lengths become mm.  `faces_in_file` and `schema_name` are left to who reads the text."""
+    document = TDocStd_Document(TCollection_ExtendedString("step"))
+    reader = STEPCAFControl_Reader()
+    for mode in (reader.SetColorMode, reader.SetNameMode, reader.SetLayerMode, reader.SetMatMode, reader.SetPropsMode):
+        mode(True)
+    if reader.ReadFile(source) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise UnreadableError("the CAD kernel finds errors in it")
+    if not reader.Transfer(document):
+        raise UnreadableError("the CAD kernel finds no shape in it")
+    walk = _Walk(document)
+    root = walk.root()
+    shapes = walk.shapes()
+    instances = Instances(Path(source).read_bytes())
+    unit, unit_mm = _unit(reader, instances)
+    step_text.attach(shapes, walk.parts, instances, reader, walk.places)
+    step_drawn.attach(shapes, walk.parts, walk.assemblies[root], instances, unit_mm)
+    return LoadedModel(
+        format="STEP",
+        schema_name=None,
+        unit=unit,
+        unit_mm=unit_mm,
+        shapes=shapes,
+        parts=walk.parts,
+        assemblies=walk.assemblies,
+        root=root,
+        faces_in_file=None,
+        faces_loaded=walk.faces.Extent(),
+        loader_version=LOADER_VERSION,
+    )
+
+
+def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
+    """Name of the file's unit of length and what it is in mm, by its name or by what the text says it is."""
+    lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
+    reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
+    names = [name.ToCString().strip().lower() for name in lengths]
+    name = _ABBREVIATIONS.get(names[0], names[0]) if names else ""
+    if name in UNITS_MM:
+        return name, UNITS_MM[name]
+    for context in instances.of("GLOBAL_UNIT_ASSIGNED_CONTEXT"):
+        for pointed in references(instances.parameters(context, "GLOBAL_UNIT_ASSIGNED_CONTEXT")):
+            stated = unit_of(instances, pointed) if "LENGTH_UNIT" in instances[pointed] else None
+            if stated is not None and stated.dimension == {"length": 1.0}:
+                return name or stated.symbol, stated.factor * 1e3
+    raise UnknownUnitError(name)
+
+
+@dataclass
+class _Child:
+    """A part or assembly, and the transform that its own location adds."""
+
+    kind: Any
+    index: int
+    located: np.ndarray[Any, Any]
+    beside: tuple[_Child, ...] = ()  # supplemental parts that go wherever it goes
+
+
+@dataclass
+class _Walk:
+    """Walks the labels of a document; every product becomes one part or assembly, however often it is used."""
+
+    document: Any
+    parts: list[Part] = field(default_factory=list)
+    assemblies: list[Assembly] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        main = self.document.Main()
+        self._tool = XCAFDoc_DocumentTool.ShapeTool_s(main)
+        self._layers = XCAFDoc_DocumentTool.LayerTool_s(main)
+        self.faces = ShapeMap()  # every distinct face that came through, wherever it is placed
+        self._places: dict[int, list[tuple[int, int]]] = {}  # by ordinal in it: part and surface_no
+        self._bodies: list[step_shape.Body | Shape] = []  # the former to be extracted
+        self._solids = ShapeMap()  # distinct shapes in a place of their own
+        self._shape_of: dict[tuple[int, float], tuple[int, list[int]]] = {}  # shape; face of each surface
+        self._done: dict[tuple[str, float], _Child | None] = {}
+
+    def shapes(self) -> list[Shape]:
+        """The shapes that parts refer to; those of the kernel are extracted together."""
+        made = iter(step_shape.extract_all([one for one in self._bodies if isinstance(one, step_shape.Body)]))
+        return [one if isinstance(one, Shape) else next(made) for one in self._bodies]
+
+    def root(self) -> int:
+        """Walk from the free shapes; the index of the assembly that holds them all."""
+        free = Sequence_TDF_Label()
+        self._tool.GetFreeShapes(free)
+        children = [(label, self._product(label, 1.0)) for label in free]
+        there = [(label, child) for label, child in children if child is not None]
+        if not self.faces.Extent():
+            raise UnreadableError("the CAD kernel finds no face in it")
+        if len(there) == 1 and there[0][1].kind == "assembly" and np.array_equal(there[0][1].located, np.eye(4)):
+            return there[0][1].index
+        instances = [
+            one
+            for label, child in there
+            for one in self._instances(name_of(label) or "", child, np.eye(4), colour_of(label))
+        ]
+        name = instances[0].name if len(there) == 1 else "root"
+        self.assemblies.append(Assembly(name, instances))
+        return len(self.assemblies) - 1
+
+    def _product(self, label: Any, scale: float) -> _Child | None:
+        """The product of a label, scaled by a factor (negative: mirrored); None where nothing of it has a face."""
+        key = (entry(label), scale)
+        if key not in self._done:
+            assembly = XCAFDoc_ShapeTool.IsAssembly_s(label)
+            self._done[key] = self._assembly(label, scale) if assembly else self._part(label, scale)
+        return self._done[key]
+
+    def _assembly(self, label: Any, scale: float) -> _Child | None:
+        instances: list[Instance] = []
+        wrapper = True
+        for component, referred, trsf, split in _components(label):
+            placed, factor = _rigid(trsf)
+            child = self._product(referred, scale * factor)
+            if child is None:
+                continue
+            placed[:3, 3] *= scale
+            wrapper &= split
+            name = "" if split else name_of(component) or ""
+            instances += self._instances(name, child, placed, colour_of(component))
+        if not instances:
+            return None
+        name = name_of(label) or "assembly"
+        if wrapper and all(one.kind == "part" for one in instances):
+            bodies, beside = self._main(instances)
+            if len(bodies) == 1:
+                name = name_of(label) or self.parts[bodies[0].child].name
+            for i, one in enumerate(beside):
+                self._mark_supplemental(one, f"{name} supplemental {i + 1}")
+            if len(bodies) == 1:
+                return self._collapsed(label, name, bodies[0], beside)
+        self.assemblies.append(Assembly(name, instances, attributes_of(label)))
+        return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
+
+    def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
+        """What a product is made of, and what is supplemental: sheets beside solids, wires beside either."""
+        rank = [self._rank(self._bodies[self.parts[one.child].shape]) for one in instances]
+        bodies = [one for one, its in zip(instances, rank, strict=True) if its == min(rank)]
+        return bodies, [one for one in instances if not any(one is body for body in bodies)]
+
+    @staticmethod
+    def _rank(body: step_shape.Body | Shape) -> int:
+        """0: encloses a volume, 1: sheet, 2: wire."""
+        if isinstance(body, Shape):
+            return 2 if body.kind == "wire" else int(body.volume is None)
+        return int(not body.solid)
+
+    def _collapsed(self, label: Any, name: str, body: Instance, beside: list[Instance]) -> _Child:
+        """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
+        part = self.parts[body.child]
+        part.number = part.name = name
+        part.material = part.material or material_of(label)
+        part.colour = colour_of(label) or body.colour or part.colour
+        own = {name for name, *_ in part.attributes}
+        part.attributes += [one for one in attributes_of(label) if one[0] not in own]
+        others = tuple(_Child("part", one.child, one.parent_from_child) for one in beside)
+        return _Child("part", body.child, body.parent_from_child, others)
+
+    def _mark_supplemental(self, instance: Instance, name: str) -> None:
+        part = self.parts[instance.child]
+        part.number = part.name = instance.name = name
+        part.supplemental = True
+
+    def _instances(self, name: str, child: _Child, placed: Any, colour: str | None) -> list[Instance]:
+        """Instance of a child, named after it where `name` is empty, and of what goes with it."""
+        named: Any = self.parts[child.index] if child.kind == "part" else self.assemblies[child.index]
+        first = Instance(name or named.name, child.kind, child.index, placed @ child.located, colour)
+        return [first, *(one for other in child.beside for one in self._instances("", other, placed, None))]
+
+    def _part(self, label: Any, scale: float) -> _Child | None:
+        shape = XCAFDoc_ShapeTool.GetShape_s(label)
+        if shape.IsNull():
+            return None
+        located, factor = _rigid(shape.Location().Transformation())
+        located[:3, 3] *= scale
+        shape = shape.Located(TopLoc_Location())
+        scale *= factor
+        name = name_of(label) or f"part {len(self.parts) + 1}"
+        body, sheet = step_supplemental.without_loose_faces(shape)
+        child = self._body(label, body, scale, name, located)
+        beside = []
+        if sheet is not None:
+            beside.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
+            self.parts[-1].supplemental, self.parts[-1].material = True, None  # that is the body's
+        wire = self._wire(shape, scale, f"{name} supplemental", located)
+        if wire is not None:
+            beside.append(wire)
+        return wire if child is None else replace(child, beside=tuple(beside))
+
+    def _body(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
+        """The part of a product; where it has several solids an assembly of them, as the kernel makes of others."""
+        if not maps.face_map(shape).Extent():
+            return None
+        solids = maps.solids(shape)
+        attributes = attributes_of(label)
+        if len(solids) < 2:
+            child = self._faced(label, shape, scale, name, located)
+            self.parts[child.index].attributes = attributes
+            return child
+        assembly = Assembly(name, [], attributes)
+        for i, solid in enumerate(solids):
+            one = self._faced(label, solid, scale, f"{name} {i + 1}", np.eye(4))
+            assembly.instances.append(Instance(f"{name} {i + 1}", "part", one.index, np.eye(4)))
+        self.assemblies.append(assembly)
+        return _Child("assembly", len(self.assemblies) - 1, located)
+
+    def _faced(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child:
+        """The part of a label's shape, or of a piece of it, that has faces; without attributes."""
+        faces = maps.face_map(shape)
+        key = (self._solids.Add(shape), scale)
+        if key not in self._shape_of:
+            marks = self._marks(label, faces)
+            body: step_shape.Body | Shape = step_shape.Body(_scaled(shape, scale), *marks)
+            face_of = list(range(faces.Extent()))
+            if step_tessellated.is_tessellated(faces):
+                body, face_of = step_tessellated.extract(_scaled(shape, scale), *marks)
+            self._bodies.append(body)
+            self._shape_of[key] = len(self._bodies) - 1, face_of
+        shape_no, face_of = self._shape_of[key]
+        self.parts.append(Part(name, name, shape_no, material_of(label), colour_of(label)))
+        for surface_no, face in enumerate(face_of):
+            at = self.faces.Add(faces.FindKey(face + 1).Located(TopLoc_Location()))
+            self._places.setdefault(at, []).append((len(self.parts) - 1, surface_no))
+        return _Child("part", len(self.parts) - 1, located)
+
+    def _wire(self, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
+        """Supplemental part of the edges of a shape that bound no face; None where there is none."""
+        edges = step_supplemental.loose_edges(shape)
+        wire = step_supplemental.extract_edges(_scaled(shape, scale)) if edges else None
+        if wire is None:
+            return None
+        self._bodies.append(wire)
+        layers = sorted({layer for layer, drawn in self._drawn if any(drawn.Contains(edge) for edge in edges)})
+        attributes: list[Attribute] = [("layer", ", ".join(layers), None)] if layers else []
+        self.parts.append(Part(name, name, len(self._bodies) - 1, None, None, attributes, supplemental=True))
+        return _Child("part", len(self.parts) - 1, located)
+
+    @cached_property
+    def _drawn(self) -> list[tuple[str, Any]]:
+        """Layers, and the shapes on each; edges may be on one without being pieces of a product."""
+        out = []
+        layers = Sequence_TDF_Label()
+        self._layers.GetLayerLabels(layers)
+        for layer in layers:
+            name, on_it, shapes = TCollection_ExtendedString(), Sequence_TDF_Label(), ShapeMap()
+            self._layers.GetLayer(layer, name)
+            XCAFDoc_LayerTool.GetShapesOfLayer_s(layer, on_it)
+            for label in on_it:
+                shapes.Add(XCAFDoc_ShapeTool.GetShape_s(label).Located(TopLoc_Location()))
+            out.append((str(name.ToExtString()), shapes))
+        return out
+
+    def places(self, face: Any) -> list[tuple[int, int]]:
+        """Part and surface_no of a face of the kernel, of each product that has it."""
+        return self._places.get(self.faces.FindIndex(face.Located(TopLoc_Location())), [])
+
+    def _marks(self, label: Any, faces: Any) -> tuple[dict[int, str], dict[int, str], dict[int, str]]:
+        """Names, colours and layers of faces, by ordinal; what a body or shell bears, its faces inherit."""
+        names: dict[int, str] = {}
+        colours: dict[int, str] = {}
+        layers: dict[int, str] = {}
+        marked = Sequence_TDF_Label()
+        XCAFDoc_ShapeTool.GetSubShapes_s(label, marked)
+        subs = [(XCAFDoc_ShapeTool.GetShape_s(one), one) for one in marked]
+        whole = self._layer(label)
+        if whole:
+            layers = dict.fromkeys(range(1, faces.Extent() + 1), whole)
+        # From the whole to its pieces, so that a face's own mark is written last.
+        for shape, one in sorted(subs, key=lambda pair: int(pair[0].ShapeType().value)):
+            if shape.ShapeType().value > Type.TopAbs_FACE.value:
+                continue
+            own = maps.face_map(shape)
+            ordinals = [o for i in range(1, own.Extent() + 1) if (o := faces.FindIndex(own.FindKey(i)))]
+            if shape.ShapeType() == Type.TopAbs_FACE and (name := name_of(one)):
+                names.update(dict.fromkeys(ordinals, name))
+            if colour := colour_of(one):
+                colours.update(dict.fromkeys(ordinals, colour))
+            if layer := self._layer(one):
+                layers.update(dict.fromkeys(ordinals, layer))
+        return names, colours, layers
+
+    def _layer(self, label: Any) -> str | None:
+        names = self._layers.GetLayers(label)  # false in itself, whatever it holds
+        if names is None:
+            return None
+        return ", ".join(names.Value(i).ToExtString() for i in range(1, names.Length() + 1)) or None
+
+
+def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:
+    """Components of an assembly: label, label referred to, transform, and whether the kernel made it.
+
+    The kernel splits a product with several bodies into nameless components at identity (usages of a product have
+    names of their own), and groups of such components are gone through.
+    """
+    components = Sequence_TDF_Label()
+    XCAFDoc_ShapeTool.GetComponents_s(label, components, False)
+    for component in components:
+        referred = TDF_Label()
+        if not XCAFDoc_ShapeTool.GetReferredShape_s(component, referred):
+            continue
+        trsf = XCAFDoc_ShapeTool.GetLocation_s(component).Transformation()
+        identity = np.allclose(step_geometry.matrix(trsf), np.eye(4), rtol=0, atol=1e-12)
+        split = identity and (name_of(component) or "=>[").startswith("=>[")
+        if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not name_of(referred):
+            yield from _components(referred)
+        else:
+            yield component, referred, trsf, split
+
+
+def _rigid(trsf: Any) -> tuple[np.ndarray[Any, Any], float]:
+    """A transform of the kernel as a rigid 4x4 after a scaling about the origin (negative: mirrored)."""
+    out = step_geometry.matrix(trsf)
+    factor = float(np.cbrt(np.linalg.det(out[:3, :3])))
+    if abs(factor - 1) < 1e-9:
+        return out, 1.0
+    out[:3, :3] /= factor
+    return out, round(factor, 12)
+
+
+def _scaled(shape: Any, factor: float) -> Any:
+    if factor == 1.0:
+        return shape
+    trsf = gp_Trsf()
+    if factor < 0:
+        trsf.SetMirror(gp_Pnt(0, 0, 0))
+    scaling = gp_Trsf()
+    scaling.SetScale(gp_Pnt(0, 0, 0), abs(factor))
+    return BRepBuilderAPI_Transform(shape, scaling.Multiplied(trsf), True).Shape()

@@ -1,0 +1,49 @@
+"""The order in which the faces and edges of a shape of the CAD kernel are numbered."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Tool
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.TopAbs import TopAbs_ShapeEnum as Type
+from OCP.TopExp import TopExp, TopExp_Explorer
+from OCP.TopoDS import TopoDS
+
+from relmodel.readers.step.boundary import NO_TURN
+
+
+def face_map(shape: Any) -> Any:
+    """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
+
+    A face that lost its boundary to damage has no extent, and is none; one of triangles alone has none by nature.
+    """
+    every, keys = ShapeMap(), ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
+    for i in range(1, every.Extent() + 1):
+        face = every.FindKey(i)
+        if TopExp_Explorer(face, Type.TopAbs_EDGE).More() or BRep_Tool.Surface_s(TopoDS.Face(face)) is None:
+            keys.Add(face)
+    return keys
+
+
+def solids(shape: Any) -> list[Any]:
+    """Solids that all faces of a shape belong to, in the kernel's order; none where there are others."""
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, Type.TopAbs_SOLID, keys)
+    found = [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
+    count = sum(face_map(solid).Extent() for solid in found)
+    return found if count == face_map(shape).Extent() else []
+
+
+def edge_map(faces: Any) -> Any:
+    """Edges of the faces of a `face_map`, without those of no turn about a pole or apex, as `Boundary` has them."""
+    every, keys = ShapeMap(), ShapeMap()
+    for i in range(1, faces.Extent() + 1):
+        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
+    for i in range(1, every.Extent() + 1):
+        edge = TopoDS.Edge(every.FindKey(i))
+        if not (BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN):
+            keys.Add(edge)
+    return keys

@@ -1,0 +1,124 @@
+"""What a product has beside its bodies: loose faces, and loose edges, such as construction lines and annotations.
+
+Runs in the child process of `kernel.py` alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepLib import BRepLib
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.TopAbs import TopAbs_ShapeEnum as Type
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS, TopoDS_Compound
+
+from relmodel.columns import Ragged
+from relmodel.geometry.curves import box_columns, vector_columns
+from relmodel.model import measures as brep
+from relmodel.model.model import ArcSamples, Mesh, Shape, Table
+from relmodel.readers.step import geometry as step_geometry
+from relmodel.readers.step import maps
+
+
+def without_loose_faces(shape: Any) -> tuple[Any, Any]:
+    """The solids of a shape, and its faces that bound none of them; the shape and None where it has but one sort."""
+    solids = _sub_shapes(shape, Type.TopAbs_SOLID)
+    bounding = ShapeMap()
+    for solid in solids:
+        TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
+    faces = maps.face_map(shape)
+    loose = [faces.FindKey(i) for i in range(1, faces.Extent() + 1) if not bounding.Contains(faces.FindKey(i))]
+    return (_compound(solids), _compound(loose)) if solids and loose else (shape, None)
+
+
+def _sub_shapes(shape: Any, kind: Any) -> list[Any]:
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, kind, keys)
+    return [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
+
+
+def _compound(shapes: list[Any]) -> Any:
+    builder, compound = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(compound)
+    for shape in shapes:
+        builder.Add(compound, shape)
+    return compound
+
+
+def loose_edges(shape: Any) -> list[Any]:
+    """Edges of a shape that bound no face."""
+    bounding, faces = ShapeMap(), maps.face_map(shape)
+    for i in range(1, faces.Extent() + 1):
+        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, bounding)
+    return [edge for edge in _sub_shapes(shape, Type.TopAbs_EDGE) if not bounding.Contains(edge)]
+
+
+def extract_edges(shape: Any) -> Shape | None:
+    """A shape of the loose edges of another, with arcs and nothing else; None where there are none."""
+    BRepLib.BuildCurves3d_s(shape)
+    basis = step_geometry.CurveRows()
+    rows = step_geometry.CurveRows(basis)
+    for one in loose_edges(shape):
+        edge = TopoDS.Edge(one)
+        if not BRep_Tool.Degenerated_s(edge) and (curve := BRep_Tool.Curve_s(edge, 0.0, 0.0)) is not None:
+            t0, t1 = BRep_Tool.Range_s(edge)
+            rows.add(curve, t0, t1, shape=edge)
+    arcs = rows.columns()
+    count = len(arcs["kind"])
+    if count == 0:
+        return None
+    arcs |= brep.arc_measures(rows.curves) | {
+        "surface_a": np.full(count, -1),
+        "surface_b": np.full(count, -1),
+        "convexity": ["free"] * count,
+        "angle": np.full(count, np.nan),
+    }
+    out = wire(arcs, rows.splines)
+    out.basis_arcs = basis.columns() | brep.arc_measures(basis.curves)
+    out.basis_arc_splines = basis.splines
+    out.arc_offsets, out.basis_arc_offsets = rows.offsets, basis.offsets
+    return out
+
+
+def wire(arcs: Table, splines: Table) -> Shape:
+    """A shape of arcs and nothing else."""
+    return Shape(
+        kind="wire",
+        volume=None,
+        surfaces=_no_surfaces(),
+        surface_splines={},
+        surface_swept={},
+        arcs=arcs,
+        arc_splines=splines,
+        loops={},
+        coedges={},
+        pcurves={},
+        basis_arcs={},
+        basis_arc_splines={},
+        basis_surfaces={},
+        basis_surface_splines={},
+        mesh=_no_mesh(),
+        samples=_no_samples(),
+    )
+
+
+def _no_surfaces() -> Table:
+    measures = {"area": np.empty(0), **vector_columns("centroid", np.empty((0, 3))), **box_columns(np.empty((0, 6)))}
+    return (
+        step_geometry.SurfaceRows(step_geometry.CurveRows()).columns()
+        | measures
+        | {"name": [], "colour": [], "layer": []}
+    )
+
+
+def _no_mesh() -> Mesh:
+    triangles = np.empty((0, 3), np.int32)
+    return Mesh(0.0, 0.0, np.empty((0, 3)), np.empty((0, 3), np.float32), triangles, triangles[:, 0])
+
+
+def _no_samples() -> ArcSamples:
+    """No samples: nobody looks for the arcs in a picture."""
+    return ArcSamples(np.empty(0, np.int64), *(Ragged.pack([]) for _ in range(5)))

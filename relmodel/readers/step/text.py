@@ -1,0 +1,130 @@
+"""What only the text of a STEP file says of its parts: PMI with the faces it is of, and properties with raw units.
+
+Runs in the child process of `kernel.py` alone.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from relmodel.model.model import Attribute, Part, Shape
+from relmodel.readers.step.part21_instances import Instances, references, two
+from relmodel.readers.step.part21_units import Measure, measure
+from relmodel.readers.step.pmi import FACES, product_of, read_pmi
+
+_DENSITY = {"mass": 1.0, "length": -3.0}
+_MATERIAL_PROPERTY = "material property"
+
+Places = Callable[[Any], list[tuple[int, int]]]  # a face of the kernel -> part and surface_no of each that has it
+
+
+def attach(shapes: list[Shape], parts: list[Part], instances: Instances, reader: Any, places: Places) -> None:
+    """Append the PMI and the material properties of a file to its parts, and to its surfaces the names of faces."""
+    found = _Faces(parts, instances, reader, places)
+    for face, name in _face_names(instances):
+        for part, surface_no in found.places(face):
+            shapes[parts[part].shape].surfaces["name"][surface_no] = name
+    for stated in read_pmi(instances):
+        surfaces: dict[int, list[tuple[int, str]]] = {}
+        for face, role in stated.faces:
+            for part, surface_no in found.places(face):
+                surfaces.setdefault(part, []).append((surface_no, role))
+        whole = found.parts_of(stated.product) if stated.product is not None and not surfaces else []
+        for part in [*surfaces, *whole]:
+            parts[part].pmi.append(replace(stated.pmi, surfaces=tuple(surfaces.get(part, ()))))
+    for product, attributes in _properties(instances):
+        for part in found.parts_of(product):
+            parts[part].attributes += attributes
+
+
+class _Faces:
+    """Faces of the text among the parts: the kernel numbers what it reads in the order of the file."""
+
+    def __init__(self, parts: list[Part], instances: Instances, reader: Any, places: Places) -> None:
+        self._parts, self._instances = parts, instances
+        self._reader = reader.Reader()
+        self._places = places
+        self._same = self._reader.Model().NbEntities() == len(instances)
+        self._representations: dict[int, list[int]] = {}
+        self._related: dict[int, list[int]] = {}
+        for number in instances.of("SHAPE_DEFINITION_REPRESENTATION"):
+            shape, shown = two(instances.parameters(number, "SHAPE_DEFINITION_REPRESENTATION"))
+            product = product_of(instances, shape)
+            if product is not None and shown is not None:
+                self._representations.setdefault(product, []).append(shown)
+        for number in instances.of("SHAPE_REPRESENTATION_RELATIONSHIP"):
+            record = instances[number]
+            if "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION" not in record:
+                ends = list(references(list(record.values())))
+                for one, other in (ends, ends[::-1]) if len(ends) == 2 else ():
+                    self._related.setdefault(one, []).append(other)
+
+    def places(self, face: int) -> list[tuple[int, int]]:
+        """Part and surface_no of a face by its number; none where the kernel did not bring it through."""
+        before = self._reader.NbShapes()
+        # What was transferred already is handed out, not made again.
+        ordinal = self._instances.ordinal(face) if self._same else None
+        if ordinal is None or not self._reader.TransferOne(ordinal + 1):
+            return []
+        return [
+            place
+            for i in range(before + 1, self._reader.NbShapes() + 1)
+            for place in self._places(self._reader.Shape(i))
+        ]
+
+    def parts_of(self, product: int) -> list[int]:
+        """Parts that have a face of a product, those of its components and supplemental ones left out."""
+        waiting = list(self._representations.get(product, ()))
+        seen = set(waiting)
+        while waiting:
+            number = waiting.pop()
+            record = self._instances[number]
+            if any(name in record for name in FACES):
+                parts = [part for part, _ in self.places(number) if not self._parts[part].supplemental]
+                if parts:
+                    return parts
+            if "MAPPED_ITEM" in record:
+                continue
+            fresh = [n for n in (*references(list(record.values())), *self._related.get(number, ())) if n not in seen]
+            seen.update(fresh)
+            waiting += fresh
+        return []
+
+
+def _face_names(instances: Instances) -> list[tuple[int, str]]:
+    """Names of faces; what most of them are called, such as NONE or the body's name, is none."""
+    faces = [(face, next(iter(instances[face].values()))) for face in instances.of(*FACES)]
+    named = [
+        (face, parameters[0].strip()) for face, parameters in faces if parameters and isinstance(parameters[0], str)
+    ]
+    often = Counter(name for _, name in named)
+    return [(face, name) for face, name in named if name and often[name] <= max(1, len(named) // 2)]
+
+
+def _properties(instances: Instances) -> Iterator[tuple[int, list[Attribute]]]:
+    """Material properties by product: as stated, with the unit of the file, and densities in kg/m3 too."""
+    for number in instances.of("PROPERTY_DEFINITION_REPRESENTATION"):
+        stated, shown = two(instances.parameters(number, "PROPERTY_DEFINITION_REPRESENTATION"))
+        definition = instances.parameters(stated, "PROPERTY_DEFINITION") if stated is not None else []
+        if shown is None or len(definition) < 3 or str(definition[0]).lower() != _MATERIAL_PROPERTY:
+            continue
+        product = product_of(instances, definition[2])
+        attributes = [
+            attribute
+            for parameters in instances[shown].values()
+            for item in references(parameters[1:2])
+            if (one := measure(instances, item)) is not None
+            for attribute in _stated(one)
+        ]
+        if product is not None and attributes:
+            yield product, attributes
+
+
+def _stated(one: Measure) -> list[Attribute]:
+    name = one.name.removesuffix(" measure") or "material property"
+    density = one.within(_DENSITY, 1.0)
+    out: list[Attribute] = [] if density is None else [(name, density, "kg/m3")]
+    return [*out, (f"{name} as stated", one.value, one.unit.symbol if one.unit is not None else None)]

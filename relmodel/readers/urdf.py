@@ -1,0 +1,315 @@
+"""Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
+
+Boxes, cylinders and spheres are exact (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
+(`mesh/read.py`), from the file's own folder and below alone.  URDF states metres and radians.
+(http://wiki.ros.org/urdf/XML)
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NoReturn
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.errors import InputError
+from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.model import primitives
+from relmodel.model.model import Assembly, Instance, LoadedModel, Part, Shape
+from relmodel.readers.mesh import read as mesh
+
+Array = npt.NDArray[np.float64]
+
+SUFFIX = ".urdf"
+LOADER_VERSION = "urdf 2"
+MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
+
+_M = 1000.0  # mm in a metre
+_MOST_BYTES = 64 << 20
+
+
+def read_urdf(path: Path) -> LoadedModel:
+    """Read a URDF file: an assembly of links, placed as they are with all joints at rest (zero, or the limit next to
+    it), with the joints that move them.  A link without visuals shows what it has for collisions.
+
+    Raises InputError where the file is no URDF, declares a document type or entities, where links and joints form no
+    tree with unique names, or a mesh is missing, of another format, or outside the file's folder.
+    """
+    root = _parse(path)
+    if root.tag != "robot":
+        raise InputError(f"{path.name} begins with <{root.tag}>, not <robot>: give a URDF file")
+    return _Reader(path, root).model()
+
+
+def mesh_files(path: Path) -> list[Path]:
+    """The mesh files that a URDF file reads, each once; none where `read_urdf` would refuse it."""
+    try:
+        root = _parse(path)
+        reader = _Reader(path, root)
+        return sorted({reader.file(e.get("filename") or "", "a link") for e in root.iter("mesh")})
+    except InputError:
+        return []
+
+
+def _parse(path: Path) -> Element:
+    """The document's root.  A document type is refused: with it come entities, which may expand without end."""
+    if path.stat().st_size > _MOST_BYTES:
+        raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split the robot")
+    builder = TreeBuilder()
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(path)
+    try:
+        parser.Parse(path.read_bytes(), True)
+        return builder.close()
+    except (expat.ExpatError, ValueError, LookupError, AssertionError) as error:
+        raise InputError(f"{path.name} is no well-formed XML ({error}): correct it there") from error
+
+
+def _refuse_doctype(path: Path) -> NoReturn:
+    raise InputError(f"{path.name} declares a document type, which URDF has not: remove <!DOCTYPE ...>")
+
+
+class _Reader:
+    def __init__(self, path: Path, root: Element) -> None:
+        self.path = path
+        self.folder = path.resolve().parent
+        self.root = root
+        self.colours = {m.get("name"): self._colour(m) for m in root.findall("material")}
+        self.shapes: list[Shape] = []
+        self.parts: list[Part] = []
+        self.assemblies: list[Assembly] = []
+        self._shape_of: dict[tuple[str, tuple[float, ...]], int] = {}
+        self._mesh_of: dict[tuple[Path, tuple[float, ...]], Instance] = {}
+
+    def model(self) -> LoadedModel:
+        xacro = next((e.tag for e in self.root.iter() if str(e.tag).startswith("xacro:")), None)
+        if xacro:
+            self._refuse(f"holds the macro <{xacro}>: expand it first, with xacro {self.path.stem}.xacro")
+        links = self.root.findall("link")
+        if not links:
+            self._refuse("has no link: add one")
+        names = [self._attribute(link, "name", "a link") for link in links]
+        joints = [self._joint(e) for e in self.root.findall("joint")]
+        try:
+            tree = JointTree(names, joints)
+            poses = tree.poses(tree.values({}, "at rest"))
+        except InputError as error:
+            raise InputError(f"{self.path.name}: {error}") from error
+        instances = [
+            Instance(name, "assembly", self._link(link, name), poses[name])
+            for link, name in zip(links, names, strict=True)
+        ]
+        self.assemblies.append(Assembly(self.root.get("name") or self.path.stem, instances, joints=tree.joints))
+        return LoadedModel(
+            format="urdf",
+            schema_name=None,
+            unit="m",
+            unit_mm=_M,
+            shapes=self.shapes,
+            parts=self.parts,
+            assemblies=self.assemblies,
+            root=len(self.assemblies) - 1,
+            faces_in_file=None,
+            faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
+            loader_version=LOADER_VERSION,
+        )
+
+    def _joint(self, element: Element) -> Joint:
+        name = self._attribute(element, "name", "a joint")
+        where = f"joint {name!r}"
+        kind = self._attribute(element, "type", where)
+        if kind not in KINDS:
+            why = "moves in several ways at once" if kind in ("planar", "floating") else "is not known"
+            self._refuse(f"{where} is of the kind {kind!r}, which {why}: use one of {', '.join(KINDS)}")
+        ends = []
+        for tag in ("parent", "child"):
+            end = element.find(tag)
+            if end is None:
+                self._refuse(f"{where} has no <{tag}>: add it")
+            ends.append(self._attribute(end, "link", f"<{tag}> of {where}"))
+        axis_element = element.find("axis")
+        axis = np.array([1.0, 0, 0]) if axis_element is None else self._numbers(axis_element, "xyz", where, 3)
+        length = float(np.linalg.norm(axis))
+        if kind == "fixed":
+            axis, length = np.array([1.0, 0, 0]), 1.0
+        if length < 1e-9:
+            self._refuse(f"{where} has an axis of no length: give a direction")
+        unit = _M if kind == "prismatic" else 1.0
+        lower, upper = self._limits(element, kind, where, unit)
+        mimic_element = element.find("mimic")
+        mimic = None
+        if mimic_element is not None and kind != "fixed":
+            factor, offset = (
+                float(self._numbers(mimic_element, key, where, 1, [default])[0])
+                for key, default in (("multiplier", 1.0), ("offset", 0.0))
+            )
+            leader = self._attribute(mimic_element, "joint", f"<mimic> of {where}")
+            # The factor takes the leader's metres or radians to this joint's.
+            leading = next((j for j in self.root.findall("joint") if j.get("name") == leader), None)
+            leader_unit = _M if leading is not None and leading.get("type") == "prismatic" else 1.0
+            mimic = Mimic(leader, factor * unit / leader_unit, offset * unit)
+        return Joint(name, kind, ends[0], ends[1], axis / length, lower, upper, self._origin(element, where), mimic)
+
+    def _limits(self, element: Element, kind: str, where: str, unit: float) -> tuple[float | None, float | None]:
+        if kind not in ("revolute", "prismatic"):
+            return None, None
+        limit = element.find("limit")
+        if limit is None:
+            self._refuse(f"{where} is {kind} and has no <limit>: add one, or make it continuous")
+        lower, upper = (float(self._numbers(limit, key, where, 1, [0.0])[0]) * unit for key in ("lower", "upper"))
+        if lower > upper:
+            self._refuse(f"{where} has a lower limit above the upper one: exchange them")
+        return lower, upper
+
+    def _link(self, link: Element, name: str) -> int:
+        """Index of the assembly that a link becomes."""
+        visuals = link.findall("visual") or link.findall("collision")
+        instances: list[Instance] = []
+        for visual in visuals:
+            where = f"link {name!r}"
+            label = visual.get("name") or name
+            geometry = visual.find("geometry")
+            if geometry is None or len(geometry) != 1:
+                self._refuse(f"{where} has a visual without one <geometry>: give a box, cylinder, sphere or mesh")
+            link_from_visual = self._origin(visual, where)
+            colour = self._material(visual)
+            if geometry[0].tag == "mesh":
+                instances.append(self._mesh(geometry[0], where, label, colour, link_from_visual))
+            else:
+                self.parts.append(Part(label, label, self._primitive(geometry[0], where), colour=colour))
+                instances.append(Instance(label, "part", len(self.parts) - 1, link_from_visual))
+        self.assemblies.append(Assembly(name, instances))
+        return len(self.assemblies) - 1
+
+    def _primitive(self, element: Element, where: str) -> int:
+        """Index of the shape of a primitive, the same for the same dimensions."""
+        tag = str(element.tag)
+        if tag == "box":
+            sizes = self._numbers(element, "size", where, 3)
+        elif tag == "cylinder":
+            sizes = np.concatenate([self._numbers(element, key, where, 1) for key in ("radius", "length")])
+        elif tag == "sphere":
+            sizes = self._numbers(element, "radius", where, 1)
+        else:
+            self._refuse(f"{where} has a <{tag}>: use a box, cylinder, sphere or mesh")
+        if not np.all(sizes > 0):
+            self._refuse(f"{where} has a {tag} without extent: give dimensions above zero")
+        sizes = sizes * _M
+        key = (tag, tuple(sizes.tolist()))
+        if key not in self._shape_of:
+            if tag == "box":
+                shape = primitives.box(sizes)
+            elif tag == "cylinder":
+                shape = primitives.cylinder(float(sizes[0]), float(sizes[1]))
+            else:
+                shape = primitives.sphere(float(sizes[0]))
+            self.shapes.append(shape)
+            self._shape_of[key] = len(self.shapes) - 1
+        return self._shape_of[key]
+
+    def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Array) -> Instance:
+        """A mesh file placed in a link: its one part, or all that it holds as an assembly."""
+        file = self.file(self._attribute(element, "filename", f"<mesh> of {where}"), where)
+        scale = self._numbers(element, "scale", where, 3, [1.0, 1.0, 1.0])
+        if not np.all(np.abs(scale) > 1e-12):
+            self._refuse(f"{where} scales a mesh to nothing: give a scale other than zero")
+        key = (file, tuple(scale.tolist()))
+        if key not in self._mesh_of:
+            unit = "m" if file.suffix[1:].lower() in mesh.UNITLESS_FORMATS else None
+            found = mesh.read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+            shapes, parts, assemblies = len(self.shapes), len(self.parts), len(self.assemblies)
+            self.shapes += found.shapes
+            for part in found.parts:
+                part.shape += shapes
+            self.parts += found.parts
+            for assembly in found.assemblies:
+                for one in assembly.instances:
+                    one.child += parts if one.kind == "part" else assemblies
+            whole = found.assemblies[found.root]
+            if len(whole.instances) == 1 and whole.instances[0].kind == "part":
+                self._mesh_of[key] = whole.instances[0]
+            else:
+                self.assemblies += found.assemblies
+                self._mesh_of[key] = Instance(whole.name, "assembly", assemblies + found.root, np.eye(4))
+        one = self._mesh_of[key]
+        if one.kind == "part" and colour == self.parts[one.child].colour:
+            colour = None
+        placed = link_from_visual @ one.parent_from_child
+        return Instance(label, one.kind, one.child, placed, colour if one.kind == "part" else None)
+
+    def file(self, name: str, where: str) -> Path:
+        """The file that a URDF names, which must lie in its own folder or below; a package is taken for that folder."""
+        inside = name
+        if name.startswith("package://"):
+            package, _, rest = name.removeprefix("package://").partition("/")
+            inside = (
+                rest if (self.folder / rest).is_file() or not (self.folder / package).is_dir() else f"{package}/{rest}"
+            )
+        elif "://" in name:
+            self._refuse(f"{where} names {name!r}: put the mesh beside the URDF and name it relative to it")
+        file = (self.folder / inside).resolve()
+        if not file.is_relative_to(self.folder):
+            self._refuse(f"{where} names {name!r} outside the file's folder: put the mesh in that folder")
+        if not file.is_file():
+            self._refuse(
+                f"{where} names {name!r}, which is not in the file's folder: put the URDF at the root of the package, "
+                "or correct the name"
+            )
+        if file.suffix[1:].lower() not in MESH_FORMATS:
+            self._refuse(f"{where} names {name!r}: convert the mesh to one of {', '.join(MESH_FORMATS)}")
+        return file
+
+    def _material(self, visual: Element) -> str | None:
+        material = visual.find("material")
+        if material is None:
+            return None
+        return self._colour(material) or self.colours.get(material.get("name"))
+
+    def _colour(self, material: Element) -> str | None:
+        """#rrggbb of the <color> of a material; None where it has none."""
+        colour = material.find("color")
+        if colour is None:
+            return None
+        rgba = self._numbers(colour, "rgba", f"material {material.get('name')!r}", 4)
+        return "#" + "".join(f"{round(255 * float(c)):02x}" for c in np.clip(rgba[:3], 0, 1))
+
+    def _origin(self, element: Element, where: str) -> Array:
+        """Transform of <origin>: fixed-axis roll, pitch, yaw, then the translation, mm."""
+        out = np.eye(4)
+        origin = element.find("origin")
+        if origin is not None:
+            roll, pitch, yaw = self._numbers(origin, "rpy", where, 3, [0.0, 0.0, 0.0])
+            x, y, z = np.eye(3)
+            out[:3, :3] = rotation_matrix(yaw * z) @ rotation_matrix(pitch * y) @ rotation_matrix(roll * x)
+            out[:3, 3] = self._numbers(origin, "xyz", where, 3, [0.0, 0.0, 0.0]) * _M
+        return out
+
+    def _attribute(self, element: Element, key: str, where: str) -> str:
+        value = (element.get(key) or "").strip()
+        if not value:
+            self._refuse(f"{where} has no {key}: add it")
+        if key == "name" and "/" in value:
+            self._refuse(f"{where} has the name {value!r} with a slash, which parts paths: give another name")
+        return value
+
+    def _numbers(self, element: Element, key: str, where: str, count: int, default: list[float] | None = None) -> Array:
+        text = element.get(key)
+        if text is None and default is not None:
+            return np.array(default)
+        try:
+            values = np.array([float(word) for word in (text or "").split()])
+        except ValueError:
+            values = np.array([np.nan])
+        if len(values) != count or not np.isfinite(values).all():
+            wanted = "a number" if count == 1 else f"{count} numbers"
+            self._refuse(f"{where} has {key}={text!r}: give {wanted}")
+        return values
+
+    def _refuse(self, said: str) -> NoReturn:
+        raise InputError(f"{self.path.name}{':' if not said.startswith(('has ', 'holds ')) else ''} {said}")

@@ -1,0 +1,405 @@
+"""Features of parts that the CAD kernel composes from known operations, and of the bulkheads' own lists."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from OCP.Bnd import Bnd_Box
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.TopAbs import TopAbs_EDGE
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopoDS import TopoDS
+
+from relmodel.features import Feature, feature_class_key, recognise, thin
+from relmodel.readers.step import shape as step_shape
+from tests.features.feature_scores import score
+from tests.features.golden_features import score_bulkhead
+from tests.parts.brackets_and_castings import foundry
+from tests.parts.composed_parts import generate
+from tests.parts.flanges_and_housings import Work, toolroom
+from tests.parts.machining_features import vocabulary
+from tests.parts.multi_cut_plates import jobshop
+from tests.parts.plates_with_bosses import welded
+from tests.parts.random_cuts import crowd
+from tests.parts.seat_parts import workshop
+from tests.parts.solids import Part, prism
+from tests.parts.step_parts import loaded
+
+Z = gp_Dir(0, 0, 1)
+
+
+def box(x: float, y: float, z: float, size: tuple[float, float, float]) -> Any:
+    return BRepPrimAPI_MakeBox(gp_Pnt(x, y, z), *size).Shape()
+
+
+def cylinder(x: float, y: float, z: float, radius: float, height: float, turn: float = 2 * np.pi) -> Any:
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(x, y, z), Z), radius, height, turn).Shape()
+
+
+def cone(x: float, y: float, z: float, low: float, high: float, height: float) -> Any:
+    return BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(x, y, z), Z), low, high, height).Shape()
+
+
+def rounded(shape: Any, radius: float, *, upright: bool) -> Any:
+    """A box with its edges along z, or those around its bottom, rounded."""
+    fillet = BRepFilletAPI_MakeFillet(shape)
+    edges = TopExp_Explorer(shape, TopAbs_EDGE)
+    seen = set()
+    while edges.More():
+        edge = TopoDS.Edge(edges.Current())
+        curve = BRepAdaptor_Curve(edge)
+        a, b = curve.Value(curve.FirstParameter()), curve.Value(curve.LastParameter())
+        is_upright = abs(a.Z() - b.Z()) > 1e-9
+        key = tuple(sorted([a.Coord(), b.Coord()]))
+        lowest = box_low(shape)
+        if key not in seen and (is_upright if upright else not is_upright and abs(a.Z() - lowest) < 1e-9):
+            fillet.Add(radius, edge)
+        seen.add(key)
+        edges.Next()
+    return fillet.Shape()
+
+
+def box_low(shape: Any) -> float:
+    bounds = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, bounds, False, False)
+    return float(round(bounds.CornerMin().Z(), 6))
+
+
+def cut(body: Any, *tools: Any) -> Any:
+    for tool in tools:
+        body = BRepAlgoAPI_Cut(body, tool).Shape()
+    return body
+
+
+def turned(shape: Any) -> Any:
+    spin, shift = gp_Trsf(), gp_Trsf()
+    spin.SetRotation(gp_Ax1(gp_Pnt(3, -4, 5), gp_Dir(1, 2, 3)), 0.7)
+    shift.SetTranslation(gp_Vec(100, -50, 20))
+    return BRepBuilderAPI_Transform(shape, shift * spin, True).Shape()
+
+
+def features_of(shape: Any) -> list[Feature]:
+    """Features but for what is under the floors and what is left."""
+    return [f for f in recognise(step_shape.extract(shape, {}, {}, {})) if f.kind not in ("web", "body")]
+
+
+def measures(feature: Feature) -> dict[str, float]:
+    return {name: value for name, (value, _) in feature.dimensions.items()}
+
+
+def plate() -> Any:
+    return box(0, 0, 0, (100.0, 80.0, 20.0))
+
+
+@pytest.mark.parametrize("pose", [lambda s: s, turned])
+def test_holes(pose: Any) -> None:
+    part = cut(
+        plate(),
+        cylinder(15, 15, -1, 4, 30),  # through
+        cylinder(40, 15, 8, 5, 20),  # flat bottom
+        cylinder(65, 15, 10, 3, 20),
+        cone(65, 15, 8, 0, 3, 2),  # drill's tip
+        cylinder(15, 50, -1, 3, 30),
+        cylinder(15, 50, 14, 6, 10),  # counterbore
+        cylinder(40, 50, -1, 3, 30),
+        cone(40, 50, 16, 3, 7, 4),  # countersink of 90 degrees
+        cylinder(65, 50, -1, 5, 30, np.pi),  # two halves, one after the other
+    )
+    half = gp_Trsf()
+    half.SetRotation(gp_Ax1(gp_Pnt(65, 50, 0), Z), np.pi)
+    part = cut(part, BRepBuilderAPI_Transform(cylinder(65, 50, -1, 5, 30, np.pi), half, True).Shape())
+    found = features_of(pose(part))
+    assert Counter(f.kind for f in found) == {"through_hole": 4, "blind_hole": 2}
+    expected: list[dict[str, float]] = [
+        {"diameter": 8, "depth": 20},
+        {"diameter": 10, "depth": 12},
+        {"diameter": 6, "depth": 10, "tip_angle": 2 * np.arctan(3 / 2)},
+        {"diameter": 6, "depth": 20, "counterbore_diameter": 12, "counterbore_depth": 6},
+        {"diameter": 6, "depth": 20, "countersink_diameter": 14, "countersink_angle": np.pi / 2},
+        {"diameter": 10, "depth": 20},
+    ]
+
+    def rounded_up(dimensions: Mapping[str, float]) -> list[tuple[str, float]]:
+        return sorted((name, round(float(value), 6)) for name, value in dimensions.items())
+
+    assert sorted(rounded_up(measures(f)) for f in found) == sorted(rounded_up(e) for e in expected)
+
+
+def test_the_frame_of_a_hole_is_at_its_mouth_and_its_box_holds_it() -> None:
+    (hole,) = features_of(cut(plate(), cylinder(40, 15, 8, 5, 20)))
+    assert hole.shape_from_feature[:3, 3] == pytest.approx([40, 15, 20])
+    assert hole.shape_from_feature[:3, 2] == pytest.approx([0, 0, 1])
+    assert np.linalg.det(hole.shape_from_feature[:3, :3]) == pytest.approx(1)
+    assert hole.box == pytest.approx([35, 10, 8, 45, 20, 20], abs=1e-6)
+    assert sorted(role for _, role in hole.surfaces) == ["bottom", "wall"]
+
+
+@pytest.mark.parametrize("pose", [lambda s: s, turned])
+@pytest.mark.parametrize("fillet", [None, 2.0])
+def test_a_pocket_with_corners_fillet_island_and_hole(pose: Any, fillet: float | None) -> None:
+    tool = rounded(box(10, 10, 8, (60.0, 40.0, 30.0)), 6.0, upright=True)
+    if fillet:
+        tool = rounded(tool, fillet, upright=False)
+    tool = BRepAlgoAPI_Cut(tool, cylinder(30, 30, 0, 5, 14)).Shape()  # leaves a boss in the pocket
+    part = cut(plate(), tool, cylinder(50, 30, -1, 4, 20))
+    found = features_of(pose(part))
+    assert Counter(f.kind for f in found) == {"pocket": 1, "through_hole": 1, "boss": 1}
+    (pocket,) = (f for f in found if f.kind == "pocket")
+    expected = {"length": 60.0, "width": 40.0, "depth": 12.0, "corner_radius": 6.0}
+    if fillet:
+        expected["fillet_radius"] = fillet
+    assert measures(pocket) == pytest.approx(expected, abs=1e-6)
+    # Twelve faces of fillets where the floor runs out smoothly, none where it meets the walls.
+    roles = Counter(role for _, role in pocket.surfaces)
+    assert (roles["floor"], roles["blend"]) == (1, 8 if fillet else 0)
+    assert roles["wall"] >= 8
+    if pose is not turned:
+        assert pocket.box == pytest.approx([10, 10, 8, 70, 50, 20], abs=1e-6)
+        assert pocket.shape_from_feature[:3, 3] == pytest.approx([40, 30, 8])
+        assert pocket.shape_from_feature[:3, 0] == pytest.approx([1, 0, 0])
+
+
+def test_an_obround_pocket_is_a_slot_and_has_no_holes_in_its_ends() -> None:
+    tool = BRepAlgoAPI_Fuse(box(30, 30, 10, (30.0, 12.0, 20.0)), cylinder(30, 36, 10, 6, 20)).Shape()
+    tool = BRepAlgoAPI_Fuse(tool, cylinder(60, 36, 10, 6, 20)).Shape()
+    (slot,) = features_of(cut(plate(), tool))
+    assert slot.kind == "slot"
+    assert measures(slot) == pytest.approx({"length": 42, "width": 12, "depth": 10}, abs=1e-6)
+
+
+def test_what_is_open_at_a_side_or_closed_all_around_is_no_pocket() -> None:
+    def kinds(shape: Any) -> list[str]:
+        return [f.kind for f in features_of(shape)]
+
+    assert kinds(cut(plate(), box(40, -1, 10, (20.0, 90.0, 20.0)))) == ["open_slot"]
+    assert kinds(cut(plate(), box(-1, -1, 10, (40.0, 30.0, 20.0)))) == ["step"]
+    assert kinds(cut(plate(), box(20, 20, 5, (20.0, 20.0, 10.0)))) == []
+    assert kinds(BRepAlgoAPI_Fuse(plate(), cylinder(50, 40, 10, 9, 30)).Shape()) == ["boss"]
+
+
+def test_a_pocket_within_a_pocket_is_two() -> None:
+    part = cut(plate(), box(10, 10, 14, (60.0, 40.0, 20.0)), box(20, 20, 6, (30.0, 20.0, 20.0)))
+    found = features_of(part)
+    assert sorted((round(m["length"]), round(m["width"]), round(m["depth"])) for m in map(measures, found)) == [
+        (30, 20, 8),
+        (60, 40, 6),
+    ]
+
+
+def test_congruent_features_share_a_class() -> None:
+    turn = gp_Trsf()
+    turn.SetRotation(gp_Ax1(gp_Pnt(70, 55, 0), Z), 0.5)
+    tool = box(60, 50, 12, (20.0, 10.0, 20.0))
+    part = cut(
+        plate(),
+        box(10, 10, 12, (20.0, 10.0, 20.0)),
+        BRepBuilderAPI_Transform(tool, turn, True).Shape(),
+        box(10, 40, 12, (20.0, 10.1, 20.0)),
+    )
+    keys = [feature_class_key(f) for f in features_of(part)]
+    assert sorted(Counter(keys).values()) == [1, 2]
+
+
+def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
+    """Skew pockets and ducts, turned, mirrored, and with a corner 0.02 mm elsewhere within the same rectangle."""
+    outline = [(0.0, 0.0), (16.0, 0.0), (13.0, 9.0), (2.0, 9.0)]
+    near = [(0.0, 0.0), (16.0, 0.0), (13.02, 9.0), (2.0, 9.0)]
+    parallelogram = [(0.0, 0.0), (12.0, 0.0), (16.0, 9.0), (4.0, 9.0)]
+
+    def classes(low: float) -> list[str]:
+        part = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 150.0, 60.0, 20.0).Shape()
+        made = [(outline, 0.0, 1), (outline, 1.1, 1), (outline, 0.4, -1), (near, 0.0, 1)]
+        made += [(parallelogram, 0.2, 1), (parallelogram, -0.5, -1)]
+        for k, (corners, turn, hand) in enumerate(made):
+            c, s = np.cos(turn), np.sin(turn)
+            at = (22.0 + 50 * (k % 3), 15.0 + 30 * (k // 3))
+            points = [((p[0] - 8) * hand, p[1] - 4.5) for p in corners]
+            bent = [(at[0] + c * x - s * y, at[1] + s * x + c * y, low) for x, y in points]
+            part = cut(part, prism(bent, (0, 0, 40)))
+        found = [f for f in features_of(part) if f.kind in ("pocket", "duct")]
+        found.sort(key=lambda f: (f.shape_from_feature[1, 3] // 30, f.shape_from_feature[0, 3]))
+        return [feature_class_key(f) for f in found]
+
+    first, turned_, mirrored, twin, skew, other = classes(8.0)
+    assert first == turned_
+    assert len({first, mirrored, twin, skew, other}) == 5
+    first, turned_, mirrored, twin, skew, other = classes(-5.0)  # turned over, a duct is its mirror image
+    assert first == turned_ == mirrored
+    assert skew == other
+    assert len({first, twin, skew}) == 3
+
+
+def test_a_surface_that_the_kernel_could_not_mesh_is_left_out() -> None:
+    tool = rounded(rounded(box(10, 10, 8, (40.0, 40.0, 30.0)), 6.0, upright=True), 2.0, upright=False)
+    part = cut(plate(), tool, cylinder(75, 20, 10, 3, 20), cone(75, 20, 8, 0, 3, 2), cylinder(75, 20, 15, 6, 20))
+    shape = step_shape.extract(part, {}, {}, {})
+    mesh = shape.mesh
+    triangles, owners = mesh.triangles, mesh.triangle_surfaces
+    assert {f.kind for f in recognise(shape)} == {"pocket", "blind_hole", "web", "body"}
+    for surface in range(len(shape.surfaces["kind"])):
+        mesh.triangles, mesh.triangle_surfaces = triangles[owners != surface], owners[owners != surface]
+        for feature in recognise(shape):
+            assert np.all(np.isfinite(feature.shape_from_feature))
+            assert np.all(np.isfinite(list(measures(feature).values())))
+
+
+def test_random_plates() -> None:
+    rng = np.random.default_rng(7)
+    for _ in range(6):
+        part, expected = box(0, 0, 0, (240.0, 180.0, 25.0)), []
+        for x in range(30, 240, 60):
+            for y in range(30, 180, 60):
+                depth = float(rng.uniform(3, 20))
+                kind = rng.integers(4)
+                if kind == 0:
+                    radius = float(rng.uniform(2, 20))
+                    part = cut(part, cylinder(x, y, -1, radius, 40))
+                    expected.append(("through_hole", (x, y), {"diameter": 2 * radius, "depth": 25.0}))
+                elif kind == 1:
+                    radius = float(rng.uniform(2, 20))
+                    part = cut(part, cylinder(x, y, 25 - depth, radius, 40))
+                    expected.append(("blind_hole", (x, y), {"diameter": 2 * radius, "depth": depth}))
+                elif kind == 2:
+                    a, b, r = float(rng.uniform(36, 50)), float(rng.uniform(20, 35)), float(rng.uniform(2, 8))
+                    tool = rounded(box(x - a / 2, y - b / 2, 25 - depth, (a, b, 40.0)), r, upright=True)
+                    part = cut(part, tool)
+                    expected.append(("pocket", (x, y), {"length": a, "width": b, "depth": depth, "corner_radius": r}))
+        found = [
+            (f.kind, (round(f.shape_from_feature[0, 3]), round(f.shape_from_feature[1, 3])), measures(f))
+            for f in features_of(part)
+            if not f.kind.endswith("_pattern")  # accidental rows
+        ]
+        assert len(found) == len(expected)
+        for one, two in zip(sorted(found, key=lambda f: f[1]), sorted(expected, key=lambda f: f[1]), strict=True):
+            assert one[:2] == two[:2]
+            assert one[2] == pytest.approx(two[2], abs=1e-6)
+
+
+@pytest.mark.parametrize("make", [generate, workshop])
+def test_features_of_parts_of_known_operations(make: Callable[[int], Part]) -> None:
+    """Every kind, features that cut one another among them, of two hands; all parts are in benchmarks/features.py."""
+    scores = score(make, range(24))
+    assert len(scores.known) >= 17
+    for kind in scores.known | scores.found:
+        assert scores.recall(kind) >= 0.95, (kind, scores.missed)
+        assert scores.precision(kind) >= 0.95, (kind, scores.false)
+
+
+@pytest.mark.parametrize(
+    ("make", "seeds"),
+    [
+        (toolroom, range(16)),
+        (foundry, range(6, 18)),
+        (jobshop, range(4)),
+        (vocabulary, range(8)),
+        (welded, range(3)),
+    ],
+)
+def test_features_of_other_hands_with_their_frames(make: Callable[[int], Work], seeds: range) -> None:
+    """Families of parts that the recogniser was held out from when they were written."""
+    scores = score(make, seeds)
+    assert scores.total_recall >= 0.95, scores.missed
+    assert scores.total_precision >= 0.95, scores.false
+
+
+def test_features_that_cut_into_one_another_at_random_are_seen_where_enough_is_left() -> None:
+    """What else is found is what is left of operations that are cut away for the most part."""
+    scores = score(crowd, range(5))
+    assert scores.total_recall >= 0.95, scores.missed
+
+
+@pytest.mark.parametrize("variant", sorted("ABCDEF"))
+def test_a_variant_of_the_bulkhead_has_the_features_of_its_golden_list(variant: str) -> None:
+    scores = score_bulkhead(variant)
+    assert scores.total_recall >= 0.95, scores.missed
+    assert scores.total_precision >= 0.95, scores.false
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["A", "C"])
+def test_a_bulkhead_has_the_holes_and_pockets_of_its_generator(data_dir: Path, name: str) -> None:
+    from shapely import Point, Polygon
+
+    from relmodel.readers.step.read import read_step
+
+    model = read_step(data_dir / "bulkhead" / name / "bulkhead_parts.step")
+    truth = json.loads((data_dir / "bulkhead" / name / "model.json").read_text())
+    (body,) = (p.shape for p in model.parts if "BODY" in p.name)
+    found = recognise(model.shapes[body])
+
+    holes = {(round(x, 3), round(y, 3), round(2 * r, 3)) for x, y, r in truth["holes"]}
+    seen = {
+        (round(f.shape_from_feature[0, 3], 3), round(f.shape_from_feature[1, 3], 3), round(measures(f)["diameter"], 3))
+        for f in found
+        if f.kind == "through_hole"
+    }
+    assert holes <= seen
+    pockets = [f for f in found if f.kind == "pocket"]
+    outlines = [
+        Polygon(p["polygon"]).buffer(1) if "polygon" in p else Point(p["centre"]).buffer(p["size"] / 3)
+        for p in truth["pockets"]
+    ]
+    owners = [
+        next(i for i, o in enumerate(outlines) if o.contains(Point(f.shape_from_feature[:2, 3]))) for f in pockets
+    ]
+    sides = [1 if p.get("one_sided", True) else 2 for p in truth["pockets"]]
+    assert Counter(owners) == dict(enumerate(sides))
+    for feature, owner in zip(pockets, owners, strict=True):
+        if "corner_radius" in truth["pockets"][owner]:
+            assert measures(feature)["corner_radius"] == pytest.approx(truth["pockets"][owner]["corner_radius"])
+    # Ribs by thickness and side; those that a duct's ring takes most of are left to it.
+    if name == "A":
+        ribs = [(round(measures(f)["thickness"], 3), f.shape_from_feature[:2, 3]) for f in found if f.kind == "rib"]
+        for _, x, thickness, _ in truth["vribs"]:
+            assert any(t == thickness and abs(at[0] - x) < 0.01 for t, at in ribs)
+        lugs = sorted(round(measures(f)["width"], 3) for f in found if f.kind == "lug")
+        assert lugs == sorted(2.0 * lug[4] for lug in truth["lugs"])
+    if name == "C":  # all alike
+        assert len({feature_class_key(f) for f in pockets}) == 1
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "stated"), [("01", 8), ("02", 7)])
+def test_holes_of_a_real_part_are_those_that_its_diameters_are_noted_on(data_dir: Path, name: str, stated: int) -> None:
+    """As many holes as the faces of a note are whole cylinders, and each has the diameter; "4X" is 4 notes there."""
+    model = loaded(data_dir / "step" / f"nist_ctc_{name}_asme1_ap242.stp")
+    (part,) = (p for p in model.parts if p.pmi and not p.supplemental)
+    surfaces = model.shapes[part.shape].surfaces
+    holes = [f for f in recognise(model.shapes[part.shape]) if f.kind.endswith("_hole")]
+    notes = [p for p in part.pmi if p.type == "diameter" and p.value is not None]
+    count: Counter[float] = Counter()
+    for note in notes:
+        faces = {surface for surface, _ in note.surfaces}
+        noted = [f for f in holes if faces & {i for i, _ in f.surfaces}]
+        turns = sum(float(surfaces["u1"][i] - surfaces["u0"][i]) for i in faces) / (2 * np.pi)
+        assert turns == pytest.approx(len(noted), abs=1e-6)
+        for f in noted:
+            radii = {round(2 * float(surfaces["radius"][i]), 6) for i, role in f.surfaces if role != "countersink"}
+            assert note.value in radii
+            count[note.value] += 1
+    assert len(notes) >= stated - 1
+    if name == "01":  # 4X 35, 2X 20, 1X 25
+        assert count == {35.0: 4, 20.0: 2, 25.0: 1}
+        (grid,) = (f for f in recognise(model.shapes[part.shape]) if measures(f).get("hole_diameter") == 35.0)
+        assert measures(grid)["count"] == 4
+
+
+def test_triangles_of_a_damaged_face_cover_what_they_cover() -> None:
+    """Two triangles that cross, as a face with a wrong digit gives them: no partition, still an area."""
+    one = np.array([[0.0, 0.0], [4.0, 0.0], [0.0, 4.0]])
+    corners = np.concatenate([one, one + np.array([1.0, 0.0]), one])
+    whole = thin.outline_of(corners)
+    assert whole.is_valid
+    assert whole.area == pytest.approx(8.0 + 8.0 - 4.5)  # the shared corner is a right triangle with legs of 3

@@ -1,0 +1,58 @@
+"""An index that changes, against a dict of boxes that changes with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from relmodel.errors import UsageError
+from relmodel.find.changing import ChangingIndex
+from relmodel.find.kinds import KINDS
+from relmodel.find.packing import FOLD_LEAST
+from relmodel.find.volumes import Sphere, VolumeTable
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_changes_are_found_at_once_and_folded_in(kind: str) -> None:
+    rng = np.random.default_rng(4)
+
+    def boxes(count: int) -> np.ndarray:
+        low = np.round(rng.uniform(-50, 50, (count, 3)))
+        return np.concatenate([low, low + np.round(rng.exponential(4, (count, 3)))], axis=1)
+
+    first = boxes(400)
+    index, truth = ChangingIndex(np.arange(400), first, kind), dict(enumerate(first))
+    overflows = []
+    for turn in range(24):
+        if turn % 3 == 2:
+            gone = rng.choice(list(truth), 20, replace=False)
+            index.remove(gone)
+            for key in gone.tolist():
+                del truth[key]
+            index.remove([10**6])  # is not there
+        else:  # new ones, and some that were there elsewhere
+            keys = np.concatenate([400 + 60 * turn + np.arange(40), rng.choice(list(truth), 10, replace=False)])
+            given = boxes(len(keys))
+            index.add(keys, given)
+            truth.update(zip(keys.tolist(), given, strict=True))
+        overflows.append(index.overflow)
+        assert len(index) == len(truth)
+        keys, held = np.array(sorted(truth)), np.array([truth[k] for k in sorted(truth)])
+        asked = boxes(30)
+        number, ids = index.in_boxes(asked)
+        spheres = [Sphere(*row) for row in np.column_stack([asked[:, :3], np.full(30, 7.0)]).tolist()]
+        in_sphere, near = index.in_volumes(VolumeTable.of(spheres))
+        for i, box in enumerate(asked):
+            met = ((held[:, :3] <= box[3:]) & (held[:, 3:] >= box[:3])).all(axis=1)
+            assert np.array_equal(ids[number == i], keys[met])
+            away = np.maximum(np.maximum(held[:, :3] - box[:3], box[:3] - held[:, 3:]), 0)
+            assert np.array_equal(near[in_sphere == i], keys[(away**2).sum(axis=1) <= 49])
+    assert max(overflows) <= FOLD_LEAST
+    assert np.diff(overflows).min() < 0, "never folded in"
+
+
+def test_identities_are_single() -> None:
+    with pytest.raises(UsageError, match="no two alike"):
+        ChangingIndex([1, 1], np.zeros((2, 6)))
+    with pytest.raises(UsageError, match="one each"):
+        ChangingIndex([], np.empty((0, 6))).add([1, 2], np.zeros((1, 6)))

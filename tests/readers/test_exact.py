@@ -1,0 +1,279 @@
+"""Rows alone against the CAD kernel: every face, edge and curve in a face's domain of every STEP file."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from relmodel.geometry.pcurves import Pcurves
+from relmodel.model.measures import curves_of, surfaces_of
+from relmodel.model.model import Shape
+
+Array = npt.NDArray[np.float64]
+pytest.importorskip("OCP")
+
+SHARES = np.array([0.0, 0.13, 0.37, 0.5, 0.71, 0.9, 1.0])
+
+
+def step_files() -> list[str]:
+    """Exact STEP files of the data folder, from there."""
+    folder = Path(os.environ.get("RELMODEL_TEST_DATA", ""))
+    found = [*folder.glob("step/*"), *folder.glob("bulkhead/*/*.step")]
+    return sorted(str(p.relative_to(folder)) for p in found if b"ADVANCED_FACE" in p.read_bytes())
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", step_files())
+def test_rows_of_a_file_give_the_points_of_the_kernel(
+    data_dir: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from relmodel.readers.step import document as step_document
+    from relmodel.readers.step import shape as step_shape
+
+    kept: list[tuple[Any, Shape]] = []
+    extract_all = step_shape.extract_all
+
+    def keep(bodies: list[step_shape.Body]) -> list[Shape]:
+        made = extract_all(bodies)
+        kept.extend((body.shape, shape) for body, shape in zip(bodies, made, strict=True))
+        return made
+
+    monkeypatch.setattr(step_shape, "extract_all", keep)
+    step_document.read(str(data_dir / name))
+    assert kept
+    for kernel, shape in kept:
+        assert_equal(kernel, shape)
+
+
+def assert_equal(kernel: Any, shape: Shape) -> None:
+    """Every face and edge to 1e-9 mm, its first derivatives to 1e-9 of the greatest, pcurves to 1e-9."""
+    from relmodel.readers.step import maps
+
+    faces = maps.face_map(kernel)
+    edges = maps.edge_map(faces)
+    assert (faces.Extent(), edges.Extent()) == (len(shape.surfaces["kind"]), len(shape.arcs["kind"]))
+    assert_faces_equal(faces, shape)
+    assert_edges_equal(edges, shape)
+    assert_pcurves_equal(faces, edges, shape)
+
+
+def assert_faces_equal(faces: Any, shape: Shape) -> None:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.gp import gp_Pnt, gp_Vec
+    from OCP.TopoDS import TopoDS
+
+    surfaces = surfaces_of(shape)
+    u0, u1, v0, v1 = surfaces.domain.T[:, :, None, None]
+    u, v = np.broadcast_arrays(u0 + (u1 - u0) * SHARES[:, None], v0 + (v1 - v0) * SHARES)
+    row = np.repeat(np.arange(len(surfaces)), SHARES.size**2)
+    ours = surfaces.evaluate(row, u.ravel(), v.ravel())
+    p, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
+    theirs = []
+    for i in range(len(surfaces)):
+        adaptor = BRepAdaptor_Surface(TopoDS.Face(faces.FindKey(i + 1)), False)
+        for a, b in zip(u[i].flat, v[i].flat, strict=True):
+            adaptor.D1(a, b, p, du, dv)
+            theirs.append((p.Coord(), du.Coord(), dv.Coord()))
+    points, by_u, by_v = np.array(theirs).transpose(1, 0, 2)
+    assert np.abs(ours.points - points).max() <= 1e-9
+    # What is made from an offset has derivatives by differences, which smooth over knots.
+    offset = "offset" in shape.surfaces["kind"] or "offset" in shape.basis_arcs["kind"]
+    close = 1e-5 if offset else 1e-9
+    scale = 1 + np.abs(by_u).max(axis=1, keepdims=True) + np.abs(by_v).max(axis=1, keepdims=True)
+    assert np.all(np.abs(ours.by_u - by_u) <= close * scale)
+    assert np.all(np.abs(ours.by_v - by_v) <= close * scale)
+
+
+def assert_edges_equal(edges: Any, shape: Shape) -> None:
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.gp import gp_Pnt, gp_Vec
+    from OCP.TopExp import TopExp
+    from OCP.TopoDS import TopoDS
+
+    curves = curves_of(shape)
+    p, d = gp_Pnt(), gp_Vec()
+    for i in range(len(curves)):
+        edge = TopoDS.Edge(edges.FindKey(i + 1))
+        t = curves.t0[i] + (curves.t1[i] - curves.t0[i]) * SHARES
+        points, by = curves.evaluate(np.full(len(t), i), t)
+        if BRep_Tool.Degenerated_s(edge):
+            assert curves.kind[i] == "degenerate"
+            at = BRep_Tool.Pnt_s(TopExp.FirstVertex_s(edge)).Coord()
+            assert points == pytest.approx(np.tile(at, (len(t), 1)), abs=1e-12)
+            continue
+        adaptor = BRepAdaptor_Curve(edge)
+        assert (adaptor.FirstParameter(), adaptor.LastParameter()) == (curves.t0[i], curves.t1[i])
+        theirs = []
+        for one in t.tolist():
+            adaptor.D1(one, p, d)
+            theirs.append((p.Coord(), d.Coord()))
+        true, true_by = np.array(theirs).transpose(1, 0, 2)
+        assert np.abs(points - true).max() <= 1e-9
+        close = 1e-7 if curves.kind[i] == "offset" else 1e-9
+        assert np.abs(by - true_by).max() <= close * (1 + np.abs(true_by).max())
+
+
+def assert_pcurves_equal(faces: Any, edges: Any, shape: Shape) -> None:
+    """Each is the kernel's, and on the surface as near to its edge as the edge's tolerance or the kernel's curve is."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_Orientation
+    from OCP.TopoDS import TopoDS
+
+    surfaces, curves, pcurves = surfaces_of(shape), curves_of(shape), Pcurves(shape.pcurves)
+    co = shape.coedges
+    of = {k: i for i, k in enumerate(zip(co["surface_no"], co["loop_no"], co["coedge_no"], strict=True))}
+    curved = np.asarray(shape.surfaces["kind"])[co["surface_no"]] != "plane"
+    assert len(pcurves) == np.count_nonzero(curved)
+    for row, key in enumerate(
+        zip(*(shape.pcurves[c].tolist() for c in ("surface_no", "loop_no", "coedge_no")), strict=True)
+    ):
+        coedge = of[key]
+        arc = int(co["arc_no"][coedge])
+        # Along the arc's own parameter, and its interval.
+        assert (shape.pcurves["t0"][row], shape.pcurves["t1"][row]) == (curves.t0[arc], curves.t1[arc])
+        face = TopoDS.Face(TopoDS.Face(faces.FindKey(key[0] + 1)).Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+        backward = bool(co["reversed"][coedge]) != bool(shape.surfaces["reversed"][key[0]])
+        sense = TopAbs_Orientation.TopAbs_REVERSED if backward else TopAbs_Orientation.TopAbs_FORWARD
+        edge = TopoDS.Edge(TopoDS.Edge(edges.FindKey(arc + 1)).Oriented(sense))
+        drawn = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+        t = curves.t0[arc] + (curves.t1[arc] - curves.t0[arc]) * SHARES
+        theirs = np.array([drawn.Value(x).Coord() for x in t.tolist()])
+        uv = pcurves.evaluate(np.full(len(t), row), t)[0]
+        assert np.abs(uv - theirs).max() <= 1e-9 * (1 + np.abs(theirs).max())
+        on = surfaces.evaluate(np.full(len(t), key[0]), uv[:, 0], uv[:, 1]).points
+        off = np.linalg.norm(on - curves.evaluate(np.full(len(t), arc), t)[0], axis=1)
+        # Of some files the kernel makes pcurves that miss the tolerance; the greatest such miss is 4e-4 mm.
+        assert off.max() <= max(1.01 * BRep_Tool.Tolerance_s(edge), 5e-4)
+
+
+def rational_ring() -> Any:
+    """A closed rational periodic cubic in the plane y = 0, around (40, 0, 0)."""
+    from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int
+    from OCP.Geom import Geom_BSplineCurve
+    from OCP.gp import gp_Pnt
+
+    count = 7
+    poles, weights = Array1_gp_Pnt(1, count), Array1_double(1, count)
+    knots, multiplicities = Array1_double(1, count + 1), Array1_int(1, count + 1)
+    for i in range(count):
+        turn, reach = 2 * np.pi * i / count, 9.0 + 2 * (i % 2)
+        poles.SetValue(i + 1, gp_Pnt(40 + reach * np.cos(turn), 0, reach * np.sin(turn)))
+        weights.SetValue(i + 1, 1.0 + 0.4 * (i % 3))
+    for i in range(count + 1):
+        knots.SetValue(i + 1, i + 0.1 * (i % 2))
+        multiplicities.SetValue(i + 1, 1)
+    return Geom_BSplineCurve(poles, weights, knots, multiplicities, 3, True)
+
+
+def faces_of_rare_kinds() -> list[Any]:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.collections import Array1_gp_Pnt
+    from OCP.Geom import (
+        Geom_Hyperbola,
+        Geom_OffsetCurve,
+        Geom_OffsetSurface,
+        Geom_Parabola,
+        Geom_Plane,
+        Geom_SurfaceOfLinearExtrusion,
+        Geom_SurfaceOfRevolution,
+    )
+    from OCP.GeomAPI import GeomAPI_PointsToBSpline
+    from OCP.GeomConvert import GeomConvert
+    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Hypr, gp_Parab, gp_Pnt
+
+    ring = rational_ring()
+    places = [(12.0, 0.0), (15.0, 4.0), (11.0, 9.0), (14.0, 15.0)]
+    points = Array1_gp_Pnt(1, len(places))
+    for i, (x, z) in enumerate(places):
+        points.SetValue(i + 1, gp_Pnt(x, 0, z))
+    open_ = GeomAPI_PointsToBSpline(points).Curve()
+    axis, across = gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), gp_Dir(0.2, 1, 0.1)
+    frame = gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 3))
+    extruded, turned = Geom_SurfaceOfLinearExtrusion(ring, across), Geom_SurfaceOfRevolution(open_, axis)
+    ring_turned = Geom_SurfaceOfRevolution(ring, axis)
+    beside = Geom_OffsetCurve(open_, 1.5, gp_Dir(0, 1, 0))
+    surfaces = [
+        (GeomConvert.SurfaceToBSplineSurface_s(ring_turned), None),
+        (extruded, (0.0, 7.1, -3.0, 8.0)),
+        (extruded, (5.0, 9.0, -3.0, 8.0)),  # beyond the seam of a periodic curve
+        (turned, (0.3, 4.0, 0.0, 1.0)),
+        (ring_turned, (-1.0, 2.0, 0.0, 7.1)),
+        (Geom_OffsetSurface(extruded, 0.8), (0.0, 7.1, -3.0, 8.0)),
+        (Geom_OffsetSurface(turned, -1.2), (0.3, 4.0, 0.0, 1.0)),
+        (Geom_OffsetSurface(ring_turned, 0.7), (0.0, 1.0, 0.5, 5.0)),
+        (Geom_SurfaceOfLinearExtrusion(beside, across), (0.0, 1.0, 0.0, 6.0)),
+        (Geom_OffsetSurface(Geom_SurfaceOfRevolution(beside, axis), 0.4), (0.2, 2.0, 0.1, 0.9)),
+        (Geom_SurfaceOfLinearExtrusion(Geom_Hyperbola(gp_Hypr(frame, 4.0, 3.0)), across), (-1.0, 1.2, 0.0, 6.0)),
+        (Geom_SurfaceOfLinearExtrusion(Geom_Parabola(gp_Parab(frame, 2.0)), across), (-5.0, 4.0, 0.0, 6.0)),
+        (Geom_SurfaceOfRevolution(Geom_Hyperbola(gp_Hypr(frame, 4.0, 3.0)), axis), (0.2, 2.0, -1.0, 1.2)),
+    ]
+    faces = []
+    for surface, domain in surfaces:
+        maker = BRepBuilderAPI_MakeFace(surface, *(domain or surface.Bounds()), 1e-7)
+        assert maker.IsDone()
+        faces.append(maker.Face())
+    # A plane bounded by an offset curve and its chord.
+    arch = BRepBuilderAPI_MakeEdge(beside, 0.0, 1.0).Edge()
+    chord = BRepBuilderAPI_MakeEdge(beside.Value(1.0), beside.Value(0.0)).Edge()
+    plane = Geom_Plane(gp_Pnt(0, 0, 0), gp_Dir(0, 1, 0))
+    faces.append(BRepBuilderAPI_MakeFace(plane, BRepBuilderAPI_MakeWire(arch, chord).Wire()).Face())
+    return faces
+
+
+def compound(shapes: list[Any]) -> Any:
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    out, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(out)
+    for one in shapes:
+        builder.Add(out, one)
+    return out
+
+
+def test_kinds_that_no_file_has() -> None:
+    from relmodel.readers.step import shape as step_shape
+
+    sheet = compound(faces_of_rare_kinds())
+    shape = step_shape.extract(sheet, {}, {}, {})
+    kinds = shape.surfaces["kind"]
+    assert {"spline", "extrusion", "revolution", "offset"} <= set(kinds)
+    assert kinds.count("offset") == 4
+    assert set(shape.basis_surfaces["kind"]) == {"extrusion", "revolution"}
+    assert {"spline", "hyperbola", "parabola", "offset"} <= set(shape.basis_arcs["kind"])
+    assert "offset" in shape.arcs["kind"]
+    assert_equal(sheet, shape)
+
+
+def test_conics_on_cones_and_degenerate_edges() -> None:
+    """Planes cut a cone in a hyperbola, a parabola and an ellipse; its apex and a ball's poles have no length."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    from relmodel.readers.step import shape as step_shape
+
+    kinds: set[str] = set()
+    lean = np.arctan2(10.0, 20.0)  # of a generator to the axis
+    for normal in ((1.0, 0.0, 0.0), (np.cos(lean), 0.0, np.sin(lean)), (0.3, 0.0, 1.0)):
+        cone = BRepPrimAPI_MakeCone(10.0, 0.0, 20.0).Shape()
+        frame = gp_Ax2(gp_Pnt(3, 0, 6), gp_Dir(*normal))
+        place = np.array(frame.Location().Coord()) - 60 * np.array(frame.XDirection().Coord())
+        place -= 60 * np.array(frame.YDirection().Coord())
+        frame.SetLocation(gp_Pnt(*place.tolist()))
+        part = BRepAlgoAPI_Cut(cone, BRepPrimAPI_MakeBox(frame, 120.0, 120.0, 60.0).Shape()).Shape()
+        shape = step_shape.extract(part, {}, {}, {})
+        assert_equal(part, shape)
+        kinds |= set(shape.arcs["kind"])
+    assert {"hyperbola", "ellipse", "degenerate"} <= kinds
+    assert kinds & {"parabola", "spline"}
+    ball = BRepPrimAPI_MakeSphere(gp_Pnt(1, 2, 3), 7.0).Shape()
+    shape = step_shape.extract(ball, {}, {}, {})
+    assert shape.arcs["kind"].count("degenerate") == 2
+    assert_equal(ball, shape)

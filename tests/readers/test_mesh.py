@@ -1,0 +1,546 @@
+"""Meshes: surfaces and arcs of bodies with known faces and edges, scene graphs, units, bad files."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from relmodel.errors import InputError
+from relmodel.features import recognise
+from relmodel.model.model import Shape
+from relmodel.model.placed_parts import PlacedParts
+from relmodel.readers.mesh import read
+from relmodel.readers.mesh.read import read_mesh
+from relmodel.readers.mesh.shape import shape_from_triangles
+from relmodel.readers.step.read import read_step
+from tests.parts.curved_parts import generate
+from tests.parts.tessellations import extracted
+
+
+def shape_of(mesh: trimesh.Trimesh) -> Shape:
+    shape = shape_from_triangles(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64))
+    assert shape is not None
+    return shape
+
+
+L_OUTLINE = [(0.0, 0.0), (30.0, 0.0), (30.0, 10.0), (10.0, 10.0), (10.0, 30.0), (0.0, 30.0)]
+
+
+def l_bracket() -> trimesh.Trimesh:
+    """An L of 12 corners, its caps cut into triangles by hand."""
+    n = len(L_OUTLINE)
+    vertices = np.array([(x, y, z) for z in (0.0, 5.0) for x, y in L_OUTLINE])
+    cap = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]
+    faces = [t[::-1] for t in cap] + [tuple(i + n for i in t) for t in cap]
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, j + n), (i, j + n, i + n)]
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def test_a_bracket_has_planes_lines_and_one_concave_edge() -> None:
+    shape = shape_of(l_bracket())
+    assert Counter(shape.surfaces["kind"]) == {"plane": 8}
+    assert Counter(shape.arcs["kind"]) == {"line": 18}
+    assert Counter(shape.arcs["convexity"]) == {"convex": 17, "concave": 1}
+    assert np.allclose(np.abs(shape.arcs["angle"]), np.pi / 2)
+    assert shape.volume == pytest.approx(500 * 5)
+    assert shape.surfaces["area"].sum() == pytest.approx(2 * 500 + 120 * 5)
+    # Each plane has one loop, and its coedges run head to tail with the material to the left.
+    assert Counter(shape.loops["surface_no"]) == dict.fromkeys(range(8), 1)
+    for surface in range(8):
+        rows = np.flatnonzero(shape.coedges["surface_no"] == surface)
+        ends = []
+        for row in rows:
+            arc, backward = shape.coedges["arc_no"][row], shape.coedges["reversed"][row]
+            pair = [np.array([shape.arcs[f"{e}_{c}"][arc] for c in "xyz"]) for e in ("start", "end")]
+            ends.append(pair[::-1] if backward else pair)
+        heads, tails = np.array([e[1] for e in ends]), np.array([e[0] for e in ends])
+        assert np.array_equal(heads, np.roll(tails, -1, axis=0))
+        normal = np.array([shape.surfaces[f"axis_z_{c}"][surface] for c in "xyz"])
+        swept = np.cross(tails, heads).sum(axis=0) @ normal / 2
+        assert swept == pytest.approx(shape.surfaces["area"][surface])
+
+
+def test_inside_out_is_turned() -> None:
+    mesh = l_bracket()
+    mesh.faces = mesh.faces[:, ::-1]
+    assert shape_of(mesh).volume == pytest.approx(2500)
+
+
+def test_a_tessellated_cylinder_is_a_cylinder_between_two_planes() -> None:
+    shape = shape_of(trimesh.creation.cylinder(radius=50, height=200, sections=64))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 2, "cylinder": 1}
+    row = int(np.flatnonzero(shape.surfaces["kind"] == "cylinder")[0])
+    surface = {name: column[row] for name, column in shape.surfaces.items()}
+    assert surface["radius"] == pytest.approx(50)
+    assert [surface[f"axis_z_{c}"] for c in "xyz"] == pytest.approx([0, 0, 1])
+    assert [surface[f"origin_{c}"] for c in "xyz"] == pytest.approx([0, 0, 0], abs=1e-9)
+    assert (surface["v0"], surface["v1"]) == pytest.approx((-100, 100))
+    assert surface["u1"] - surface["u0"] == pytest.approx(2 * np.pi)
+    assert surface["residual"] < 1e-9
+    assert not surface["reversed"]
+    assert Counter(shape.arcs["kind"]) == {"circle": 2}
+    assert shape.arcs["radius"] == pytest.approx([50, 50])
+    assert shape.arcs["length"] == pytest.approx([100 * np.pi] * 2)
+    assert Counter(shape.arcs["convexity"]) == {"convex": 2}
+    assert np.abs(shape.arcs["angle"]) == pytest.approx([np.pi / 2] * 2)
+    # The vertices' normals are those of the cylinder, the samples lie on the circles.
+    mesh = shape.mesh
+    on = np.unique(mesh.triangles[mesh.triangle_surfaces == row])
+    radial = mesh.vertices[on] * [1, 1, 0] / 50
+    assert np.allclose(mesh.normals[on], radial, atol=1e-6)
+    points = shape.samples.points.values.reshape(-1, 3)
+    assert np.allclose(np.linalg.norm(points[:, :2], axis=1), 50)
+    assert np.allclose(np.abs(points[:, 2]), 100)
+    assert len(points) == pytest.approx(200 * np.pi, rel=0.05)
+    normals = [n.values.reshape(-1, 3)[:, 2] for n in (shape.samples.normals_a, shape.samples.normals_b)]
+    assert np.allclose(np.sort(np.abs(np.array(normals)), axis=0).T, [0, 1], atol=1e-6)
+
+
+MAKERS = {
+    "cone": lambda: trimesh.creation.cone(radius=8, height=20, sections=40),
+    "sphere": lambda: trimesh.creation.icosphere(subdivisions=3, radius=7),
+    "torus": lambda: trimesh.creation.torus(major_radius=12, minor_radius=4, major_sections=48, minor_sections=24),
+}
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize("kind", list(MAKERS))
+def test_curved_bodies_are_found_wherever_they_lie(kind: str, single: bool) -> None:
+    mesh = MAKERS[kind]()
+    middle_from_mesh = trimesh.transformations.random_rotation_matrix(np.array([0.1, 0.5, 0.3]))
+    middle_from_mesh[:3, 3] = [40, -30, 20]
+    mesh.apply_transform(middle_from_mesh)
+    if single:
+        mesh.vertices = mesh.vertices.astype(np.float32).astype(float)
+    shape = shape_of(mesh)
+    kinds = list(shape.surfaces["kind"])
+    assert Counter(kinds) == ({"cone": 1, "plane": 1} if kind == "cone" else {kind: 1})
+    surface = {name: column[kinds.index(kind)] for name, column in shape.surfaces.items()}
+    near = 1e-4 if single else 1e-8
+    axis = np.array([surface[f"axis_z_{c}"] for c in "xyz"])
+    origin = np.array([surface[f"origin_{c}"] for c in "xyz"])
+    if kind == "cone":
+        apex = origin - surface["radius"] / np.tan(surface["semi_angle"]) * axis
+        assert apex == pytest.approx((middle_from_mesh @ [0, 0, 20, 1])[:3], abs=near)
+        assert surface["semi_angle"] == pytest.approx(np.arctan(8 / 20), abs=near)
+    else:
+        assert origin == pytest.approx(middle_from_mesh[:3, 3], abs=near)
+        assert surface["radius"] == pytest.approx(7 if kind == "sphere" else 12, abs=near)
+    if kind == "torus":
+        assert surface["radius2"] == pytest.approx(4, abs=near)
+        assert abs(axis @ middle_from_mesh[:3, 2]) == pytest.approx(1)
+        assert surface["v1"] - surface["v0"] == pytest.approx(2 * np.pi)
+    assert surface["residual"] < (1e-5 if single else 1e-9)
+    assert not surface["reversed"]
+
+
+def test_a_capsule_is_a_cylinder_that_runs_smoothly_into_two_spheres() -> None:
+    turn = np.linspace(0, 2 * np.pi, 33)[:-1]
+    rings = [(5 * np.cos(a), 20 * (a > 0) + 5 * np.sin(a)) for a in np.linspace(-np.pi / 2, np.pi / 2, 18)[1:-1]]
+    vertices = [(r * np.cos(t), r * np.sin(t), z) for r, z in rings for t in turn] + [(0, 0, -5), (0, 0, 25)]
+    n, poles = 32, len(rings) * 32
+    faces = []
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(poles, j, i), (poles + 1, poles - n + i, poles - n + j)]
+        for k in range(0, poles - n, n):
+            faces += [(k + i, k + j, k + n + j), (k + i, k + n + j, k + n + i)]
+    shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
+    assert list(shape.surfaces["kind"]).count("sphere") == 2
+    # No ring of vertices lies where they meet: the strip between is no exact cylinder of radius 5.
+    assert np.sort(shape.surfaces["radius"])[:2] == pytest.approx([5, 5], rel=0.01)
+
+
+def test_a_free_form_sheet_has_no_cylinders() -> None:
+    x, y = (c.ravel() for c in np.meshgrid(np.linspace(-30, 30, 41), np.linspace(-20, 20, 31), indexing="ij"))
+    z = 4 * np.sin(x / 9) * np.cos(y / 7) + x * y * y / 2000
+    corner = np.arange(41 * 31).reshape(41, 31)
+    a, b, c, d = (g.ravel() for g in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    shape = shape_of(trimesh.Trimesh(np.stack([x, y, z], axis=1), faces, process=False))
+    assert Counter(shape.surfaces["kind"]) == {"facets": 1}
+    # Its rim is no plane curve, and its normals are those of the function to the order of the mesh.
+    assert set(shape.arcs["kind"]) == {"polyline"}
+
+
+def test_holes_of_a_mesh_are_features() -> None:
+    outer = np.array([(-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0)])
+    turn = np.linspace(0, 2 * np.pi, 41)[:-1]
+    inner = 6 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    n, corners = len(turn), len(outer)
+    ring = np.concatenate([outer, inner])
+    vertices = np.array([(x, y, z) for z in (0.0, 10.0) for x, y in ring])
+    side = (np.arange(n) * corners // n + 2) % corners  # the corner that each piece of the rim looks at
+    cap = [(corners + i, corners + (i + 1) % n, int(side[i])) for i in range(n)]
+    cap += [(corners + i, int(side[i]), int(side[i - 1])) for i in range(n) if side[i] != side[i - 1]]
+    m = len(ring)
+    faces = list(cap) + [tuple(v + m for v in t[::-1]) for t in cap]
+    for first, count, sign in ((0, corners, 1), (corners, n, -1)):
+        for i in range(count):
+            p, q = first + i, first + (i + 1) % count
+            p, q = (p, q) if sign > 0 else (q, p)
+            faces += [(p, q, q + m), (p, q + m, p + m)]
+    shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 6, "cylinder": 1}
+    (hole,) = (f for f in recognise(shape) if f.kind.endswith("hole"))
+    assert hole.kind == "through_hole"
+    assert hole.dimensions["diameter"][0] == pytest.approx(12)
+    assert hole.dimensions["depth"][0] == pytest.approx(10)
+
+
+def test_a_plane_that_runs_into_a_rounding_stays_a_plane() -> None:
+    angle = np.linspace(0, np.pi / 2, 10)
+    arc = [(40 + 10 * np.sin(a), 20 + 10 * np.cos(a)) for a in angle]
+    outline = np.array([(0.0, 0.0), (0.0, 30.0), *arc, (50.0, 0.0)])[::-1]
+    n = len(outline)
+    vertices = np.array([(x, y, z) for z in (0.0, 5.0) for x, y in outline])
+    cap = [(0, i, i + 1) for i in range(1, n - 1)]
+    faces = [t[::-1] for t in cap] + [tuple(i + n for i in t) for t in cap]
+    for i in range(n):
+        j = (i + 1) % n
+        faces += [(i, j, j + n), (i, j + n, i + n)]
+    shape = shape_of(trimesh.Trimesh(vertices, faces, process=False))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 6, "cylinder": 1}
+
+
+def test_sheets_and_edges_of_four_facets_are_taken() -> None:
+    sheet = trimesh.Trimesh([[0, 0, 0], [9, 0, 0], [9, 5, 0], [0, 5, 0]], [[0, 1, 2], [0, 2, 3]], process=False)
+    shape = shape_of(sheet)
+    assert shape.volume is None
+    assert Counter(shape.arcs["convexity"]) == {"free": 4}
+    assert sorted(shape.arcs["length"]) == pytest.approx([5, 5, 9, 9])
+    one, two = (trimesh.creation.box(bounds=[c, np.add(c, 10)]) for c in ((0, 0, 0), (10, 10, 0)))
+    shape = shape_of(trimesh.util.concatenate([one, two]))
+    assert Counter(shape.surfaces["kind"]) == {"plane": 12}
+    assert shape.volume is None
+    assert np.isnan(shape.arcs["angle"]).sum() == 4  # the common edge, once for each facet at it
+
+
+def scene_file(path: Path) -> Path:
+    scene = trimesh.Scene()
+    bracket = l_bracket()
+    bracket.metadata["units"] = "m"
+    move = trimesh.transformations.translation_matrix
+    turn = trimesh.transformations.rotation_matrix(0.3, [0, 0, 1])
+    scene.add_geometry(bracket, geom_name="bracket", node_name="one", transform=move([1, 2, 3]))
+    for name, transform in (("two", turn), ("mirrored", np.diag([-1.0, 1, 1, 1])), ("large", np.diag([2.0, 2, 2, 1]))):
+        scene.graph.update(frame_to=name, frame_from="one", geometry="bracket", matrix=transform)
+    scene.export(path)
+    return path
+
+
+def test_a_scene_becomes_assemblies_and_shared_geometry_stays_shared(tmp_path: Path) -> None:
+    model = read_mesh(scene_file(tmp_path / "scene.glb"))
+    assert (model.unit, model.unit_mm) == ("m", 1000.0)
+    assert len(model.shapes) == 3  # as given, mirrored, twice as large
+    truth = trimesh.load_scene(tmp_path / "scene.glb")
+    expected = sorted(abs(g.volume) * 1e9 for g in truth.dump())
+    found = []
+    stack = [(model.assemblies[model.root], np.eye(4))]
+    bounds = []
+    while stack:
+        assembly, world = stack.pop()
+        for instance in assembly.instances:
+            world_from_child = world @ instance.parent_from_child
+            assert np.allclose(world_from_child[:3, :3].T @ world_from_child[:3, :3], np.eye(3))
+            assert np.linalg.det(world_from_child[:3, :3]) == pytest.approx(1)
+            if instance.kind == "assembly":
+                stack.append((model.assemblies[instance.child], world_from_child))
+            else:
+                shape = model.shapes[model.parts[instance.child].shape]
+                found.append(shape.volume)
+                points = shape.mesh.vertices @ world_from_child[:3, :3].T + world_from_child[:3, 3]
+                bounds.append([points.min(axis=0), points.max(axis=0)])
+    assert sorted(v for v in found if v is not None) == pytest.approx(expected)
+    low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
+    assert np.allclose([low, high], truth.bounds * 1000, atol=1e-2)
+
+
+@pytest.mark.parametrize(("unit", "size"), [("mm", 30), ("inch", 762), ("m", 30000)])
+def test_the_unit_that_is_given_holds(unit: str, size: float, tmp_path: Path) -> None:
+    l_bracket().export(tmp_path / "part.ply")
+    model = read_mesh(tmp_path / "part.ply", unit)
+    assert model.shapes[0].surfaces["x1"].max() == pytest.approx(size)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "ply", "obj", "glb", "3mf"])
+def test_every_format_gives_fitted_rows_of_the_same_part(suffix: str, tmp_path: Path) -> None:
+    bracket = l_bracket()
+    bracket.units = "m" if suffix == "glb" else "mm"
+    bracket.export(tmp_path / f"part.{suffix}")
+    unit = None if suffix in ("glb", "3mf") else "mm"
+    (shape,) = read_mesh(tmp_path / f"part.{suffix}", unit).shapes
+    assert shape.volume == pytest.approx(2500 * (1e9 if suffix == "glb" else 1), rel=1e-6)  # GLB is in metres
+    for rows in (shape.surfaces, shape.arcs):
+        assert set(rows["provenance"]) == {"fitted"}
+        assert np.all(np.asarray(rows["residual"]) < 1e-3)
+
+
+@pytest.mark.parametrize(("suffix", "unit", "cure"), [("stl", None, "give one"), ("glb", "mm", "leave --unit out")])
+def test_a_unit_is_asked_for_where_the_format_has_none(
+    suffix: str, unit: str | None, cure: str, tmp_path: Path
+) -> None:
+    l_bracket().export(tmp_path / f"part.{suffix}")
+    with pytest.raises(InputError, match=cure):
+        read_mesh(tmp_path / f"part.{suffix}", unit)
+
+
+@pytest.mark.parametrize("faces", ["", "f 1 1 2\n", "f 1 2 3\n"])
+def test_a_mesh_without_area_is_refused(faces: str, tmp_path: Path) -> None:
+    (tmp_path / "part.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\n" + faces)
+    with pytest.raises(InputError, match="part"):
+        read_mesh(tmp_path / "part.obj", "mm")
+
+
+@pytest.mark.parametrize("seed", [0, 4, 13])
+def test_round_parts_have_the_areas_by_kind_of_their_exact_model(seed: int) -> None:
+    exact = extracted(generate(seed))
+    shape = shape_from_triangles(
+        exact.mesh.vertices.astype(np.float32).astype(float), exact.mesh.triangles.astype(np.int64)
+    )
+    assert shape is not None
+    kinds = np.asarray(exact.surfaces["recognised_kind"])
+    for kind in ("plane", "cylinder", "cone", "sphere", "torus"):
+        true = np.asarray(exact.surfaces["area"])[kinds == kind].sum()
+        found = np.asarray(shape.surfaces["area"])[np.asarray(shape.surfaces["kind"]) == kind].sum()
+        assert found == pytest.approx(true, rel=0.03, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["part.stl", "part.ply", "part.obj", "part.glb", "part.3mf", "part.gltf"])
+def test_text_is_refused(name: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("It was a dark and stormy night.\n")
+    with pytest.raises(InputError, match="part"):
+        read_mesh(tmp_path / name, "mm" if name[-3:] in ("stl", "ply", "obj") else None)
+
+
+@pytest.mark.parametrize(("old", "new"), [("3 2 1 0", "3 2 1 99"), ("0.0 0.0 5.0", "nan 0.0 5.0"), ("30.0", "3e30")])
+def test_damaged_numbers_are_refused(old: str, new: str, tmp_path: Path) -> None:
+    bracket = l_bracket()
+    lines = [" ".join(map(str, v)) for v in bracket.vertices.tolist()]
+    lines += ["3 " + " ".join(map(str, t)) for t in bracket.faces.tolist()] + [""]
+    header = ["ply", "format ascii 1.0", f"element vertex {len(bracket.vertices)}"]
+    header += [f"property float {c}" for c in "xyz"]
+    header += [f"element face {len(bracket.faces)}", "property list uchar int vertex_indices", "end_header"]
+    path = tmp_path / "part.ply"
+    text = "\n".join(header + lines)
+    path.write_text(text)
+    assert read_mesh(path, "mm").shapes[0].volume == pytest.approx(2500)
+    path.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match="export it again"):
+        read_mesh(path, "mm")
+
+
+def test_a_file_may_not_refer_outside_its_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "inside"
+    folder.mkdir()
+    l_bracket().export(folder / "part.gltf")
+    assert read_mesh(folder / "part.gltf").shapes[0].volume is not None
+    tree = json.loads((folder / "part.gltf").read_text())
+    for buffer in tree["buffers"]:
+        (folder / buffer["uri"]).rename(tmp_path / buffer["uri"])
+        buffer["uri"] = "../" + buffer["uri"]
+    (folder / "part.gltf").write_text(json.dumps(tree))
+    with pytest.raises(InputError, match="cannot be read"):
+        read_mesh(folder / "part.gltf")
+
+
+def gltf_of_a_bracket(path: Path, **changed: object) -> Path:
+    """A glTF file with the bracket's triangles, the first 9 in one accessor, the others in another; sizes are mm."""
+    bracket = l_bracket()
+    raw = np.asarray(bracket.faces, "<u4").tobytes() + np.asarray(bracket.vertices * 1e-3, "<f4").tobytes()
+    count = bracket.faces.size
+    (path.parent / "bracket.bin").write_bytes(raw)
+    tree = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(raw), "uri": "bracket.bin"}],
+        "bufferViews": [
+            {"buffer": 0, "byteLength": 4 * count},
+            {"buffer": 0, "byteOffset": 4 * count, "byteLength": len(raw) - 4 * count},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5125, "count": 27, "type": "SCALAR"},
+            {"bufferView": 0, "byteOffset": 108, "componentType": 5125, "count": count - 27, "type": "SCALAR"},
+            {"bufferView": 1, "componentType": 5126, "count": len(bracket.vertices), "type": "VEC3"},
+        ],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [*rgb, 1]}} for rgb in ((1, 0, 0), (0, 0, 1))],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 2}, "indices": i, "material": i} for i in (0, 1)], "name": "L"}
+        ],
+        "nodes": [{"mesh": 0, "name": "here"}],
+        "scenes": [{"nodes": [0]}],
+    }
+    path.write_text(json.dumps(tree | changed))
+    return path
+
+
+def obj_of_brackets(path: Path) -> Path:
+    """Two brackets as objects, the first of them in two materials."""
+    (path.parent / "paint.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
+    bracket = l_bracket()
+    n = len(bracket.vertices)
+    lines = ["mtllib paint.mtl"]
+    lines += [f"v {x + 50 * i} {y} {z}" for i in range(2) for x, y, z in bracket.vertices.tolist()]
+    first, other = ([f"f {a} {b} {c}" for a, b, c in (bracket.faces + 1 + i * n).tolist()] for i in range(2))
+    lines += ["o two", "usemtl red", *first[:9], "usemtl blue", *first[9:], "o one", "usemtl blue", *other]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_a_body_in_two_colours_is_one_body(tmp_path: Path) -> None:
+    model = read_mesh(gltf_of_a_bracket(tmp_path / "part.gltf"))
+    assert [(p.name, p.colour) for p in model.parts] == [("L", None)]
+    assert model.shapes[0].volume == pytest.approx(2500)
+    model = read_mesh(obj_of_brackets(tmp_path / "part.obj"), "mm")
+    assert {(p.name, p.colour) for p in model.parts} == {("two", None), ("one", "#0000ff")}
+    assert [s.volume for s in model.shapes] == pytest.approx([2500, 2500])
+
+
+def test_nodes_nest_as_deep_as_they_like(tmp_path: Path) -> None:
+    deep = 3000
+    turn = [0.0, 0.0, float(np.sin(0.005)), float(np.cos(0.005))]  # 0.01 rad about z
+    nodes = [{"children": [i + 1], "rotation": turn} for i in range(deep)] + [{"mesh": 0}]
+    model = read_mesh(gltf_of_a_bracket(tmp_path / "part.gltf", nodes=nodes))
+    assert len(model.assemblies) == deep + 1
+    pose, (instance,) = np.eye(4), model.assemblies[model.root].instances
+    while instance.kind == "assembly":
+        pose = pose @ instance.parent_from_child
+        (instance,) = model.assemblies[instance.child].instances
+    assert np.arctan2(pose[1, 0], pose[0, 0]) % (2 * np.pi) == pytest.approx(0.01 * deep % (2 * np.pi), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "roots"),
+    [
+        ([{"children": [1]}, {"children": [0], "mesh": 0}], [0]),
+        ([{"children": [2]}, {"children": [2]}, {"mesh": 0}], [0, 1]),
+    ],
+)
+def test_nodes_that_form_no_tree_are_refused(nodes: list[object], roots: list[int], tmp_path: Path) -> None:
+    path = gltf_of_a_bracket(tmp_path / "part.gltf", nodes=nodes, scenes=[{"nodes": roots}])
+    with pytest.raises(InputError, match="stands in itself or in two nodes"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize("suffix", ["stl", "ply", "obj"])
+def test_a_mesh_without_a_name_has_that_of_its_object_or_file(suffix: str, tmp_path: Path) -> None:
+    l_bracket().export(tmp_path / f"clip.{suffix}")
+    model = read_mesh(tmp_path / f"clip.{suffix}", "mm")
+    assert [p.name for p in model.parts] == ["clip"]
+    assert [i.name for i in model.assemblies[model.root].instances] == ["clip"]
+    assert [p.name for p in read_mesh(tmp_path / f"clip.{suffix}", "mm", name="clamp").parts] == ["clamp"]
+
+
+def test_a_file_cut_short_is_refused_for_that(tmp_path: Path) -> None:
+    raw = l_bracket().export(file_type="stl")
+    (tmp_path / "part.stl").write_bytes(raw[:-30] + b"\xff")
+    with pytest.raises(InputError, match=r"neither text nor as long as it says.*: export it again"):
+        read_mesh(tmp_path / "part.stl", "mm")
+
+
+def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with zipfile.ZipFile(tmp_path / "part.3mf", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", " " * (1 << 22))
+    monkeypatch.setattr(read, "_MOST_BYTES", 1 << 20)
+    assert (tmp_path / "part.3mf").stat().st_size < 1 << 20
+    with pytest.raises(InputError, match="larger than 1 MB"):
+        read_mesh(tmp_path / "part.3mf")
+
+
+def test_components_of_an_archive_nest(tmp_path: Path) -> None:
+    """Two build items of one part number, made of pairs of brackets; inches."""
+    bracket = l_bracket()
+    vertices = "".join(f'<vertex x="{x}" y="{y}" z="{z}"/>' for x, y, z in bracket.vertices.tolist())
+    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in bracket.faces.tolist())
+    text = f"""<model unit="inch" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"><resources>
+<object id="1" name="L"><mesh><vertices>{vertices}</vertices><triangles>{faces}</triangles></mesh></object>
+<object id="2" name="pair"><components><component objectid="1"/>
+<component objectid="1" transform="0 1 0 -1 0 0 0 0 1 50 0 0"/></components></object>
+<object id="3" name="mirrored"><components>
+<component objectid="2" transform="1 0 0 0 1 0 0 0 -1 0 0 -9"/></components></object></resources>
+<build><item objectid="2" partnumber="P"/><item objectid="2" partnumber="P" transform="1 0 0 0 1 0 0 0 1 0 0 90"/>
+<item objectid="3"/></build></model>"""
+    path = tmp_path / "part.3mf"
+
+    def write(model: str) -> None:
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("3D/3dmodel.model", model)
+
+    write(text)
+    model = read_mesh(path)
+    assert [(i.name, i.kind) for i in model.assemblies[model.root].instances] == [
+        ("P", "assembly"), ("P", "assembly"), ("mirrored", "assembly"),
+    ]  # fmt: skip
+    places = PlacedParts(model).of(model.root)
+    assert [PlacedParts(model).path(model.root, i) for i in (0, 3, 5)] == ["P#0/L#0", "P#1/L#1", "mirrored/pair/L#1"]
+    assert len(model.shapes) == 2  # the second mirrored
+    # The corner at 30, 10, 5 inches of each bracket, by the rows of the file's transforms.
+    turned = np.array([50 - 10, 30, 5.0])
+    truth = [[30, 10, 5], turned, [30, 10, 95], turned + np.array([0, 0, 90]), [30, 10, -14], [40, 30, -14]]
+    for shape, pose, corner in zip(places.shape, places.pose, np.array(truth) * 25.4, strict=True):
+        points = model.shapes[shape].mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
+        assert np.linalg.norm(points - corner, axis=1).min() < 1e-6
+    write(text.replace('<component objectid="1"/>', '<component objectid="3"/>'))
+    with pytest.raises(InputError, match="contains itself"):
+        read_mesh(path)
+    doubled = "".join(
+        f'<object id="{i}"><components>{f"""<component objectid="{i - 1}"/>""" * 2}</components></object>'
+        for i in range(4, 30)
+    )
+    write(
+        text.replace("</resources>", doubled + "</resources>").replace(
+            'objectid="3"/></build', 'objectid="29"/></build'
+        )
+    )
+    with pytest.raises(InputError, match="places more than 100000 objects"):
+        read_mesh(path)
+
+
+@pytest.mark.data
+def test_known_meshes_load(data_dir: Path) -> None:
+    shared = read_mesh(data_dir / "mesh" / "pins.glb")
+    assert len(shared.shapes) == 2
+    cube = read_mesh(data_dir / "photo_cube" / "model.obj", "mm")
+    lines = np.asarray(cube.shapes[0].arcs["kind"]) == "line"
+    assert lines.sum() == 12
+    assert cube.shapes[0].arcs["length"][lines] == pytest.approx([84] * 12)
+    soup = read_mesh(data_dir / "mesh" / "soup.stl", "mm")
+    assert soup.shapes[0].volume is None
+    truck = read_mesh(data_dir / "mesh" / "CesiumMilkTruck.glb")
+    wheels = [p for p in truck.parts if "heel" in p.name]
+    assert len(wheels) == 1
+    placed = [
+        i for a in truck.assemblies for i in a.instances if i.kind == "part" and truck.parts[i.child] is wheels[0]
+    ]
+    assert len(placed) == 2
+    counter = read_mesh(data_dir / "mesh" / "counterXP.3MF")
+    assert sum(i.kind == "part" for a in counter.assemblies for i in a.instances) > len(counter.shapes)
+
+
+@pytest.mark.data
+def test_the_mesh_of_a_part_has_the_surfaces_of_its_model(data_dir: Path) -> None:
+    (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
+    exact = read_step(data_dir / "step" / "featuretype.STEP").shapes[0].surfaces
+    for kind, share in (("cylinder", 0.95), ("plane", 0.95)):
+        found = np.flatnonzero(np.asarray(shape.surfaces["kind"]) == kind)
+        true = np.flatnonzero(np.asarray(exact["recognised_kind"]) == kind)
+        area = [np.asarray(t["area"])[rows].sum() for t, rows in ((shape.surfaces, found), (exact, true))]
+        assert area[0] == pytest.approx(area[1], rel=0.02)
+        if kind == "cylinder":
+            radii = np.unique(np.round(np.asarray(exact["radius"], float)[true], 2))
+            right = np.abs(np.asarray(shape.surfaces["radius"])[found][:, None] - radii).min(axis=1) < 0.01
+            assert right.mean() >= share
+
+
+@pytest.mark.data
+def test_the_mesh_of_a_part_has_the_features_of_its_model(data_dir: Path) -> None:
+    (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
+    exact = read_step(data_dir / "step" / "featuretype.STEP").shapes[0]
+    assert Counter(f.kind for f in recognise(shape)) == Counter(f.kind for f in recognise(exact))

@@ -1,0 +1,65 @@
+"""Every STEP file of the test data loads, and the store says what of."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from relmodel.loading import load as loading
+from relmodel.store import Store
+from relmodel.store.check import check
+from tests.parts.step_parts import loaded
+
+# Faces that a product of the file has, distinct parts, placed parts, supplemental parts.
+EXPECTED = {
+    "2-2-3-3-10-23.step": (48, 1, 1, 0),
+    "3-3-3-3-3-23.step": (57, 1, 1, 0),
+    "M6-1x12-countersunk-screw.step": (28, 1, 1, 0),
+    "abstract_pca.step": (9, 2, 2, 0),
+    "as1-tu-203.stp": (53, 5, 18, 0),
+    "base_interface_AP214.STEP": (30, 1, 1, 0),
+    "box_sides.STEP": (310, 6, 10, 0),
+    "conical-surface.step": (5, 1, 1, 0),
+    "cube-in.step": (6, 1, 1, 0),
+    "cube-m.step": (6, 1, 1, 0),
+    "dm1-oc-214.stp": (31, 3, 7, 0),
+    "featuretype.STEP": (96, 1, 1, 0),
+    "io1-tu-203.stp": (29, 1, 1, 1),
+    "nist_ctc_01_asme1_ap203.stp": (139, 1, 1, 1),
+    "nist_ctc_01_asme1_ap242.stp": (117, 1, 1, 1),
+    "nist_ctc_02_asme1_ap242.stp": (637, 1, 1, 4),
+    "nist_ctc_04_asme1_ap203.stp": (518, 1, 1, 1),
+    "nist_ftc_08_asme1_ap242-e1-tg.stp": (273, 1, 1, 2),
+    "red_cube_blue_cylinder.step": (9, 2, 2, 0),
+    "screw.step": (10, 1, 1, 0),
+    "sg1-c5-214.stp": (16, 1, 1, 0),
+}
+
+
+@pytest.mark.data
+def test_every_file_loads_and_is_reported(data_dir: Path, duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = sorted((data_dir / "step").iterdir())
+    assert {file.name for file in files} == set(EXPECTED)
+    models = {file: loaded(file) for file in files}  # read once for all tests
+    monkeypatch.setattr(loading, "_read", lambda request, *_: (models[request.path], 0.0))
+    with Store.open(duckdb_file) as store:
+        for file in files:
+            loading.load(store, file, name=file.name)
+        assert not [finding for finding in check(store) if finding.rows]
+        with store.read() as connection:
+            rows = connection.exec_driver_sql(
+                "SELECT v.name, r.status, r.message, r.faces_in_file, r.faces_loaded, r.parts, r.occurrences,"
+                " r.supplemental_parts FROM load_report AS r JOIN object_variant AS v ON v.id = r.object_variant_id"
+            ).all()
+    assert {row[0]: tuple(row[4:]) for row in rows} == EXPECTED
+    for name, status, message, in_file, came, *_ in rows:
+        assert (status, message, in_file) == ("added", None, came), name
+        # The count is that of the text; two faces of one file belong to no product.
+        listed = len(
+            re.findall(
+                r"=\s*(?:ADVANCED|COMPLEX_TRIANGULATED)_FACE\s*\(", (data_dir / "step" / name).read_text("latin-1")
+            )
+        )
+        assert listed == came + (2 if name.startswith("nist_ctc_04") else 0)

@@ -1,0 +1,438 @@
+"""What a STEP file says beside its geometry, against its own text (taken apart with plain regular expressions) and
+against the geometry that it is of."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from relmodel.errors import InputError
+from relmodel.find.find import world_named
+from relmodel.loading.load import load
+from relmodel.model.model import Pmi, Shape
+from relmodel.readers.step.part21_instances import Instances, Typed
+from relmodel.readers.step.part21_units import measure
+from relmodel.readers.step.read import read_step
+from relmodel.show.picture import write_picture
+from relmodel.show.tree import read_tree
+from relmodel.store import Store
+from relmodel.store.check import check
+from relmodel.variants.compare import compare
+from relmodel.world.placement import place_world
+from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
+from vision.localisation.stored_scene import scene_from_store
+
+PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ctc_02_asme1_ap242.stp")
+
+
+@cache
+def instances(path: Path) -> dict[str, str]:
+    """Text of each instance by its number, blanks taken out; of files whose strings hold no semicolon."""
+    text = re.sub(r"\s", "", path.read_text("latin-1"))
+    return dict(re.findall(r"(#\d+)=([^;]*);", text[text.index("DATA;") :]))
+
+
+def found(path: Path, pattern: str) -> list[Any]:
+    """What a pattern matches in the text of a file."""
+    return re.findall(pattern, ";".join(f"{n}={text}" for n, text in instances(path).items()))
+
+
+def pmi(path: Path, kind: str) -> list[tuple[Pmi, Shape]]:
+    model = loaded(path)
+    return [(one, model.shapes[part.shape]) for part in model.parts for one in part.pmi if one.kind == kind]
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", PMI_FILES)
+def test_dimensions_tolerances_and_datums_are_those_of_the_text(data_dir: Path, name: str) -> None:
+    path = data_dir / "step" / name
+    kinds = found(path, r"DIMENSIONAL_SIZE\(#\d+,'([^']*)'") + found(
+        path, r"(?:DIMENSION|ANGUL)AL?R?_LOCATION\('([^']*)'"
+    )
+    assert Counter(one.type.replace(" ", "") for one, _ in pmi(path, "dimension")) == Counter(kinds)
+    tolerances = found(path, r"(FLATNESS|PERPENDICULARITY|POSITION|SURFACE_PROFILE|LINE_PROFILE)_TOLERANCE\(")
+    assert Counter(one.type.replace(" ", "_").upper() for one, _ in pmi(path, "tolerance")) == Counter(tolerances)
+    datums = Counter(one.type for one, _ in pmi(path, "datum"))
+    assert datums["feature"] == len(found(path, r"=DATUM_FEATURE\("))
+    assert datums["target"] == len(found(path, r"=PLACED_DATUM_TARGET_FEATURE\("))
+    letters = set(found(path, r"=DATUM\('',\$,#\d+,\.F\.,'(\w)'\)"))
+    assert {one.datums[0][1] for one, _ in pmi(path, "datum")} == letters
+    assert {letter for one, _ in pmi(path, "tolerance") for _, letter, _ in one.datums} <= letters
+
+    # Nominal values and deviations, followed from one instance to the next.
+    text = instances(path)
+
+    def number(reference: str) -> float:
+        return float(re.findall(r"_MEASURE\(([-+.\dE]+)\)", text[reference])[0])
+
+    stated = []
+    bounds = {d: b for b, d in found(path, r"PLUS_MINUS_TOLERANCE\((#\d+),(#\d+)\)")}
+    for dimension, shown in found(path, r"DIMENSIONAL_CHARACTERISTIC_REPRESENTATION\((#\d+),(#\d+)\)"):
+        items = re.findall(r"#\d+", text[shown])[:-1]
+        named = {re.findall(r"REPRESENTATION_ITEM\('(\w+)'\)", text[item])[0]: number(item) for item in items}
+        value = named["nominalvalue"]
+        ends = [named[limit] for limit in ("lowerlimit", "upperlimit") if limit in named]
+        if dimension in bounds:
+            ends = [value + number(end) for end in re.findall(r"#\d+", text[bounds[dimension]])]
+        turn = np.pi / 180 if "ANGULAR" in text[dimension] else 1.0
+        stated.append(tuple(round(turn * v, 9) for v in (value, *ends)))
+    ours = [
+        tuple(round(v, 9) for v in (one.value, one.lower_limit, one.upper_limit) if v is not None)
+        for one, _ in pmi(path, "dimension")
+        if one.value is not None
+    ]
+    assert Counter(ours) == Counter(stated)
+    widths = [number(m) for m in found(path, r"TOLERANCE\('[^']*','',(#\d+),")]
+    assert sorted(one.value or 0 for one, _ in pmi(path, "tolerance")) == pytest.approx(sorted(widths))
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", PMI_FILES)
+def test_pmi_is_of_surfaces_that_have_what_it_says(data_dir: Path, name: str) -> None:
+    path = data_dir / "step" / name
+    for one, shape in pmi(path, "dimension"):
+        surfaces = [s for s, _ in one.surfaces]
+        kinds = {str(shape.surfaces["recognised_kind"][s]) for s in surfaces}
+        assert surfaces
+        if one.type == "diameter":
+            assert kinds == {"cylinder"}
+        if one.type == "diameter" and one.value is not None:
+            assert one.lower_limit is not None
+            assert one.upper_limit is not None
+            for s in surfaces:
+                assert one.lower_limit - 1e-6 <= 2 * shape.surfaces["radius"][s] <= one.upper_limit + 1e-6
+        if one.type == "angle":
+            assert (kinds, [role for _, role in one.surfaces]) == ({"plane"}, ["origin", "target"])
+            a, b = (np.array([shape.surfaces[f"axis_z_{c}"][s] for c in "xyz"]) for s in surfaces)
+            assert one.value == pytest.approx(np.arccos(np.abs(a @ b)), abs=1e-6)
+    for one, shape in pmi(path, "tolerance"):
+        assert one.surfaces
+        if one.type in ("flatness", "perpendicularity"):
+            assert {shape.surfaces["kind"][s] for s, _ in one.surfaces} <= {"plane", "cylinder"}
+        if one.type == "flatness":
+            assert not one.datums
+
+
+@pytest.mark.data
+def test_sql_questions_pmi(data_dir: Path, fresh_store: str) -> None:
+    path = data_dir / "step" / PMI_FILES[0]
+    with Store.open(fresh_store) as store:
+        load(store, path, name="case")
+        load(store, path, name="case")
+        assert not [f for f in check(store) if f.rows]
+        with store.read() as connection:
+            tight = connection.exec_driver_sql(
+                "SELECT p.value, count(*) FROM part_pmi AS p JOIN part_pmi_surface AS s USING (part_id, pmi_no)"
+                " JOIN shape_surface AS u ON u.shape_id = s.shape_id AND u.surface_no = s.surface_no"
+                " JOIN surface AS f ON f.id = u.surface_id"
+                " WHERE p.kind = 'dimension' AND p.type = 'diameter' AND p.upper_limit - p.lower_limit < 0.16"
+                " AND f.recognised_kind = 'cylinder' GROUP BY p.value"
+            ).all()
+            assert [tuple(row) for row in tight] == [(20.0, 4)]
+            to_a = connection.exec_driver_sql(
+                "SELECT count(*) FROM part_pmi AS p JOIN part_pmi_datum AS d USING (part_id, pmi_no)"
+                " WHERE p.kind = 'tolerance' AND d.letter = 'A' AND d.precedence = 1"
+            ).scalar_one()
+            assert to_a == 5
+            assert len(connection.execute(store.table("part_pmi").select()).all()) == 21
+
+
+def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path, duckdb_file: Path) -> None:
+    """The same box, once written from a turned copy of itself, is one shape: PMI stays with its face."""
+    # The order in the store is that of the first file; `write_pmi` looks it up by content.
+    from dataclasses import replace
+
+    from relmodel.columns import take
+    from relmodel.loading.write import model as write
+    from relmodel.model.content_keys import model_keys
+    from relmodel.store import Run
+
+    path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
+    model = read_step(path)
+    top = int(np.argmax(np.asarray(model.shapes[0].surfaces["centroid_z"])))
+    with Store.open(duckdb_file) as store:
+        load(store, path, name="plain")
+        shape, before = model.shapes[0], model_keys(model).shapes[0].shape
+        order = np.arange(6)[::-1]
+        turned = replace(shape, surfaces=take(shape.surfaces, order))
+        turned.coedges = shape.coedges | {"surface_no": 5 - np.asarray(shape.coedges["surface_no"])}
+        turned.loops = shape.loops | {"surface_no": 5 - np.asarray(shape.loops["surface_no"])}
+        model.shapes[0] = turned
+        model.parts[0].pmi.append(
+            Pmi("datum", "feature", "", datums=((1, "A", None),), surfaces=((5 - top, "feature"),))
+        )
+        assert model_keys(model).shapes[0].shape == before
+        with Run.begin(store, "load", {}) as run, run.write() as connection:
+            write.store_model(run, connection, model, "marked", "", write.SourceFile("box.step", "0" * 64))
+            run.end("ok", connection=connection)
+        with store.read() as connection:
+            (row,) = connection.execute(store.table("part_pmi_surface").select())
+            assert row.surface_no == top
+
+
+@pytest.mark.data
+def test_materials_with_the_unit_of_the_file(data_dir: Path) -> None:
+    (part,) = loaded(data_dir / "step/conical-surface.step").parts
+    assert part.material == "Steel"
+    assert part.attributes == [("density", 7850.0, "kg/m3"), ("density as stated", 7850.0, "kg/m3")]
+    # In this file the unit is g3 cm2, which is none of a density; of the bolt the text leads nowhere.
+    path = data_dir / "step/dm1-oc-214.stp"
+    parts = {part.name: part for part in loaded(path).parts}
+    assert parts["nut"].attributes == [("density as stated", 8.210195, "g3.cm2")]
+    assert parts["l-bracket"].attributes == [("density as stated", 4.423001, "g3.cm2")]
+    assert parts["bolt"].attributes == []
+    names = re.findall(r"DESCRIPTIVE_REPRESENTATION_ITEM\('(AMS[^']*)'", path.read_text("latin-1"))
+    assert sorted(str(part.material) for part in parts.values()) == sorted(names)
+
+
+def test_units_are_told_and_converted() -> None:
+    text = b"""DATA;
+        #1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+        #2=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#1);
+        #3=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#9));
+        #4=(MASS_UNIT()NAMED_UNIT(*)SI_UNIT(.KILO.,.GRAM.));
+        #5=MASS_MEASURE_WITH_UNIT(MASS_MEASURE(0.45359237),#4);
+        #6=(CONVERSION_BASED_UNIT('POUND',#5)MASS_UNIT()NAMED_UNIT(#9));
+        #7=DERIVED_UNIT_ELEMENT(#6,1.); #8=DERIVED_UNIT_ELEMENT(#3,-3.); #10=DERIVED_UNIT((#7,#8));
+        /* #11=NONE('of this'); */
+        #12=MEASURE_REPRESENTATION_ITEM('density measure; it''s',POSITIVE_RATIO_MEASURE(0.1),#10);
+        ENDSEC;"""
+    of = Instances(text)
+    assert [of.ordinal(n) for n in (1, 8, 10, 12, 11)] == [0, 7, 8, 9, None]
+    assert (len(of), 9 in of, 10 in of) == (10, False, True)
+    assert of[2] == {"LENGTH_MEASURE_WITH_UNIT": [Typed("LENGTH_MEASURE", [25.4]), 1]}
+    assert of.of("CONVERSION_BASED_UNIT") == [3, 6]
+    one = measure(of, 12)
+    assert one is not None
+    assert one.unit is not None
+    assert (one.name, one.value, one.unit.symbol) == ("density measure; it's", 0.1, "lb/in3")
+    assert one.within({"mass": 1.0, "length": -3.0}, 1.0) == pytest.approx(2767.990471)  # an aluminium
+    assert one.within({"mass": 1.0}, 1.0) is None
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["as1-tu-203.stp", "sg1-c5-214.stp", "io1-tu-203.stp", "nist_ctc_01_asme1_ap242.stp"])
+def test_validation_properties_are_those_of_the_text_and_of_the_geometry(data_dir: Path, name: str) -> None:
+    path = data_dir / "step" / name
+    model = loaded(path)
+    volumes = {round(float(v), 6) for v in found(path, r"VOLUME_MEASURE\(([-+.\dE]+)\)")}
+    areas = {round(float(v), 6) for v in found(path, r"AREA_MEASURE\(([-+.\dE]+)\)")}
+    for part in model.parts:
+        shape = model.shapes[part.shape]
+        if shape.kind == "solid":
+            stated = {name: value for name, value, _ in part.attributes}
+            assert round(float(stated["validation volume"]), 6) in volumes
+            assert round(float(stated["validation area"]), 6) in areas
+            assert shape.volume == pytest.approx(stated["validation volume"], rel=1e-3)
+            assert np.sum(shape.surfaces["area"]) == pytest.approx(stated["validation area"], rel=1e-3)
+            assert {f"validation centroid {c}" for c in "xyz"} <= set(stated)
+    if name.startswith("as1"):
+        assert all(len(assembly.attributes) >= 5 for assembly in model.assemblies)
+
+
+@pytest.mark.data
+def test_layers_and_colours_are_those_of_the_text(data_dir: Path) -> None:
+    io1 = data_dir / "step/io1-tu-203.stp"
+    assert dict(found(io1, r"PRESENTATION_LAYER_ASSIGNMENT\('(\d+)','[^']*',\((#1202|#20)")) == {
+        "010": "#1202",
+        "015": "#20",
+    }
+    body, drawn = loaded(io1).parts
+    assert set(loaded(io1).shapes[body.shape].surfaces["layer"]) == {"010"}  # #1202 is the solid
+    assert drawn.attributes == [("layer", "015", None)]  # #20 and on the loose edges
+    as1 = loaded(data_dir / "step/as1-tu-203.stp")
+    assert {layer for shape in as1.shapes for layer in shape.surfaces["layer"]} == {"256"}
+
+    cube = data_dir / "step/red_cube_blue_cylinder.step"
+    written = {tuple(float(x) for x in rgb) for rgb in found(cube, r"COLOUR_RGB\('',([\d.]+),([\d.]+),([\d.]+)\)")}
+    red, blue = sorted(("#" + "".join(f"{round(255 * x):02x}" for x in rgb) for rgb in written), reverse=True)
+    model = loaded(cube)
+    for part in model.parts:
+        expected = red if part.name.startswith("red") else blue
+        assert set(model.shapes[part.shape].surfaces["colour"]) == {expected}
+    (sg1,) = loaded(data_dir / "step/sg1-c5-214.stp").parts
+    (rgb,) = found(data_dir / "step/sg1-c5-214.stp", r"COLOUR_RGB\('Colour',([\d.]+),([\d.]+),([\d.]+)\)")
+    assert sg1.colour == "#" + "".join(f"{round(255 * float(x)):02x}" for x in rgb)
+
+
+@pytest.mark.data
+def test_loose_lines_and_sheets_of_a_file_are_kept_and_marked(data_dir: Path) -> None:
+    for name, curves in (("io1-tu-203.stp", 6), ("nist_ctc_01_asme1_ap203.stp", 78)):
+        path = data_dir / "step" / name
+        model = loaded(path)
+        body, drawn = model.parts
+        assert (body.supplemental, drawn.supplemental) == (False, True)
+        shape = model.shapes[drawn.shape]
+        listed = re.findall(r"#\d+", found(path, r"GEOMETRIC_CURVE_SET\('[^']*',\(([#\d,]*)\)\)")[0])
+        assert shape.kind == "wire"
+        assert curves == len(shape.arcs["kind"]) == sum("POINT" not in instances(path)[n] for n in listed)
+    path = data_dir / "step/nist_ctc_02_asme1_ap242.stp"
+    model = loaded(path)
+    sheets = [p for p in model.parts if model.shapes[p.shape].kind == "sheet"]
+    assert len(sheets) == len(found(path, r"=SHELL_BASED_SURFACE_MODEL\("))
+    assert all(p.supplemental for p in sheets)
+
+
+def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fresh_store: str) -> None:
+    path = write_product(tmp_path / "bracket.step", bracket_with_sheet_and_line(), "bracket")
+    (tmp_path / "world.yaml").write_text("world: w\nobjects:\n  - {object: bracket, name: b}\n")
+    with Store.open(fresh_store) as store:
+        report = load(store, path, name="bracket", variant="")
+        assert (report.parts, report.occurrences, report.supplemental_parts) == (1, 1, 2)
+        assert load(store, path, name="bracket", variant="B").status == "added"
+        place_world(store, tmp_path / "world.yaml")
+        assert not [f for f in check(store) if f.rows]
+        with store.read() as connection:
+            parts = connection.execute(store.table("part").select()).all()
+            assert sorted((p.name, p.supplemental) for p in parts) == [
+                ("bracket", False),
+                ("bracket supplemental", True),
+                ("bracket supplemental sheet", True),
+            ]
+            kinds = {s.id: s.kind for s in connection.execute(store.table("shape").select())}
+            assert {kinds[p.shape_id] for p in parts if p.supplemental} == {"wire", "sheet"}
+            placed = connection.execute(store.table("occurrence").select()).all()
+            assert [o.path for o in placed if o.kind == "part"] == ["b/bracket"]
+            world, _ = world_named(store, connection, None)
+            scene = scene_from_store(store, connection, world)
+            assert scene.paths == ["b/bracket"]
+            assert scene.scene.vertices[:, 2].max() == 10.0
+            assert scene.scene.sample_point[:, 2].max() == pytest.approx(10.0)
+            legend = write_picture(
+                store, connection, read_tree(store, connection, "bracket"), tmp_path / "side.png", "right"
+            )
+        drawn = cv2.imread(str(tmp_path / "side.png"))
+        assert drawn is not None
+        assert legend
+        # the body alone is 10 mm deep and 20 mm high; the sheet stands 50 mm off
+        assert drawn.shape[0] > 1.5 * drawn.shape[1]
+        result = compare(store, ("bracket", ""), ("bracket", "B"))
+        assert result is not None
+
+
+def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()
+    wrapped = compound(compound(compound(box)))
+    path = write_product(tmp_path / "wrapped.step", wrapped, "bracket", as_assembly=True)
+    assert len(re.findall(r"= PRODUCT\(", path.read_text())) == 4  # three around the box
+    model = read_step(path)
+    assert [part.name for part in model.parts] == ["bracket"]
+    (assembly,) = model.assemblies
+    assert [(one.name, one.kind) for one in assembly.instances] == [("bracket", "part")]
+
+
+def test_names_of_faces_in_the_file(tmp_path: Path) -> None:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    maker = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0)
+    named = {"seat": maker.TopFace(), "datum A": maker.BottomFace()}
+    path = write_product(tmp_path / "box.step", maker.Shape(), "box", names=named)
+    (shape,) = read_step(path).shapes
+    heights = {n: z for n, z in zip(shape.surfaces["name"], shape.surfaces["centroid_z"], strict=True) if n}
+    assert heights == pytest.approx({"seat": 10.0, "datum A": 0.0})
+
+
+def test_units_of_length(tmp_path: Path) -> None:
+    """A unit with a name of its own is as long as the file says; one that nothing tells of is refused."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+
+    path = write_product(tmp_path / "box.step", BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape(), "box")
+    text = path.read_text()
+    millimetre = "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) )"
+    assert millimetre in text
+    last = f"#90001=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(457.2),#90002);#90002={millimetre};ENDSEC;\nEND-ISO"
+    cubit = text.replace(millimetre, "( CONVERSION_BASED_UNIT('CUBIT',#90001) LENGTH_UNIT() NAMED_UNIT(#90003) )")
+    cubit = cubit.replace("ENDSEC;\nEND-ISO", "#90003=DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);" + last)
+    path.write_text(cubit)
+    model = read_step(path)
+    assert (model.unit, model.unit_mm) == ("cubit", 457.2)
+    assert model.shapes[0].volume == pytest.approx(6000 * 457.2**3)
+    path.write_text(text.replace(millimetre, "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.DECA.,.METRE.) )"))
+    model = read_step(path)
+    assert model.unit_mm == 1e4
+    assert model.shapes[0].volume == pytest.approx(6e15)
+    path.write_text(text.replace(millimetre, "( CONTEXT_DEPENDENT_UNIT('CUBIT') LENGTH_UNIT() NAMED_UNIT(*) )"))
+    with pytest.raises(InputError, match=r"no known unit of length: export it in one such as the millimetre"):
+        read_step(path)
+
+
+def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Path) -> None:
+    """A block with a bore, a cone and a part of a sphere cut out, all turned into b-splines."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.BRepPrimAPI import (
+        BRepPrimAPI_MakeBox,
+        BRepPrimAPI_MakeCone,
+        BRepPrimAPI_MakeCylinder,
+        BRepPrimAPI_MakeSphere,
+    )
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    up = gp_Dir(0, 0, 1)
+    part = BRepPrimAPI_MakeBox(60.0, 40.0, 20.0).Shape()
+    for tool in (
+        BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(15, 20, -5), up), 6.0, 40.0),
+        BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(35, 20, 10), up), 4.0, 9.0, 15.0),
+        BRepPrimAPI_MakeSphere(gp_Pnt(52, 20, 20), 5.0),
+    ):
+        part = BRepAlgoAPI_Cut(part, tool.Shape()).Shape()
+    path = write_product(tmp_path / "block.step", BRepBuilderAPI_NurbsConvert(part, True).Shape(), "block")
+    assert len(re.findall(r"B_SPLINE_SURFACE\(|B_SPLINE_SURFACE_WITH_KNOTS\(", path.read_text())) >= 10
+    (shape,) = read_step(path).shapes
+    assert set(shape.surfaces["kind"]) == {"spline"}
+    recognised = Counter(map(str, shape.surfaces["recognised_kind"]))
+    assert recognised == {"plane": 7, "cylinder": 1, "cone": 1, "sphere": 1}  # the seventh at the end of the cone
+    with Store.open(duckdb_file) as store:
+        load(store, path, name="block")
+        with store.read() as connection:
+            rows = connection.execute(store.table("surface").select()).all()
+            bore = [r for r in rows if r.recognised_kind == "cylinder"]
+            assert [(r.kind, r.radius, abs(r.axis_z_z)) for r in bore] == [
+                ("spline", pytest.approx(6), pytest.approx(1))
+            ]
+            sphere = [r for r in rows if r.recognised_kind == "sphere"]
+            assert [(r.kind, r.radius) for r in sphere] == [("spline", pytest.approx(5))]
+            cone = [r for r in rows if r.recognised_kind == "cone"]
+            assert [abs(r.semi_angle) for r in cone] == [pytest.approx(np.arctan(5 / 15))]
+            arcs = connection.execute(store.table("arc").select()).all()
+            assert {"line", "circle"} <= {a.recognised_kind for a in arcs}
+            holes = connection.exec_driver_sql("SELECT kind FROM feature_class").scalars().all()
+            assert "through_hole" in holes
+
+
+def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> None:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+
+    from relmodel.model import sharing
+    from relmodel.readers.step import document as step_document
+
+    turn = gp_Trsf()
+    turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)
+    box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()
+    two = compound(box, BRepBuilderAPI_Transform(box, turn, True).Shape())
+    model = step_document.read(str(write_product(tmp_path / "two.step", two, "two")))
+    first, second = model.parts
+    before = model.shapes[second.shape].surfaces
+    centre = [np.array([before[f"centroid_{c}"][i] for c in "xyz"]) for i in range(6)]
+    second.pmi += [
+        Pmi("datum", "feature", "", datums=((1, c, None),), surfaces=((i, "feature"),)) for i, c in enumerate("ABCDEF")
+    ]
+    sharing.share(model)
+    assert first.shape == second.shape == 0
+    (instance,) = (one for a in model.assemblies for one in a.instances if one.kind == "part" and one.child == 1)
+    after = model.shapes[0].surfaces
+    for i, one in enumerate(second.pmi):
+        ((surface, _),) = one.surfaces
+        moved = instance.parent_from_child @ [*(after[f"centroid_{c}"][surface] for c in "xyz"), 1.0]
+        assert moved[:3] == pytest.approx(centre[i], abs=1e-6)

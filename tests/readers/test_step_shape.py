@@ -1,0 +1,165 @@
+"""Shapes made with the CAD kernel, pulled into columns in this process."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from relmodel.model.model import Shape
+
+pytest.importorskip("OCP")
+
+
+def extracted(shape: Any) -> Shape:
+    from relmodel.readers.step import shape as step_shape
+
+    return step_shape.extract(shape, {}, {}, {})
+
+
+def mesh_volume(shape: Shape) -> float:
+    corner = shape.mesh.vertices[shape.mesh.triangles]
+    return float(np.einsum("nd,nd->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6)
+
+
+@pytest.mark.parametrize("factor", [1.0, -1.0, 2.0, -2.5])
+def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> None:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeWedge
+
+    from relmodel.readers.step.document import _scaled
+
+    wedge = BRepPrimAPI_MakeWedge(4.0, 3.0, 2.0, 1.0).Shape()  # 4 wide below, 1 above, 3 high, 2 deep
+    shape = extracted(_scaled(wedge, factor))
+    volume = (4 + 1) / 2 * 3 * 2 * abs(factor) ** 3
+    assert shape.volume == pytest.approx(volume)
+    assert mesh_volume(shape) == pytest.approx(volume)
+    assert set(shape.arcs["convexity"]) == {"convex"}
+    steep = np.arctan2(3, 3)  # the slanted side leans 3 on 3 mm
+    expected = {np.pi / 2, np.pi - steep, steep}
+    assert all(min(abs(angle - e) for e in expected) < 1e-9 for angle in shape.arcs["angle"])
+    low = [float(np.min(shape.surfaces[name])) for name in ("x0", "y0", "z0")]
+    high = [float(np.max(shape.surfaces[name])) for name in ("x1", "y1", "z1")]
+    ends = np.sort(np.array([[0, 0, 0], [4, 3, 2]]) * factor, axis=0)
+    assert np.allclose([low, high], ends, atol=1e-6)
+
+
+def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
+    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+
+    from relmodel.readers.step.document import _rigid
+    from relmodel.readers.step.geometry import matrix
+
+    trsf, turn, shift = gp_Trsf(), gp_Trsf(), gp_Trsf()
+    trsf.SetMirror(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0)))
+    turn.SetRotation(gp_Ax1(gp_Pnt(3, 0, 1), gp_Dir(0, 1, 2)), 0.7)
+    shift.SetTranslation(gp_Vec(5, -4, 3))
+    whole = shift.Multiplied(turn).Multiplied(trsf)
+    rigid, factor = _rigid(whole)
+    assert factor == -1.0
+    assert np.linalg.det(rigid[:3, :3]) == pytest.approx(1.0)
+    assert rigid @ np.diag([factor, factor, factor, 1.0]) == pytest.approx(matrix(whole))
+
+
+def test_a_spline_is_called_by_what_it_is() -> None:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
+    shape = extracted(BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakeCylinder(5.0, 12.0).Shape()).Shape())
+    assert set(shape.surfaces["kind"]) == {"spline"}
+    assert sorted(shape.surfaces["recognised_kind"]) == ["cylinder", "plane", "plane"]
+    side = shape.surfaces["recognised_kind"].index("cylinder")
+    assert shape.surfaces["radius"][side] == pytest.approx(5.0)
+    axis = [shape.surfaces[f"axis_z_{a}"][side] for a in "xyz"]
+    assert np.abs(axis) == pytest.approx([0, 0, 1], abs=1e-6)
+    assert sorted(shape.arcs["recognised_kind"]) == ["circle", "circle", "line"]
+    assert shape.volume == pytest.approx(np.pi * 25 * 12, rel=1e-6)
+
+
+def test_a_hole_is_an_inner_loop_and_concave_nowhere_convex_at_its_rim() -> None:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    box = BRepPrimAPI_MakeBox(40.0, 30.0, 10.0).Shape()
+    drill = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(12, 11, 4), gp_Dir(0, 0, 1)), 3.0, 20.0).Shape()
+    shape = extracted(BRepAlgoAPI_Cut(box, drill).Shape())  # blind, 6 deep
+    assert shape.volume == pytest.approx(40 * 30 * 10 - np.pi * 9 * 6)
+    kinds = np.array(shape.surfaces["kind"])
+    bore = int(np.flatnonzero(kinds == "cylinder")[0])
+    assert shape.surfaces["reversed"][bore]
+    convexity = np.array(shape.arcs["convexity"])
+    circles = np.flatnonzero(np.array(shape.arcs["kind"]) == "circle")
+    height = shape.arcs["origin_z"][circles]
+    assert convexity[circles[np.argmax(height)]] == "convex"
+    assert convexity[circles[np.argmin(height)]] == "concave"
+    assert np.count_nonzero(convexity == "seam") == 1
+    inner = ~shape.loops["outer_loop"]
+    assert np.count_nonzero(inner) == 1
+    top = int(shape.loops["surface_no"][inner][0])
+    rim = (shape.coedges["surface_no"] == top) & (shape.coedges["loop_no"] == 1)
+    assert shape.coedges["arc_no"][rim].tolist() == [circles[np.argmax(height)]]
+    assert {bore, top} == {
+        shape.arcs["surface_a"][circles[np.argmax(height)]],
+        shape.arcs["surface_b"][circles[np.argmax(height)]],
+    }
+
+
+def test_areas_centroids_and_volumes_are_exact() -> None:
+    from OCP.BRepPrimAPI import (
+        BRepPrimAPI_MakeCone,
+        BRepPrimAPI_MakeCylinder,
+        BRepPrimAPI_MakeSphere,
+        BRepPrimAPI_MakeTorus,
+    )
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    frame = gp_Ax2(gp_Pnt(30, -20, 50), gp_Dir(1, 2, 2))
+    pi = np.pi
+    for solid, volume, area in (
+        (BRepPrimAPI_MakeCylinder(frame, 5.0, 12.0), 300 * pi, 170 * pi),
+        (BRepPrimAPI_MakeCone(frame, 6.0, 0.0, 8.0), 96 * pi, (36 + 60) * pi),
+        (BRepPrimAPI_MakeSphere(frame, 7.0), 4 / 3 * 343 * pi, 4 * 49 * pi),
+        (BRepPrimAPI_MakeTorus(frame, 9.0, 2.0), 2 * pi**2 * 9 * 4, 4 * pi**2 * 18),
+    ):
+        shape = extracted(solid.Shape())
+        assert shape.volume == pytest.approx(volume, rel=1e-10)
+        assert np.sum(shape.surfaces["area"]) == pytest.approx(area, rel=1e-10)
+    # Half a ball: its round face has its centroid half-way up, its volume is exact too.
+    half = extracted(BRepPrimAPI_MakeSphere(4.0, 0.0, pi / 2, 2 * pi).Shape())
+    ball = list(half.surfaces["kind"]).index("sphere")
+    assert [half.surfaces[f"centroid_{a}"][ball] for a in "xyz"] == pytest.approx([0, 0, 2], abs=1e-9)
+    assert half.volume == pytest.approx(2 / 3 * pi * 64, rel=1e-10)
+
+
+def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_is_none() -> None:
+    """A face tangent to another that it runs back along: the normals are opposed whatever lies between."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+        BRepBuilderAPI_Transform,
+    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakePrism
+    from OCP.GC import GC_MakeArcOfCircle
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+
+    half = np.sqrt(0.5)
+    corners = [gp_Pnt(*xyz) for xyz in ((0, 0, 0), (10, 0, 0), (6, 4, 0), (0, 4, 0))]
+    # About (10, 4) from (10, 0) back to (6, 4).
+    arc = GC_MakeArcOfCircle(corners[1], gp_Pnt(10 - 4 * half, 4 - 4 * half, 0), corners[2]).Value()
+    wire = BRepBuilderAPI_MakeWire()
+    wire.Add(BRepBuilderAPI_MakeEdge(corners[0], corners[1]).Edge())
+    wire.Add(BRepBuilderAPI_MakeEdge(arc).Edge())
+    wire.Add(BRepBuilderAPI_MakeEdge(corners[2], corners[3]).Edge())
+    wire.Add(BRepBuilderAPI_MakeEdge(corners[3], corners[0]).Edge())
+    knife = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(0, 0, 5)).Shape()
+    crack = BRepAlgoAPI_Cut(BRepPrimAPI_MakeBox(gp_Pnt(-5, -5, 0), 20.0, 15.0, 5.0).Shape(), knife).Shape()
+    for degrees in range(0, 360, 40):  # round-off falls differently in each place
+        turn = gp_Trsf()
+        turn.SetRotation(gp_Ax1(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), np.deg2rad(degrees))
+        for shape, expected in ((knife, "convex"), (crack, "concave")):
+            arcs = extracted(BRepBuilderAPI_Transform(shape, turn, True).Shape()).arcs
+            cusps = np.flatnonzero(np.abs(arcs["angle"]) > 3)
+            assert [arcs["convexity"][i] for i in cusps] == [expected], (degrees, expected)

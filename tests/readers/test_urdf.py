@@ -1,0 +1,226 @@
+"""Robots from URDF: what is read against chains composed by hand, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+from scipy.spatial.transform import Rotation
+
+from relmodel.errors import InputError
+from relmodel.loading.load import load
+from relmodel.readers.urdf import read_urdf
+from relmodel.store import Store
+from relmodel.store.check import check
+
+TWO = """<link name="a"/><link name="b"/>
+<joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>"""
+
+
+def written(folder: Path, body: str, name: str = "bot") -> Path:
+    path = folder / "bot.urdf"
+    path.write_text(f'<?xml version="1.0"?><robot name="{name}">{body}</robot>')
+    return path
+
+
+def visual(geometry: str, extra: str = "") -> str:
+    return f'<link name="a"><visual>{extra}<geometry>{geometry}</geometry></visual></link>'
+
+
+def test_links_joints_and_primitives(tmp_path: Path) -> None:
+    model = read_urdf(
+        written(
+            tmp_path,
+            """
+<material name="red"><color rgba="1 0 0.5 1"/></material>
+<link name="base"><visual name="foot"><origin xyz="0 0 0.1"/><geometry><box size="0.2 0.3 0.1"/></geometry>
+  <material name="red"/></visual></link>
+<link name="arm">
+  <visual><origin xyz="0.1 0.2 0.3" rpy="0.4 -0.5 0.6"/>
+    <geometry><cylinder radius="0.03" length="0.4"/></geometry></visual>
+  <visual><geometry><sphere radius="0.05"/></geometry></visual>
+  <collision><geometry><box size="9 9 9"/></geometry></collision></link>
+<link name="tool"><collision><geometry><box size="0.2 0.3 0.1"/></geometry></collision></link>
+<joint name="wrist" type="fixed"><parent link="arm"/><child link="tool"/><origin xyz="0 0 0.4"/></joint>
+<joint name="lift" type="prismatic"><parent link="base"/><child link="arm"/><origin xyz="1 0 0" rpy="0.1 0.2 0.3"/>
+  <axis xyz="0 0 2"/><limit lower="0.1" upper="0.7" effort="1" velocity="1"/></joint>
+""",
+        )
+    )
+    root = model.assemblies[model.root]
+    assert (root.kind, model.unit, model.unit_mm) == ("robot", "m", 1000.0)
+    assert [i.name for i in root.instances] == ["base", "arm", "tool"]
+    lift, wrist = root.joints
+    assert (lift.name, lift.kind, lift.lower, lift.upper) == ("lift", "prismatic", 100.0, 700.0)
+    assert lift.axis == pytest.approx([0, 0, 1])
+    assert (wrist.name, wrist.kind, wrist.lower) == ("wrist", "fixed", None)
+    # At rest the lift stands at its lower limit, 100 mm.
+    turn = Rotation.from_euler("xyz", [0.1, 0.2, 0.3]).as_matrix()
+    placed = {i.name: i.parent_from_child for i in root.instances}
+    assert np.abs(placed["arm"][:3, :3] - turn).max() < 1e-12
+    assert placed["arm"][:3, 3] == pytest.approx([1000, 0, 0] + turn @ [0, 0, 100])
+    assert placed["tool"][:3, 3] == pytest.approx([1000, 0, 0] + turn @ [0, 0, 500])
+    base, arm, tool = (model.assemblies[i.child] for i in root.instances)
+    assert (base.instances[0].name, model.parts[base.instances[0].child].colour) == ("foot", "#ff0080")
+    tube = arm.instances[0].parent_from_child
+    assert np.abs(tube[:3, :3] - Rotation.from_euler("xyz", [0.4, -0.5, 0.6]).as_matrix()).max() < 1e-12
+    assert tube[:3, 3] == pytest.approx([100, 200, 300])
+    shapes = [model.shapes[model.parts[e.child].shape] for link in (base, arm, tool) for e in link.instances]
+    assert shapes[0] is shapes[3]  # the same box, made once
+    assert [s.volume for s in shapes[:3]] == pytest.approx(
+        [200 * 300 * 100, np.pi * 30**2 * 400, 4 / 3 * np.pi * 50**3], rel=1e-12
+    )
+
+
+def test_meshes_are_scaled_shared_and_stay_in_the_folder(tmp_path: Path) -> None:
+    import trimesh
+
+    (tmp_path / "meshes").mkdir()
+    trimesh.creation.box((100, 200, 300)).export(tmp_path / "meshes" / "block.stl")  # in mm
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "meshes" / "block.glb")
+    mm = '<mesh filename="package://robot/meshes/block.stl" scale="0.001 0.001 0.001"/>'
+    model = read_urdf(
+        written(
+            tmp_path,
+            f"""<link name="a">
+<visual><geometry>{mm}</geometry></visual><visual><origin xyz="1 0 0"/><geometry>{mm}</geometry></visual>
+<visual><geometry><mesh filename="meshes/block.glb"/></geometry></visual>
+<visual><geometry><mesh filename="meshes/block.stl" scale="-0.001 0.002 0.001"/></geometry></visual></link>""",
+        )
+    )
+    instances = model.assemblies[model.root - 1].instances
+    assert instances[0].child == instances[1].child
+    assert instances[1].parent_from_child[:3, 3] == pytest.approx([1000, 0, 0])
+    volumes = [model.shapes[model.parts[i.child].shape].volume for i in instances]
+    assert volumes == pytest.approx([6e6, 6e6, 6e6, 12e6], rel=1e-6)
+    assert model.assemblies[model.root].kind == "assembly"  # no joint
+
+
+def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Path) -> None:
+    """A file of one mesh is that part in its link; one of several is an assembly there."""
+    import trimesh
+
+    block = trimesh.creation.box((0.1, 0.2, 0.3))
+    block.export(tmp_path / "one.stl")
+    several = trimesh.Scene([block, trimesh.creation.box((0.3, 0.3, 0.1))])
+    several.export(tmp_path / "two.glb")
+    links = [visual(f'<mesh filename="{name}"/>').replace('"a"', f'"{name[:3]}"') for name in ("one.stl", "two.glb")]
+    joint = (
+        TWO.partition("/>")[2].partition("/>")[2].replace('link="a"', 'link="one"').replace('link="b"', 'link="two"')
+    )
+    path = written(tmp_path, "".join(links) + joint)
+    with Store.open(fresh_store) as store:
+        report = load(store, path, name="bot")
+        assert (report.parts, report.occurrences) == (3, 3)
+        assert not [finding for finding in check(store) if finding.rows]
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("", "has no link"),
+        ("<link/>", "a link has no name"),
+        ('<link name="a/b"/>', "slash"),
+        ('<link name="a"/><link name="a"/>', "stands twice"),
+        ('<link name="a"/><link name="b"/>', "both hang on no joint"),
+        (TWO.replace("continuous", "floating"), "kind 'floating', which moves in several ways"),
+        (TWO.replace("continuous", "hinge"), "kind 'hinge', which is not known"),
+        (TWO.replace("continuous", "revolute"), "has no <limit>"),
+        (TWO.replace('<parent link="a"/>', ""), "no <parent>"),
+        (TWO.replace('<parent link="a"/>', '<parent link="c"/>'), "link 'c'"),
+        (TWO.replace("</joint>", '<axis xyz="0 0 0"/></joint>'), "axis of no length"),
+        (TWO.replace("</joint>", '<origin xyz="1 2"/></joint>'), "3 numbers"),
+        (TWO.replace("</joint>", '<origin rpy="1 2 nan"/></joint>'), "3 numbers"),
+        (TWO.replace("continuous", "prismatic").replace("</joint>", '<limit lower="2" upper="1"/></joint>'), "above"),
+        (visual('<box size="1 0 1"/>'), "without extent"),
+        (visual('<capsule radius="1" length="2"/>'), "<capsule>"),
+        (visual(""), "without one <geometry>"),
+        (visual('<sphere radius="x"/>'), "give a number"),
+        (visual('<sphere radius="1"/>', '<material name="m"><color rgba="1 0"/></material>'), "4 numbers"),
+        (visual('<mesh filename="../secret.stl"/>'), "outside the file's folder"),
+        (visual('<mesh filename="/etc/passwd"/>'), "outside the file's folder"),
+        (visual('<mesh filename="package://p/../../x.stl"/>'), "outside the file's folder"),
+        (visual('<mesh filename="file:///etc/passwd"/>'), "beside the URDF"),
+        (visual('<mesh filename="package://p/none.stl"/>'), "not in the file's folder"),
+        (visual('<mesh filename="part.dae"/>'), "convert the mesh"),
+        ('<xacro:macro xmlns:xacro="x" name="m"/>', "expand it first"),
+    ],
+)
+def test_bad_robots_are_refused(body: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "part.dae").write_text("x")
+    with pytest.raises(InputError, match=said):
+        read_urdf(written(tmp_path, body))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot name="&a;"/>', "document type"),
+        ('<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot name="r"/>', "document type"),
+        ('<robot name="&a;"/>', "no well-formed XML"),
+        ('<robot name="a"><link', "no well-formed XML"),
+        ("", "no well-formed XML"),
+        ('<?xml version="1.0" encoding="nonsense"?><robot/>', "no well-formed XML"),
+        ("<sdf/>", "begins with <sdf>"),
+    ],
+)
+def test_bad_xml_is_refused(text: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "bot.urdf"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said):
+        read_urdf(path)
+
+
+def test_a_mesh_behind_a_link_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "secret.stl").write_text("solid x\nendsolid x\n")
+    (tmp_path / "inside" / "part.stl").symlink_to(tmp_path / "secret.stl")
+    with pytest.raises(InputError, match="outside the file's folder"):
+        read_urdf(written(tmp_path / "inside", visual('<mesh filename="part.stl"/>')))
+
+
+def test_a_load_notes_the_meshes_it_read(tmp_path: Path, duckdb_file: Path) -> None:
+    import hashlib
+
+    import trimesh
+
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "block.stl")
+    path = written(tmp_path, visual('<mesh filename="block.stl"/>'))
+    with Store.open(duckdb_file) as store:
+        load(store, path, name="bot")
+        with pytest.raises(InputError, match="beside the URDF"):
+            load(store, written(tmp_path, visual('<mesh filename="http://x/y.stl"/>')), name="bot")
+        given = store.table("run_input")
+        with store.read() as connection:
+            rows = connection.execute(sa.select(given).order_by("run_id", "input_no")).mappings().all()
+            refused = connection.execute(sa.text("SELECT count(*) FROM load_report WHERE status = 'refused'")).scalar()
+    assert [(r["role"], r["name"]) for r in rows] == [
+        ("mesh 0", "block.stl"), ("model", "bot.urdf"), ("model", "bot.urdf"),
+    ]  # fmt: skip
+    assert rows[0]["sha256"] == hashlib.sha256((tmp_path / "block.stl").read_bytes()).hexdigest()
+    assert refused == 1
+
+
+def test_rows(fresh_store: str, tmp_path: Path) -> None:
+    body = f"""{TWO.replace('<link name="a"/>', visual('<cylinder radius="0.1" length="0.2"/>'))}
+<link name="c"/><joint name="k" type="prismatic"><parent link="b"/><child link="c"/>
+<limit lower="-0.1" upper="0.2"/><mimic joint="j" multiplier="0.05" offset="0.01"/></joint>"""
+    path = written(tmp_path, body)
+    with Store.open(fresh_store) as store:
+        first = load(store, path, name="bot")
+        assert (first.status, first.parts, first.shapes_added) == ("added", 1, 1)
+        assert load(store, path, name="bot").status == "unchanged"
+        path.write_text(path.read_text().replace('upper="0.2"', 'upper="0.3"'))
+        assert (load(store, path, name="bot").revision, load(store, path, name="bot").status) == (2, "unchanged")
+        joint, kind = store.table("joint"), store.table("object").c.kind
+        with store.read() as connection:
+            rows = connection.execute(sa.select(joint).order_by("object_id", "joint_no")).mappings().all()
+            kinds = connection.execute(sa.select(kind).order_by("id")).scalars().all()
+    assert kinds.count("robot") == 2
+    assert [(r["name"], r["lower_limit"], r["upper_limit"]) for r in rows] == [
+        ("j", None, None), ("k", -100.0, 200.0), ("j", None, None), ("k", -100.0, 300.0),
+    ]  # fmt: skip
+    # 0.05 m for a radian is 50 mm; the offset is 10 mm.
+    assert (rows[1]["mimic_joint"], rows[1]["mimic_factor"], rows[1]["mimic_offset"]) == ("j", 50.0, 10.0)
