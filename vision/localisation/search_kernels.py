@@ -1,77 +1,81 @@
-"""Kernels of the pose search (numba): scores of many poses from one set of predicted samples.
+"""Compiled kernels of the pose search: scores of many poses from one set of predicted samples.
 
-Common arguments, for samples of all cameras in one list: point, tangent (n, 3) in the rig's frame at the prior;
-weight (n,); view (n,) the camera's number; and per camera rotation (c, 3, 3), offset (c, 3) = camera_from_rig, matrix
-(c, 2, 3) pinhole rows, start (c,) of its evidence in the flat `field`, shape (c, 2) rows and columns, origin (c, 2) px.
-A pose is a rotation (3, 3) and a translation (3,): prior_from_pose, both in the rig's frame.
+What all take: `samples` (n, 7) point, tangent (in the rig's frame at the prior) and weight; `view` (n,) the camera's
+number; `cameras` (c, 20) camera_from_rig's rotation (9, by rows) and offset (3), the pinhole's two rows (6) and the
+origin of the camera's evidence, px; `layout` (c, 3) where its evidence starts in the flat `field`, rows and columns;
+`cell` px of a cell.  A pose (12,) is a rotation (by rows) and a translation: prior_from_pose, both in the rig's frame.
 """
 
-from __future__ import annotations
-
 import numpy as np
-from numba import njit, prange
+
+from relmodel.arrays import Floats, Floats32, Ints
+from relmodel.compiled import helper, kernel
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _place(point, tangent, rotation, translation, camera_rotation, camera_offset, matrix):  # type: ignore[no-untyped-def]
-    """Pixel and tangent angle (modulo pi, as a share of pi) of a sample under a pose; z <= 0 when behind."""
-    dx, dy, dz = point[0] - translation[0], point[1] - translation[1], point[2] - translation[2]
-    px = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
-    py = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
-    pz = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
-    tx = rotation[0, 0] * tangent[0] + rotation[1, 0] * tangent[1] + rotation[2, 0] * tangent[2]
-    ty = rotation[0, 1] * tangent[0] + rotation[1, 1] * tangent[1] + rotation[2, 1] * tangent[2]
-    tz = rotation[0, 2] * tangent[0] + rotation[1, 2] * tangent[1] + rotation[2, 2] * tangent[2]
-    c = camera_rotation
-    x = c[0, 0] * px + c[0, 1] * py + c[0, 2] * pz + camera_offset[0]
-    y = c[1, 0] * px + c[1, 1] * py + c[1, 2] * pz + camera_offset[1]
-    z = c[2, 0] * px + c[2, 1] * py + c[2, 2] * pz + camera_offset[2]
+@helper
+def _place(sample: Floats, camera: Floats, pose: Floats, cell: float, orientations: int) -> tuple[float, float, int]:
+    """Column and row, in cells, and orientation of a sample in the evidence of a camera; orientation -1 when behind."""
+    dx, dy, dz = sample[0] - pose[9], sample[1] - pose[10], sample[2] - pose[11]
+    px = pose[0] * dx + pose[3] * dy + pose[6] * dz
+    py = pose[1] * dx + pose[4] * dy + pose[7] * dz
+    pz = pose[2] * dx + pose[5] * dy + pose[8] * dz
+    z = camera[6] * px + camera[7] * py + camera[8] * pz + camera[11]
     if z < 1e-6:
-        return 0.0, 0.0, 0.0, z
-    x, y = x / z, y / z
-    sx = c[0, 0] * tx + c[0, 1] * ty + c[0, 2] * tz
-    sy = c[1, 0] * tx + c[1, 1] * ty + c[1, 2] * tz
-    sz = c[2, 0] * tx + c[2, 1] * ty + c[2, 2] * tz
-    fx, fy = sx - x * sz, sy - y * sz
-    u = matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2]
-    v = matrix[1, 0] * x + matrix[1, 1] * y + matrix[1, 2]
-    angle = np.arctan2(matrix[1, 0] * fx + matrix[1, 1] * fy, matrix[0, 0] * fx + matrix[0, 1] * fy)
-    return u, v, angle / np.pi, z
+        return 0.0, 0.0, -1
+    x = (camera[0] * px + camera[1] * py + camera[2] * pz + camera[9]) / z
+    y = (camera[3] * px + camera[4] * py + camera[5] * pz + camera[10]) / z
+    tx = pose[0] * sample[3] + pose[3] * sample[4] + pose[6] * sample[5]
+    ty = pose[1] * sample[3] + pose[4] * sample[4] + pose[7] * sample[5]
+    tz = pose[2] * sample[3] + pose[5] * sample[4] + pose[8] * sample[5]
+    sz = camera[6] * tx + camera[7] * ty + camera[8] * tz
+    fx = camera[0] * tx + camera[1] * ty + camera[2] * tz - x * sz
+    fy = camera[3] * tx + camera[4] * ty + camera[5] * tz - y * sz
+    u = camera[12] * x + camera[13] * y + camera[14]
+    v = camera[15] * x + camera[16] * y + camera[17]
+    angle = np.arctan2(camera[15] * fx + camera[16] * fy, camera[12] * fx + camera[13] * fy) / np.pi
+    return (u - camera[18]) / cell, (v - camera[19]) / cell, int(np.rint(angle * orientations)) % orientations
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def scan(  # type: ignore[no-untyped-def]
-    point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, pad, orientations,
-    pose_rotation, pose_translation, shifts, penalty, best_score, best_shift,
-):  # fmt: skip
-    """For each pose the best of many common image shifts: fills best_score (p,) and best_shift (p,).
+@kernel(
+    "void(f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8, i8, f8[:, ::1], i8[:, ::1], f8[:, ::1],"
+    " f8[::1], f8[::1], i8[::1])"
+)
+def scan(
+    samples: Floats,
+    view: Ints,
+    cameras: Floats,
+    layout: Ints,
+    field: Floats32,
+    cell: float,
+    orientations: int,
+    pad: int,
+    poses: Floats,
+    jump: Ints,
+    penalty: Floats,
+    total: Floats,
+    best_score: Floats,
+    best_shift: Ints,
+) -> None:
+    """For each pose (p, 12) the best of many common image shifts: fills best_score (p,) and best_shift (p,).
 
-    shifts (c, s, 2): whole cells (column, row), at most `pad`; penalty (p, s): what the prior takes off.
+    jump (c, s): how far in `field` each shift leads, whole cells, at most `pad` along rows and columns; penalty (p, s):
+    what the prior takes off; worked in `total` (s,).
     """
-    count, slots = len(pose_rotation), shifts.shape[1]
-    jump = np.empty((len(start), slots), np.int64)
-    for c in range(len(start)):
-        for s in range(slots):
-            jump[c, s] = shifts[c, s, 1] * shape[c, 1] + shifts[c, s, 0]
-    for p in prange(count):
-        total = np.zeros(slots)
-        for i in range(len(point)):
+    slots = len(total)
+    for p in range(len(poses)):
+        total[:] = 0.0
+        for i in range(len(samples)):
             c = view[i]
-            u, v, angle, z = _place(
-                point[i], tangent[i], pose_rotation[p], pose_translation[p], rotation[c], offset[c], matrix[c]
-            )
-            if z < 1e-6:
+            column, row, turn = _place(samples[i], cameras[c], poses[p], cell, orientations)
+            if turn < 0 or not (column > -1e6 and column < 1e6 and row > -1e6 and row < 1e6):
                 continue
-            fc, fr = (u - origin[c, 0]) / cell, (v - origin[c, 1]) / cell
-            if not (fc > -1e6 and fc < 1e6 and fr > -1e6 and fr < 1e6):
+            start, rows, columns = layout[c, 0], layout[c, 1], layout[c, 2]
+            x, y = int(np.rint(column)), int(np.rint(row))
+            if x < pad or y < pad or x >= columns - pad or y >= rows - pad:
                 continue
-            col, row = int(np.rint(fc)), int(np.rint(fr))
-            if col < pad or row < pad or col >= shape[c, 1] - pad or row >= shape[c, 0] - pad:
-                continue
-            b = int(np.rint(angle * orientations)) % orientations
-            base = start[c] + (b * shape[c, 0] + row) * shape[c, 1] + col
+            base = start + (turn * rows + y) * columns + x
             for s in range(slots):
-                total[s] += weight[i] * field[base + jump[c, s]]
+                total[s] += samples[i, 6] * field[base + jump[c, s]]
         top = 0
         for s in range(slots):
             total[s] -= penalty[p, s]
@@ -80,83 +84,108 @@ def scan(  # type: ignore[no-untyped-def]
         best_score[p], best_shift[p] = total[top], top
 
 
-@njit(cache=True, nogil=True)
-def _score(  # type: ignore[no-untyped-def]
-    point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, orientations, pr, pt,
-):  # fmt: skip
+@helper
+def _set_pose(delta: Floats, pose: Floats) -> None:
+    """The pose of a perturbation: translation and rotation vector (6,)."""
+    rx, ry, rz = delta[3], delta[4], delta[5]
+    angle2 = rx * rx + ry * ry + rz * rz
+    angle = np.sqrt(angle2)
+    a, b = 1.0, 0.5
+    if angle >= 1e-9:
+        a, b = np.sin(angle) / angle, (1 - np.cos(angle)) / angle2
+    for i in range(3):
+        for j in range(3):
+            pose[3 * i + j] = b * delta[3 + i] * delta[3 + j]
+        pose[4 * i] += np.cos(angle)
+        pose[9 + i] = delta[i]
+    pose[1] -= a * rz
+    pose[3] += a * rz
+    pose[2] += a * ry
+    pose[6] -= a * ry
+    pose[5] -= a * rx
+    pose[7] += a * rx
+
+
+@helper
+def _score(
+    samples: Floats,
+    view: Ints,
+    cameras: Floats,
+    layout: Ints,
+    field: Floats32,
+    cell: float,
+    orientations: int,
+    information: Floats,
+    delta: Floats,
+    pose: Floats,
+) -> float:
+    """Evidence at a perturbation (6,), less half its squared distance by `information`; works in `pose` (12,)."""
+    _set_pose(delta, pose)
     total = 0.0
-    for i in range(len(point)):
+    for i in range(len(samples)):
         c = view[i]
-        u, v, angle, z = _place(point[i], tangent[i], pr, pt, rotation[c], offset[c], matrix[c])
-        if z < 1e-6:
+        x, y, turn = _place(samples[i], cameras[c], pose, cell, orientations)
+        start, rows, columns = layout[c, 0], layout[c, 1], layout[c, 2]
+        if turn < 0 or not (x >= 0 and y >= 0 and x < columns - 1 and y < rows - 1):
             continue
-        fc, fr = (u - origin[c, 0]) / cell, (v - origin[c, 1]) / cell
-        if not (fc >= 0 and fr >= 0 and fc < shape[c, 1] - 1 and fr < shape[c, 0] - 1):
-            continue
-        col, row = int(fc), int(fr)
-        a, d = fc - col, fr - row
-        b = int(np.rint(angle * orientations)) % orientations
-        base = start[c] + (b * shape[c, 0] + row) * shape[c, 1] + col
-        below = base + shape[c, 1]
-        total += weight[i] * (
+        column, row = int(x), int(y)
+        a, d = x - column, y - row
+        base = start + (turn * rows + row) * columns + column
+        below = base + columns
+        total += samples[i, 6] * (
             (1 - d) * ((1 - a) * field[base] + a * field[base + 1])
             + d * ((1 - a) * field[below] + a * field[below + 1])
         )
-    return total
+    distance = 0.0
+    for j in range(6):
+        along = 0.0
+        for i in range(6):
+            along += 0.5 * delta[i] * information[i, j]
+        distance += along * delta[j]
+    return total - distance
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _exp(r):  # type: ignore[no-untyped-def]
-    angle2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
-    angle = np.sqrt(angle2)
-    if angle < 1e-9:
-        a, b = 1.0, 0.5
-    else:
-        a, b = np.sin(angle) / angle, (1 - np.cos(angle)) / angle2
-    out = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = b * r[i] * r[j]
-        out[i, i] += np.cos(angle)
-    out[0, 1] -= a * r[2]
-    out[1, 0] += a * r[2]
-    out[0, 2] += a * r[1]
-    out[2, 0] -= a * r[1]
-    out[1, 2] -= a * r[0]
-    out[2, 1] += a * r[0]
-    return out
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def climb(  # type: ignore[no-untyped-def]
-    point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, orientations,
-    delta, basis, information, first_step, last_step, score,
-):  # fmt: skip
+@kernel(
+    "void(f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8, f8[:, ::1], f8[:, ::1], f8, f8, f8[::1],"
+    " f8[:, ::1], f8[::1])"
+)
+def climb(
+    samples: Floats,
+    view: Ints,
+    cameras: Floats,
+    layout: Ints,
+    field: Floats32,
+    cell: float,
+    orientations: int,
+    information: Floats,
+    basis: Floats,
+    first_step: float,
+    last_step: float,
+    room: Floats,
+    delta: Floats,
+    score: Floats,
+) -> None:
     """Pattern search of each perturbation `delta` (p, 6) of the prior along `basis` (6, 6; columns move about 1 px).
 
-    Maximises evidence - delta' information delta / 2; overwrites `delta` and fills `score` (p,).
+    Maximises evidence - delta' information delta / 2; overwrites `delta`, fills `score` (p,), works in `room` (18,).
     """
-    for p in prange(len(delta)):
-        best = delta[p].copy()
-        value = _score(
-            point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell, orientations,
-            _exp(best[3:]), best[:3],
-        ) - 0.5 * best @ information @ best  # fmt: skip
+    pose, trial = room[:12], room[12:]
+    for p in range(len(delta)):
+        best = delta[p]
+        value = _score(samples, view, cameras, layout, field, cell, orientations, information, best, pose)
         step = first_step
         while step >= last_step:
             moved = False
-            for k in range(basis.shape[1]):
-                for sign in (-1.0, 1.0):
-                    # A direction that improves is followed while it does.
-                    for _ in range(8):
-                        trial = best + sign * step * basis[:, k]
-                        t = _score(
-                            point, tangent, weight, view, rotation, offset, matrix, field, start, shape, origin, cell,
-                            orientations, _exp(trial[3:]), trial[:3],
-                        ) - 0.5 * trial @ information @ trial  # fmt: skip
-                        if t <= value:
-                            break
-                        value, best, moved = t, trial, True
+            for way in range(12):
+                for _ in range(8):  # a direction that improves is followed while it does
+                    for j in range(6):
+                        trial[j] = best[j] + (step if way % 2 else -step) * basis[j, way // 2]
+                    t = _score(samples, view, cameras, layout, field, cell, orientations, information, trial, pose)
+                    if t <= value:
+                        break
+                    value, moved = t, True
+                    for j in range(6):
+                        best[j] = trial[j]
             if not moved:
                 step *= 0.5
-        delta[p], score[p] = best, value
+        score[p] = value
