@@ -1,13 +1,9 @@
-"""Compiled kernels of borders: what pairs of regions share, and where edges end beside them."""
+"""Compiled kernel of borders: what pairs of regions share."""
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Ints, Ints32
 from relmodel.compiled import helper, kernel
-
-LabelArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-CountArray = npt.NDArray[np.int64]
 
 SIDES, ON_EDGE, SUM_X, SUM_Y, STRIPS, LOOSE, ASLANT = range(7)  # columns of `borders`
 
@@ -20,7 +16,7 @@ def _key(one: int, other: int) -> int:
 
 
 @helper
-def _place(key: int, slots: LabelArray, keys: CountArray, count: int) -> int:
+def _place(key: int, slots: Ints32, keys: Ints, count: int) -> int:
     """Where the first `count` of `keys`, whose places stand in the hash table `slots`, hold `key`, or take it on."""
     at = (key * 0x9E3779B97F4A7C1) >> 20 & (len(slots) - 1)
     while slots[at] >= 0:
@@ -32,46 +28,34 @@ def _place(key: int, slots: LabelArray, keys: CountArray, count: int) -> int:
     return count
 
 
-@helper
-def _meetings(labels: LabelArray) -> LabelArray:
-    """Pixels, row by row, that differ from their neighbour to the right, below or between these two."""
-    rows, columns = labels.shape
-    out, count = np.empty(rows * columns, np.int32), 0
-    for r in range(rows):
-        below = min(r + 1, rows - 1)
-        under = labels[r, 0], labels[below, 0]
-        for c in range(columns):
-            after = min(c + 1, columns - 1)
-            ahead = labels[r, after], labels[below, after]
-            out[count] = r * columns + c
-            count += (under[0] != under[1]) | (under[0] != ahead[0]) | (under[0] != ahead[1])
-            under = ahead
-    return out[:count]
-
-
-@kernel("Tuple((i8[::1], i8[:, ::1]))(i4[:, ::1], b1[:, ::1], b1[:, ::1])")
-def borders(labels: LabelArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray]:
-    """Pairs (n,) of labels >= 0 that meet, the lesser times 2^32 plus the greater, in any order, and sums (n, 7).
+@kernel("i8(i8[::1], i4[:, ::1], b1[:, ::1], b1[:, ::1], i4[::1], i8[::1], i8[:, ::1], i8[::1])")
+def borders(
+    meetings: Ints,
+    labels: Ints32,
+    edge: Bools,
+    loose: Bools,
+    slots: Ints32,
+    keys: Ints,
+    sums: Ints,
+    around: Ints,
+) -> int:
+    """Pairs of labels >= 0 that meet, the lesser times 2^32 plus the greater, in `keys` (n,), in any order, and sums
+    (n, 7), zeros at first, over the pixels `meetings` that differ from a neighbour to the right, below or between.
 
     These are: the sides of pixels between the two; those of a pixel of `edge`; x and y of their left or upper pixels;
     into how many strips the others fall, as many as there are less the corners that two of them share; the sides of a
     pixel of `loose`; and the pairs of pixels that meet aslant, by a corner.
+
+    Returns how many pairs there are, -1 where there is no room for them.  Worked in `slots`, a hash table of the pairs'
+    places, -1 at first, their number a power of two; and in `around` (4,), of a corner the pairs of its sides off the
+    edges, or -1.
     """
     rows, columns = labels.shape
-    keys, sums, count = np.empty(1 << 11, np.int64), np.zeros((1 << 11, 7), np.int64), 0
-    slots = np.full(1 << 12, -1, np.int32)
-    around = np.empty(4, np.int64)  # of a corner: pairs of its sides off the edges, or -1
-    meetings = _meetings(labels)
+    count = 0
     for meeting in range(len(meetings)):
         pixel = meetings[meeting]
         if count + 4 > len(keys):
-            former_keys, former_sums = keys, sums
-            keys, sums = np.empty(2 * count + 8, np.int64), np.zeros((2 * count + 8, 7), np.int64)
-            slots = np.full(2 * len(slots), -1, np.int32)
-            for i in range(count):
-                _place(former_keys[i], slots, keys, i)
-                for column in range(7):
-                    sums[i, column] = former_sums[i, column]
+            return -1
         r, c = pixel // columns, pixel % columns
         below, after = min(r + 1, rows - 1), min(c + 1, columns - 1)
         here, right, under, across = labels[r, c], labels[r, after], labels[below, c], labels[below, after]
@@ -104,30 +88,4 @@ def borders(labels: LabelArray, edge: BoolArray, loose: BoolArray) -> tuple[Coun
                 continue
             if around[i] == around[i + 1] or around[i] == around[3] or (i == 0 and around[0] == around[2]):
                 sums[_place(around[i], slots, keys, count), STRIPS] -= 1
-    return keys[:count].copy(), sums[:count].copy()
-
-
-@kernel("b1[:, ::1](b1[:, ::1], i8[:, ::1], i8[:, ::1])")
-def near_loose_ends(mask: BoolArray, ring: CountArray, disc: CountArray) -> BoolArray:
-    """Pixels within `disc` (n, 2: down, right) of where an edge ends: of a pixel of `mask` from which it runs on to one
-    place, at most, on the closed `ring` (m, 2) around it; what leaves the picture runs on."""
-    rows, columns = mask.shape
-    out = np.zeros(mask.shape, np.bool_)
-    for r in range(rows):
-        for c in range(columns):
-            if not mask[r, c]:
-                continue
-            before, places, met = True, 0, 0
-            for turn in range(-1, len(ring)):
-                y, x = r + ring[turn, 0], c + ring[turn, 1]
-                here = y < 0 or x < 0 or y >= rows or x >= columns or mask[y, x]
-                places += here and not before
-                met += here
-                before = here
-            if places > 1 or (places == 0 and met > 0):
-                continue
-            for step in disc:
-                y, x = r + step[0], c + step[1]
-                if 0 <= y < rows and 0 <= x < columns:
-                    out[y, x] = True
-    return out
+    return count

@@ -123,9 +123,8 @@ def in_bands(
             if rows - first < height:
                 moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
             facet_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
-            flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
-            facet_kernels.look_up(flat[0], curve, noise_here)
-            found.append(work(first * columns, flat, noise_here))
+            flat = moments.reshape(len(MOMENTS), -1)
+            found.append(work(first * columns, flat, curve.take(flat[0].astype(np.intp), mode="clip")))
         return found
 
     firsts = range(0, rows, height)

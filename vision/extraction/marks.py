@@ -56,7 +56,8 @@ def arc_marks(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
         return ArcMarks(np.zeros(0), np.zeros(0))
     chains, distances = arcs.chains, np.array([_NEAR, -_NEAR, _FAR, -_FAR, _BESIDE])
     x, y, nx, ny = chains.beside(edges.x, edges.y, edges.nx, edges.ny)
-    beside = mark_kernels.grey_beside(grey, x, y, nx, ny, distances)
+    beside = np.empty((len(x), len(distances)))
+    mark_kernels.grey_beside(grey, x, y, nx, ny, distances, beside)
     per_arc = np.add.reduceat(
         np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= _SATURATED]),
         arcs.offsets[:-1],

@@ -199,10 +199,10 @@ def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
     for radius in _BALLS:
         np.greater(depth, np.float32(radius), out=deep[1:-1, 1:-1])
         runs = np.flatnonzero(flags[1:] != flags[:-1]) + 1
-        count = region_kernels.trap(runs, columns + 2, flat, count)
+        count = region_kernels.trap(runs, columns + 2, flat, count, np.empty((2, len(runs) // 2), np.int64))
     if count == 0:
         cells[1:-1, 1:-1] = 256
-    region_kernels.flood(flat, depth)
+    region_kernels.flood(flat, depth, np.empty((3, len(flat)), np.int32), np.empty((2, 257), np.int64))
     labels = cells[1:-1, 1:-1] >> 8
     labels -= 1
     return labels
@@ -228,7 +228,10 @@ def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) 
     """Sums over the regions of the label image and extremes, the columns of `region_kernels.sums`."""
     from vision.extraction import region_kernels
 
-    return region_kernels.sums(labels, grey, depth, int(labels.max(initial=-1)) + 1, _SATURATED)
+    out = np.zeros((int(labels.max(initial=-1)) + 1, 16))
+    out[:, _LEAST], out[:, 13:15] = 1e9, -1.0
+    region_kernels.sums(labels, grey, depth, _SATURATED, out)
+    return out
 
 
 def _merge(
@@ -240,8 +243,6 @@ def _merge(
     max_step: float,
 ) -> tuple[IntArray, FloatArray]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
-    from vision.extraction import region_kernels
-
     totals = _totals(grey, labels, depth)
     a, b, sums = border_sums(labels, mask, _near_loose_ends(mask))
     final = np.arange(len(totals), dtype=np.int32)
@@ -252,29 +253,44 @@ def _merge(
             break
         borders, totals = _contract(borders, totals, component)
         final = component[final]
-    region_kernels.rename(labels.reshape(-1), final)
-    return labels, totals
+    return final[labels], totals
 
 
 def border_sums(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
     """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `border_kernels.borders`."""
     from vision.extraction import border_kernels
 
-    key, sums = border_kernels.borders(labels, edge, loose)
-    order = np.argsort(key)
+    below = np.vstack([labels[1:], labels[-1:]])
+    meet = (labels != below) | (labels != _right_of(labels)) | (labels != _right_of(below))
+    meetings, count, room = np.flatnonzero(meet), -1, 4 * int(labels.max(initial=0)) + 64
+    while count < 0:  # more than neighbours are where all regions are connected
+        room *= 2
+        key, sums = np.empty(room, np.int64), np.zeros((room, 7), np.int64)
+        slots = np.full(1 << (2 * room).bit_length(), -1, np.int32)
+        count = border_kernels.borders(meetings, labels, edge, loose, slots, key, sums, np.empty(4, np.int64))
+    order = np.argsort(key[:count])
     order = order[sums[order, border_kernels.SIDES] > 0]
     a, b = np.divmod(key[order], 1 << 32)
     return a, b, sums[order]
+
+
+def _right_of(labels: IntArray) -> IntArray:
+    """Each pixel's neighbour to the right; at the border the pixel itself."""
+    return np.hstack([labels[:, 1:], labels[:, -1:]])
 
 
 def _near_loose_ends(mask: BoolArray) -> BoolArray:
     """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5."""
     import cv2
 
-    from vision.extraction import border_kernels
-
-    disc = np.ascontiguousarray(np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))) - 4)
-    return border_kernels.near_loose_ends(mask, np.array(_RING), disc)
+    r, c = np.nonzero(mask)
+    framed = np.pad(mask, 2, constant_values=True)
+    ring = np.stack([framed[r + 2 + down, c + 2 + right] for down, right in _RING])
+    begins = ring & ~np.roll(ring, 1, axis=0)
+    ends = (begins.sum(axis=0) == 1) | ~ring.any(axis=0)
+    out = np.zeros(mask.shape, np.uint8)
+    out[r[ends], c[ends]] = 1
+    return cv2.dilate(out, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))).astype(np.bool_)
 
 
 @dataclass(frozen=True)

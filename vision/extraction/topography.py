@@ -145,6 +145,7 @@ def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_heig
 
 def label_histogram(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
-    from vision.extraction import region_kernels
-
-    return region_kernels.counts(np.ascontiguousarray(regions), labels, count, len(LABELS))
+    kinds = len(LABELS)
+    # Pixels of no region (-1) fall into the first row, which is left out.
+    place = (regions.astype(np.int64) + 1) * kinds + labels
+    return np.bincount(place.ravel(), minlength=(count + 1) * kinds).reshape(-1, kinds)[1:]

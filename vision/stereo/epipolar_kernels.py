@@ -1,101 +1,67 @@
-"""Compiled kernels of the epipolar step; imported only by the functions that run them."""
+"""Compiled kernels of the epipolar step."""
 
-from __future__ import annotations
-
-from math import ceil
-
-import numpy as np
-from numba import njit
+from relmodel.arrays import Floats, Ints
+from relmodel.compiled import kernel
 
 
-@njit(cache=True, nogil=True)
-def row_crossings(offsets, x, y, reach, least_rise):  # type: ignore[no-untyped-def]
-    """Where polylines cross the whole rows: (arc, row, x, slope, rise, position) of each crossing.
+@kernel(
+    "void(i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8, f8, f8, i8, i8[:, ::1], f8[:, ::1], i8[:, ::1],"
+    " i8[::1], i8[::1])"
+)
+def match_rows(
+    left_start: Ints,
+    left: Floats,
+    bounds: Floats,
+    right_start: Ints,
+    right: Floats,
+    angle_sigma: float,
+    contrast_sigma: float,
+    skip: float,
+    layers: int,
+    alone: Ints,
+    best: Floats,
+    step: Ints,
+    match: Ints,
+    partner: Ints,
+) -> None:
+    """The right crossing matched to each left one in `match`, and the left one of each right one in `partner`, -1 for
+    none and at first, by dynamic programming along each row.
 
-    The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
-    dy/length (negative where the arc runs up); crossings with |rise| below `least_rise` are left out.  `position` is
-    the index of the point before the crossing plus the share of the way to the next.
+    `left`, `right` (n, 3): x, angle and contrast; those of a row lie between two of `left_start`, `right_start`
+    (rows + 1), by ascending x.  `bounds` (n, 2): the disparities that each left crossing may have.  Matches of one
+    layer keep their order along the row; what a layer leaves alone is matched anew in the next, since what stands
+    before the rest may reverse the order.  Worked in `alone` (2, most of a row), `best` and `step`, both square and one
+    larger.
     """
-    most = 0
-    for p in range(len(x) - 1):
-        most += int(abs(y[p + 1] - y[p])) + 2
-    arcs = np.empty(most, np.int64)
-    rows = np.empty(most, np.int64)
-    at = np.empty((most, 4))
-    count = 0
-    for arc in range(len(offsets) - 1):
-        first, last = offsets[arc], offsets[arc + 1] - 1
-        for p in range(first, last):
-            low, high = min(y[p], y[p + 1]), max(y[p], y[p + 1])
-            # Rows in [low, high): a row through a point counts once, and not at all at a turning point.
-            start, stop = ceil(low), ceil(high)
-            if start >= stop:
-                continue
-            a, b = max(first, p - reach), min(last, p + 1 + reach)
-            dx, dy = x[b] - x[a], y[b] - y[a]
-            length = np.hypot(dx, dy)
-            if length == 0.0 or abs(dy) < least_rise * length:
-                continue
-            for row in range(start, stop):
-                t = (row - y[p]) / (y[p + 1] - y[p])
-                arcs[count] = arc
-                rows[count] = row
-                at[count, 0] = x[p] + t * (x[p + 1] - x[p])
-                at[count, 1] = dx / dy
-                at[count, 2] = dy / length
-                at[count, 3] = p + t
-                count += 1
-    return arcs[:count], rows[:count], at[:count]
-
-
-@njit(cache=True, nogil=True)
-def match_rows(  # type: ignore[no-untyped-def]
-    left_start,
-    left_x,
-    left_angle,
-    left_contrast,
-    low,
-    high,
-    right_start,
-    right_x,
-    right_angle,
-    right_contrast,
-    angle_sigma,
-    contrast_sigma,
-    skip,
-    layers,
-):
-    """The right crossing matched to each left one, -1 for none, by dynamic programming along each row.
-
-    `left_start`, `right_start` (rows + 1): crossings of a row lie between two of them, by ascending x.  `low`, `high`:
-    disparities that each left crossing may have.  Matches of one layer keep their order along the row; what a layer
-    leaves alone is matched anew in the next, since what stands before the rest may reverse the order.
-    """
-    match = np.full(len(left_x), -1, np.int64)
-    free = np.ones(len(right_x), np.bool_)
     for row in range(len(left_start) - 1):
         for _ in range(layers):
-            left = left_start[row] + np.flatnonzero(match[left_start[row] : left_start[row + 1]] < 0)
-            right = right_start[row] + np.flatnonzero(free[right_start[row] : right_start[row + 1]])
-            n, m = len(left), len(right)
-            best = np.empty((n + 1, m + 1))
-            step = np.zeros((n + 1, m + 1), np.int8)  # 0: leave the right one, 1: leave the left one, 2: match
+            n, m = 0, 0
+            for i in range(left_start[row], left_start[row + 1]):
+                if match[i] < 0:
+                    alone[0, n] = i
+                    n += 1
+            for j in range(right_start[row], right_start[row + 1]):
+                if partner[j] < 0:
+                    alone[1, m] = j
+                    m += 1
             for b in range(m + 1):
                 best[0, b] = b * skip
             for a in range(1, n + 1):
-                i = left[a - 1]
+                i = alone[0, a - 1]
+                low, high = bounds[i, 0], bounds[i, 1]
                 best[a, 0] = a * skip
                 for b in range(1, m + 1):
-                    j = right[b - 1]
+                    j = alone[1, b - 1]
+                    # 0: leave the right one, 1: leave the left one, 2: match
                     least, how = best[a, b - 1] + skip, 0
                     other = best[a - 1, b] + skip
                     if other < least:
                         least, how = other, 1
-                    d = left_x[i] - right_x[j]
-                    if low[i] <= d <= high[i]:
-                        e = (left_angle[i] - right_angle[j]) / angle_sigma
-                        c = (left_contrast[i] - right_contrast[j]) / contrast_sigma
-                        g = (d - 0.5 * (low[i] + high[i])) / (high[i] - low[i] + 1e-12)
+                    d = left[i, 0] - right[j, 0]
+                    if low <= d <= high:
+                        e = (left[i, 1] - right[j, 1]) / angle_sigma
+                        c = (left[i, 2] - right[j, 2]) / contrast_sigma
+                        g = (d - 0.5 * (low + high)) / (high - low + 1e-12)
                         other = best[a - 1, b - 1] + e * e + c * c + g * g
                         if other < least:
                             least, how = other, 2
@@ -103,35 +69,27 @@ def match_rows(  # type: ignore[no-untyped-def]
                     step[a, b] = how
             a, b = n, m
             while a > 0 and b > 0:
-                if step[a, b] == 2:
-                    match[left[a - 1]] = right[b - 1]
-                    free[right[b - 1]] = False
-                    a -= 1
-                    b -= 1
-                elif step[a, b] == 1:
-                    a -= 1
-                else:
-                    b -= 1
-    return match
+                how = step[a, b]
+                if how == 2:
+                    match[alone[0, a - 1]] = alone[1, b - 1]
+                    partner[alone[1, b - 1]] = alone[0, a - 1]
+                a -= how > 0
+                b -= how != 1
 
 
-@njit(cache=True, nogil=True)
-def common_rows(left, right, left_start, left_row, right_start, right_row):  # type: ignore[no-untyped-def]
-    """For each pair of arcs the rows that both cross, a row as often as the one that crosses it less.
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1])")
+def common_rows(
+    left: Ints, right: Ints, left_start: Ints, left_row: Ints, right_start: Ints, right_row: Ints, out: Ints
+) -> None:
+    """Add to `out`, for each pair of arcs, the rows that both cross, a row as often as the one that crosses it less.
 
     `left_start` (arcs + 1) delimits the crossings of each left arc in `left_row`, ascending; so on the right.
     """
-    out = np.zeros(len(left), np.int64)
     for k in range(len(left)):
         i, end = left_start[left[k]], left_start[left[k] + 1]
         j, stop = right_start[right[k]], right_start[right[k] + 1]
         while i < end and j < stop:
-            if left_row[i] < right_row[j]:
-                i += 1
-            elif left_row[i] > right_row[j]:
-                j += 1
-            else:
-                out[k] += 1
-                i += 1
-                j += 1
-    return out
+            before = left_row[i] - right_row[j]
+            out[k] += before == 0
+            i += before <= 0
+            j += before >= 0
