@@ -23,17 +23,21 @@ never changes, and processes that write it at once write the same.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import shutil
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from pickle import UnpicklingError
+from subprocess import DEVNULL, PIPE, Popen
 from typing import Any, TypeVar, cast
 
 import llvmlite
@@ -48,6 +52,7 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False, "nogil
 _njit: Any = numba.njit
 _config: Any = numba.config
 _PACKAGES = ("relmodel", "vision")
+_PROCESSES = 8  # at most: each takes some 300 MB
 _KEPT = 8  # folders of earlier kernels beside the one in use
 _configuring = threading.Lock()
 
@@ -67,6 +72,58 @@ def kernel(signature: str) -> Callable[[Function], Function]:
 def helper(function: Function) -> Function:
     """Decorator of what only kernels call: compiled into the first that is, and never loaded by itself."""
     return cast(Function, _njit(no_cpython_wrapper=True, **_OPTIONS)(function))
+
+
+def compile_ahead(modules: Sequence[str], tell: Callable[[str], None]) -> None:
+    """Compile the kernels of these modules, where they are not in the cache yet, in as many processes as there are
+    processors, and say so.  What is not compiled so, for whatever reason, is when its module is imported.
+    """
+    folder = cache_folder()
+    if folder is None:
+        tell("compiling kernels for this process alone: there is no folder to keep them (name one in NUMBA_CACHE_DIR)")
+        return
+    missing = [module for module in modules if not _mark(folder, module).exists()]
+    if not missing:
+        return
+    tell(f"compiling kernels, once for this version, to be kept in {folder} ...")
+    # The longest first, so that no process is left with one while the others have nothing more to do.
+    waiting = sorted(missing, key=lambda module: -_source(module).stat().st_size)
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    turn = iter(waiting)  # `next` of it is whole: threads share it
+
+    def work(_: int) -> None:
+        command = [sys.executable, "-c", f"from {__name__} import _serve; _serve()"]
+        with suppress(OSError), Popen(command, stdin=PIPE, stdout=PIPE, stderr=DEVNULL, text=True) as process:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            for module in turn:
+                print(module, file=process.stdin, flush=True)
+                if not process.stdout.readline():
+                    break
+
+    with ThreadPoolExecutor(min(processors, len(missing), _PROCESSES)) as pool:
+        list(pool.map(work, range(min(processors, len(missing), _PROCESSES))))
+
+
+def _serve() -> None:
+    """Import the modules named on stdin, whose kernels are compiled thereby, and mark them: the child process."""
+    gc.disable()  # compiling leaves much behind, and the process ends soon
+    folder = cache_folder()
+    for line in sys.stdin:
+        module = line.strip()
+        import_module(module)
+        if folder is not None:
+            _mark(folder, module).touch()
+        print(module, flush=True)
+
+
+def _mark(folder: Path, module: str) -> Path:
+    """Exists where all kernels of a module are in the cache."""
+    return folder / f"{module}.compiled"
+
+
+def _source(module: str) -> Path:
+    return Path(__file__).parent.parent / f"{module.replace('.', '/')}.py"
 
 
 @cache

@@ -340,8 +340,8 @@ def joint_costs(
     out: FloatArray,
 ) -> None:
     """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
-    and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from one
-    line; worked in `moments` (9,).
+    and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from
+    one line; worked in `moments` (9,).
     """
     for at in range(len(pairs)):
         a, b = pairs[at, 0], pairs[at, 1]
