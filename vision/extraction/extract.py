@@ -10,6 +10,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Bytes, Floats, Ints
 from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, measure_arcs
 from vision.extraction.closing import close_ends
@@ -24,8 +25,6 @@ from vision.extraction.relations import RegionArcs, Relations, region_arcs, rela
 from vision.extraction.scales import elements_over_scales
 from vision.extraction.significance import clear, significance, surprises
 from vision.extraction.topography import Crests, crest_arcs, label_histogram, mark_inflections, topographic_labels
-
-FloatArray = npt.NDArray[np.float64]
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
@@ -93,7 +92,7 @@ class Extraction:
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
-    noise: FloatArray
+    noise: Floats
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
@@ -101,8 +100,8 @@ class Extraction:
     marks: ArcMarks
     regions: Regions
     region_arcs: RegionArcs
-    labels: npt.NDArray[np.uint8]
-    topography: npt.NDArray[np.int64]
+    labels: Bytes
+    topography: Ints
     crests: Crests
     crest_arcs: Arcs
     crest_marks: ArcMarks
@@ -119,7 +118,7 @@ _DEFAULTS = ExtractionParameters()
 
 
 def extract(
-    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: npt.NDArray[np.bool_] | None = None
+    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: Bools | None = None
 ) -> Extraction:
     """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
 
@@ -217,8 +216,8 @@ def extract(
 
 
 def _topography(
-    grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
-) -> tuple[npt.NDArray[np.uint8], Crests, Arcs, ArcMarks]:
+    grey: Floats, noise: Floats, mask: Bools | None, p: ExtractionParameters
+) -> tuple[Bytes, Crests, Arcs, ArcMarks]:
     """Labels without inflections, crests, the arcs along these and their marks."""
     labels, crests = topographic_labels(grey, noise, sigma=p.topography_scale)
     if mask is not None:

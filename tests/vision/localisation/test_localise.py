@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import (
     above,
     blocks,
@@ -23,7 +24,7 @@ from tests.vision.localisation.scenes import (
 from vision.cameras import Camera, Prior, Rig, perturbation
 from vision.extraction.extract import Extraction, extract
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.scene import Floats, Scene
+from vision.localisation.scene import Scene
 
 
 @cache
