@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix, rotation_vector
+
+Floats = NDArray[np.float64]
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
 ROTATION_TOLERANCE = 1e-4
@@ -90,7 +92,7 @@ class Camera:
         )
         return self.undistort(rim)
 
-    def project(self, points_camera: Floats) -> tuple[Floats, Bools]:
+    def project(self, points_camera: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.
 
         A point counts as in front when z > 0 and, for a camera with distortion, when its ray is within 1.2 times the

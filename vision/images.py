@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ class Picture:
     data: bytes
     depth: int
     channels: int
-    grey: Floats
+    grey: npt.NDArray[np.float64]
 
     @property
     def width(self) -> int:
@@ -100,7 +99,7 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
     return Picture(path.name, hashlib.sha256(data).hexdigest(), data, depth, channels, _grey(pixels))
 
 
-def read_mask(path: str | Path) -> Bools:
+def read_mask(path: str | Path) -> npt.NDArray[np.bool_]:
     """(height, width): where a picture is brighter than half.
 
     Raises InputError as `read_picture` does, and where that is nowhere.
@@ -128,7 +127,7 @@ def _deep_colour(data: bytes) -> npt.NDArray[np.generic]:
     return np.asarray(pixels)[..., 2::-1]  # decoded as blue, green, red
 
 
-def _grey(pixels: npt.NDArray[np.generic]) -> Floats:
+def _grey(pixels: npt.NDArray[np.generic]) -> npt.NDArray[np.float64]:
     """Luminance (ITU-R BT.601 weights) of 0..255."""
     values = pixels.astype(np.float64)
     if values.ndim == 3:

@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store
@@ -22,6 +21,7 @@ from vision.localisation.depth_range import predicted_depth_range
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.overlay import draw_overlay
 from vision.localisation.parts_in_view import PartsInView, parts_in_view
+from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene, scene_from_store
 from vision.overlay import check_writable
 from vision.stereo.match import StereoMatches, match_stereo

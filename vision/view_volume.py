@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.pairs import Integers
 from relmodel.find.volumes import Frustum, Polyhedron, boxes_met
 from relmodel.find.widening import widened
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from vision.cameras import Camera, Prior, Rig, perturb
+from vision.localisation.scene import Floats
 
 # Depths between which things are looked for: nothing sharper than this stands before a lens, and a cell ends there.
 NEAR_MM, FAR_MM = 1.0, 20_000.0
@@ -57,9 +59,9 @@ class Selection:
     shown: (n,) whether one of the sampled views holds it too; the others are superfluous, as far as sampling tells.
     """
 
-    occurrence_id: Ints
-    element_no: Ints
-    shown: Bools
+    occurrence_id: Integers
+    element_no: Integers
+    shown: npt.NDArray[np.bool_]
 
     @property
     def superfluous(self) -> int:

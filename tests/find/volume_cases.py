@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from relmodel.arrays import Floats
-from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
+from relmodel.find.volumes import Box, Floats, Frustum, OrientedBox, Polyhedron, Sphere, Volume
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.loading.load import load
 from relmodel.store import Store

@@ -7,15 +7,18 @@ so that the dynamic programme over break points looks at no element twice.
 from math import sqrt
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Floats, Ints32
 from relmodel.compiled import helper, kernel
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
 LINE, CIRCLE, FREE = 0, 1, 2
 
 
 @helper
-def _add(m: Floats, x: float, y: float, w: float) -> None:
+def _add(m: FloatArray, x: float, y: float, w: float) -> None:
     """Add a weighted point to the moments (9,)."""
     z = x * x + y * y
     m[0] += w
@@ -30,7 +33,7 @@ def _add(m: Floats, x: float, y: float, w: float) -> None:
 
 
 @helper
-def line_of_moments(m: Floats) -> tuple[float, float, float, float, float]:
+def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
     """Total-least-squares line: centroid x, y, unit direction x, y, and the weighted mean square distance."""
     w = m[0]
     cx, cy = m[1] / w, m[2] / w
@@ -50,7 +53,7 @@ def line_of_moments(m: Floats) -> tuple[float, float, float, float, float]:
 
 
 @helper
-def circle_of_moments(m: Floats) -> tuple[float, float, float, float]:
+def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
     """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
 
     The radius is infinite where the points determine none.
@@ -105,7 +108,7 @@ def circle_of_moments(m: Floats) -> tuple[float, float, float, float]:
 
 @helper
 def _break_points(
-    x: Floats, y: Floats, first: int, last: int, tolerance: float, spacing: int, stack: Ints32, out: Ints32
+    x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, stack: IntArray, out: IntArray
 ) -> int:
     """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart.
 
@@ -140,7 +143,9 @@ def _break_points(
 
 
 @helper
-def _roughness(x: Floats, y: Floats, weight: Floats, begin: int, end: int, reach: int, out: Floats) -> None:
+def _roughness(
+    x: FloatArray, y: FloatArray, weight: FloatArray, begin: int, end: int, reach: int, out: FloatArray
+) -> None:
     """Running sums `out[: end - begin + 1]` of the weighted squares of how far, across the chain, its members lie from
     the cubic through the `reach` members on either side (Savitzky and Golay, 1964); through fewer next to its ends."""
     out[0] = 0.0
@@ -164,23 +169,23 @@ def _roughness(x: Floats, y: Floats, weight: Floats, begin: int, end: int, reach
     " f8[:, ::1], i4[:, ::1], f8[::1])"
 )
 def segment(
-    x: Floats,
-    y: Floats,
-    weight: Floats,
-    offsets: Ints32,
+    x: FloatArray,
+    y: FloatArray,
+    weight: FloatArray,
+    offsets: IntArray,
     correlation: float,
-    price: Floats,
-    knots_apart: Floats,
+    price: FloatArray,
+    knots_apart: FloatArray,
     knot_price: float,
     min_sagitta: float,
     min_bow: float,
     min_rise: float,
-    sums: Floats,
-    rough: Floats,
-    back: Ints32,
-    room: Floats,
-    pieces: Ints32,
-    costs: Floats,
+    sums: FloatArray,
+    rough: FloatArray,
+    back: IntArray,
+    room: FloatArray,
+    pieces: IntArray,
+    costs: FloatArray,
 ) -> int:
     """Cheapest description of every chain, and of how many pieces: `pieces` (n, 3) of members first..last (inclusive,
     ends shared) and their kinds, and what each costs (n,).
@@ -252,13 +257,13 @@ def segment(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], i4[::1], f8[::1], f8[:, ::1])")
 def fit_arcs(
-    x: Floats,
-    y: Floats,
-    weight: Floats,
-    offsets: Ints32,
-    kinds: Ints32,
-    moments: Floats,
-    out: Floats,
+    x: FloatArray,
+    y: FloatArray,
+    weight: FloatArray,
+    offsets: IntArray,
+    kinds: IntArray,
+    moments: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `moments` (9,): (n, 8) of
 
@@ -324,15 +329,15 @@ def fit_arcs(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], f8[:, ::1], i4[:, ::1], f8, f8[::1], f8[:, ::1])")
 def joint_costs(
-    x: Floats,
-    y: Floats,
-    weight: Floats,
-    offsets: Ints32,
-    alone: Floats,
-    pairs: Ints32,
+    x: FloatArray,
+    y: FloatArray,
+    weight: FloatArray,
+    offsets: IntArray,
+    alone: FloatArray,
+    pairs: IntArray,
     correlation: float,
-    moments: Floats,
-    out: Floats,
+    moments: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
     and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from

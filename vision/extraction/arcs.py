@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction import covariances
 from vision.extraction.courses import Deviations, drawn_inwards, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.covariances import STATIONS
@@ -14,6 +13,11 @@ from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 KINDS = ("line", "circular", "free", "elliptic")
 LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
@@ -44,30 +48,30 @@ class Arcs:
     """
 
     kind: npt.NDArray[np.int8]
-    start_x: Floats
-    start_y: Floats
-    end_x: Floats
-    end_y: Floats
-    centre_x: Floats
-    centre_y: Floats
-    radius: Floats
-    radius2: Floats
-    axis_angle: Floats
-    length: Floats
-    closed: Bools
-    contrast: Floats
-    width: Floats
-    sigma: Floats
-    angle_sigma: Floats
-    residual: Floats
-    significance: Floats
-    covariance: Floats
-    offsets: Ints32
-    elements: Ints32
-    bright_left: Bools
-    x: Floats
-    y: Floats
-    point_sigma: Floats
+    start_x: FloatArray
+    start_y: FloatArray
+    end_x: FloatArray
+    end_y: FloatArray
+    centre_x: FloatArray
+    centre_y: FloatArray
+    radius: FloatArray
+    radius2: FloatArray
+    axis_angle: FloatArray
+    length: FloatArray
+    closed: BoolArray
+    contrast: FloatArray
+    width: FloatArray
+    sigma: FloatArray
+    angle_sigma: FloatArray
+    residual: FloatArray
+    significance: FloatArray
+    covariance: FloatArray
+    offsets: IntArray
+    elements: IntArray
+    bright_left: BoolArray
+    x: FloatArray
+    y: FloatArray
+    point_sigma: FloatArray
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -78,12 +82,12 @@ class Arcs:
         return Chains(self.elements, self.offsets, self.closed)
 
     @property
-    def direction(self) -> Floats:
+    def direction(self) -> FloatArray:
         """(n, 2) unit vectors from start to end."""
         chord = np.column_stack([self.end_x - self.start_x, self.end_y - self.start_y])
         return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12))
 
-    def take(self, kept: Bools) -> "Arcs":
+    def take(self, kept: BoolArray) -> "Arcs":
         """The arcs that the mask selects."""
         members = self.chains.take(kept)
         of_member = np.repeat(kept, self.chains.counts)
@@ -105,7 +109,7 @@ def correlation_at(scale: float) -> float:
     return float(2.0 * np.sqrt(np.pi) * scale)
 
 
-def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> Floats:
+def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
     """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
     beside it give."""
     contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
@@ -113,7 +117,9 @@ def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> Floats:
     return np.asarray(1.0 / (sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
 
 
-def ellipses_of(x: Floats, y: Floats, w: Floats, members: Chains, groups: npt.NDArray[np.integer]) -> Ellipses:
+def ellipses_of(
+    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer]
+) -> Ellipses:
     """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
     arcs = groups.ravel()
     counts = members.counts[arcs]
@@ -123,12 +129,12 @@ def ellipses_of(x: Floats, y: Floats, w: Floats, members: Chains, groups: npt.ND
 
 
 def _unbiased_ellipses(
-    x: Floats,
-    y: Floats,
-    w: Floats,
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
     members: Chains,
-    ovals: Indices,
-    half_spread: Floats,
+    ovals: IndexArray,
+    half_spread: FloatArray,
     scale: float,
 ) -> Ellipses:
     """Ellipses through the members of the arcs `ovals`, each moved out of the curve to where smoothing drew it from;
@@ -146,7 +152,7 @@ def _unbiased_ellipses(
 
 
 def _seen_of_ellipses(
-    x: Floats, y: Floats, ellipses: Ellipses, which: Indices, half_spread: Floats, scale: float
+    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: IndexArray, half_spread: FloatArray, scale: float
 ) -> Deviations:
     """Deviations of points (m,) from where smoothing draws the ellipses `which` (m,) names; `half_spread` is theirs."""
     found = from_ellipses(x, y, ellipses, which, half_spread[which])
@@ -154,7 +160,7 @@ def _seen_of_ellipses(
     return replace(found, distance=found.distance + bias, bias=bias)
 
 
-def fit_members(x: Floats, y: Floats, weight: Floats, members: Chains, kinds: Ints32) -> Floats:
+def fit_members(x: FloatArray, y: FloatArray, weight: FloatArray, members: Chains, kinds: IntArray) -> FloatArray:
     """(n, 8): the fit of each arc, as `arc_kernels.fit_arcs` gives it; `x`, `y`, `weight` run beside the members."""
     from vision.extraction import arc_kernels
 
@@ -163,7 +169,7 @@ def fit_members(x: Floats, y: Floats, weight: Floats, members: Chains, kinds: In
     return out
 
 
-def measure_arcs(edges: EdgeElements, members: Chains, kinds: Ints32, turned: Bools, *, scale: float) -> Arcs:
+def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: BoolArray, *, scale: float) -> Arcs:
     """Final fits of arcs with these members and of these kinds, as `cutting.cut_arcs` gives them, and the columns that
     follow from them; `turned` says of each edge element whether its bright side is on the right of the walk."""
     correlation, w = correlation_at(scale), weight_of(edges, members, scale)
@@ -252,18 +258,18 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: Ints32, turned: Bo
 
 
 def _deviations(
-    x: Floats,
-    y: Floats,
-    sigma: Floats,
-    w: Floats,
+    x: FloatArray,
+    y: FloatArray,
+    sigma: FloatArray,
+    w: FloatArray,
     members: Chains,
-    kinds: Ints32,
-    fit: Floats,
-    drawn: Floats,
+    kinds: IntArray,
+    fit: FloatArray,
+    drawn: FloatArray,
     ellipses: Ellipses,
-    half_spread: Floats,
+    half_spread: FloatArray,
     scale: float,
-) -> tuple[Deviations, Floats]:
+) -> tuple[Deviations, FloatArray]:
     """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
     those of the elliptic ones, in order; `drawn` (n,) by how much (px) circles are drawn inwards."""
     arc = members.chain_of_member

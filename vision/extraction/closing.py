@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Ints32
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.courses import Course
 from vision.extraction.junctions import END, START, Junctions
+
+IntArray = npt.NDArray[np.int32]
 
 _OVERRUN = 6  # points, at most, that a course runs on beyond the junction
 
@@ -43,7 +45,7 @@ def close_ends(arcs: Arcs, junctions: Junctions) -> Arcs:
     )
 
 
-def closed_courses(arcs: Arcs, junctions: Junctions) -> tuple[Course, Ints32]:
+def closed_courses(arcs: Arcs, junctions: Junctions) -> tuple[Course, IntArray]:
     """The courses of the arcs, and their offsets (n + 1,), from junction to junction: what runs on beyond one left out,
     the place itself put in."""
     kept = np.ones(len(arcs.x), np.bool_)

@@ -9,11 +9,13 @@ much more is seen.
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Floats, Indices
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
 
 _WINDOW = 5.0  # facet scales: standard deviation of the window along the arc
 _SCATTER = (
@@ -26,9 +28,9 @@ PRIOR_FREEDOM = 5.0  # degrees of freedom that the elements' own standard deviat
 class Course:
     """Points (px) of all arcs packed, beside their elements, and the standard deviation (px) of each across its arc."""
 
-    x: Floats
-    y: Floats
-    sigma: Floats
+    x: FloatArray
+    y: FloatArray
+    sigma: FloatArray
 
 
 @dataclass(frozen=True)
@@ -37,21 +39,21 @@ class Deviations:
     (px) smoothing has drawn the curve against that normal; NaN where the members determine none.  `sigma` (px) is the
     standard deviation of a curve that bends freely enough to be the course itself, NaN on others."""
 
-    distance: Floats
-    nx: Floats
-    ny: Floats
-    bias: Floats
-    sigma: Floats
+    distance: FloatArray
+    nx: FloatArray
+    ny: FloatArray
+    bias: FloatArray
+    sigma: FloatArray
 
 
-def from_lines(x: Floats, y: Floats, fit: Floats) -> Deviations:
+def from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
     """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
     nx, ny = -fit[:, 3], fit[:, 2]
     distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
     return Deviations(distance, nx, ny, np.zeros_like(x), np.full_like(x, np.nan))
 
 
-def drawn_inwards(radius: Floats, half_spread: Floats) -> Floats:
+def drawn_inwards(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
     """By how much (px) discs are larger than the circles of `radius` px that are seen of them through a blur whose
     variance, as their steps show it, is twice `half_spread` px^2.
 
@@ -72,7 +74,7 @@ def drawn_inwards(radius: Floats, half_spread: Floats) -> Floats:
     return np.asarray(np.where(sound, np.maximum(disc - seen, 0.0), 0.0))
 
 
-def from_circles(x: Floats, y: Floats, fit: Floats, bias: Floats) -> Deviations:
+def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray) -> Deviations:
     """Deviations of points (m,) from circles; `fit` (m, 3) centre and radius as seen, `bias` (m,) how far these are
     drawn inwards."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
@@ -80,7 +82,9 @@ def from_circles(x: Floats, y: Floats, fit: Floats, bias: Floats) -> Deviations:
     return Deviations(away - radius, u / away, v / away, bias, np.full_like(x, np.nan))
 
 
-def from_ellipses(x: Floats, y: Floats, ellipses: Ellipses, which: Indices, half_spread: Floats) -> Deviations:
+def from_ellipses(
+    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: npt.NDArray[np.intp], half_spread: FloatArray
+) -> Deviations:
     """Deviations, to first order (Sampson), of points (m,) from the ellipses `which` (m,) names."""
     a, b, angle = ellipses.major[which], ellipses.minor[which], ellipses.angle[which]
     dx, dy = x - ellipses.centre_x[which], y - ellipses.centre_y[which]

@@ -12,7 +12,6 @@ also turns an edge's step round where its surroundings change: straight pieces j
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import (
     CIRCULAR,
     ELLIPTIC,
@@ -27,6 +26,11 @@ from vision.extraction.arcs import (
 )
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains, pairs_within
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+IndexArray = npt.NDArray[np.intp]
+BoolArray = npt.NDArray[np.bool_]
 
 _PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
 _KNOTS_APART = np.array([8.0, 16.0, 24.0])  # members between the knots of a free curve: as few knots as it needs,
@@ -56,7 +60,7 @@ def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements:
 
 def cut_arcs(
     edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0
-) -> tuple[Chains, Ints32, Bools]:
+) -> tuple[Chains, IntArray, BoolArray]:
     """The members of the arcs of the chains, in order, the kind of each arc, and of all edge elements which have their
     bright side on the right of who walks along their arc; most of an arc has it on the left.
 
@@ -69,7 +73,7 @@ def cut_arcs(
     correlation, weight = correlation_at(scale), np.zeros(len(edges))
     weight[chains.elements] = weight_of(edges, chains, scale)
 
-    def described(what: Chains, price: Floats) -> tuple[Chains, Ints32, Floats]:
+    def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
         x, y, w = what.beside(edges.x, edges.y, weight)
         n = len(x) + 1
         pieces, costs = np.empty((n, 3), np.int32), np.empty(n)
@@ -104,14 +108,14 @@ def cut_arcs(
 
 def _take_free(
     edges: EdgeElements,
-    weight: Floats,
+    weight: FloatArray,
     members: Chains,
-    kinds: Ints32,
-    turned: Bools,
+    kinds: IntArray,
+    turned: BoolArray,
     curves: Chains,
-    prices: Floats,
+    prices: FloatArray,
     correlation: float,
-) -> tuple[Chains, Ints32, Bools]:
+) -> tuple[Chains, IntArray, BoolArray]:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
     arc that leads out of it is none."""
 
@@ -157,7 +161,9 @@ def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
     return Chains(elements, chains.offsets, chains.closed)
 
 
-def _pieces_to_members(edges: EdgeElements, chains: Chains, pieces: Ints32, min_elements: int) -> tuple[Chains, Bools]:
+def _pieces_to_members(
+    edges: EdgeElements, chains: Chains, pieces: IntArray, min_elements: int
+) -> tuple[Chains, BoolArray]:
     """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
     which of them are long enough for that."""
     chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
@@ -175,7 +181,9 @@ def _pieces_to_members(edges: EdgeElements, chains: Chains, pieces: Ints32, min_
     return _gather(chains.elements, first[kept], counts[kept], closed), kept
 
 
-def _gather(elements: Ints32, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: Bools) -> Chains:
+def _gather(
+    elements: IntArray, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: BoolArray
+) -> Chains:
     offsets = np.concatenate([[0], np.cumsum(counts)])
     where = np.repeat(first - offsets[:-1], counts) + np.arange(offsets[-1])
     return Chains(elements[where], offsets.astype(np.int32), closed)
@@ -183,14 +191,14 @@ def _gather(elements: Ints32, first: npt.NDArray[np.integer], counts: npt.NDArra
 
 def _join(
     edges: EdgeElements,
-    weight: Floats,
+    weight: FloatArray,
     members: Chains,
-    kinds: Ints32,
-    turned: Bools,
-    fresh: Bools,
+    kinds: IntArray,
+    turned: BoolArray,
+    fresh: BoolArray,
     correlation: float,
     reach: float,
-) -> tuple[Chains, Ints32, Bools, Bools]:
+) -> tuple[Chains, IntArray, BoolArray, BoolArray]:
     """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
 
     Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
@@ -241,12 +249,12 @@ def _join(
 def _in_line(
     edges: EdgeElements,
     members: Chains,
-    kinds: Ints32,
-    direction: Floats,
-    turned: Bools,
-    fresh: Bools,
+    kinds: IntArray,
+    direction: FloatArray,
+    turned: BoolArray,
+    fresh: BoolArray,
     reach: float,
-) -> tuple[Indices, Indices, Indices, Floats]:
+) -> tuple[IndexArray, IndexArray, IndexArray, FloatArray]:
     """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `reach` px: the first,
     the second, which of them has to be walked the other way for that (-1: neither), and how far apart (px) their ends
     are.
@@ -281,17 +289,17 @@ def _in_line(
 
 
 def _savings(
-    x: Floats,
-    y: Floats,
-    w: Floats,
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
     members: Chains,
-    kinds: Ints32,
-    alone: Floats,
-    pairs: Indices,
-    distance: Floats,
-    bend: Floats,
+    kinds: IntArray,
+    alone: FloatArray,
+    pairs: IndexArray,
+    distance: FloatArray,
+    bend: FloatArray,
     correlation: float,
-) -> tuple[Floats, Indices]:
+) -> tuple[FloatArray, IndexArray]:
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
     one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
     """
@@ -325,15 +333,15 @@ def _savings(
 
 
 def _misfits(
-    x: Floats,
-    y: Floats,
-    w: Floats,
+    x: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
     members: Chains,
-    kinds: Ints32,
-    fit: Floats,
-    looked: Bools,
+    kinds: IntArray,
+    fit: FloatArray,
+    looked: BoolArray,
     correlation: float,
-) -> Floats:
+) -> FloatArray:
     """What the members of each arc that is `looked` at cost beside its price; of `fit` the rows of ellipses are not
     theirs."""
     square = fit[:, 4].copy()
@@ -342,7 +350,7 @@ def _misfits(
     return np.asarray(square * fit[:, 5] / (2.0 * correlation))
 
 
-def _turned_round(members: Chains, which: Bools, turned: Bools) -> tuple[Chains, Bools]:
+def _turned_round(members: Chains, which: BoolArray, turned: BoolArray) -> tuple[Chains, BoolArray]:
     """The arcs of the mask `which` walked the other way, and of which elements the bright side is on the right then."""
     if not which.any():
         return members, turned

@@ -17,10 +17,12 @@ from math import ceil, log, pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Floats32, Ints32
 from relmodel.errors import InputError
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.noise import noise_curve
+
+FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -32,19 +34,19 @@ class EdgeElements:
     the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending.
     """
 
-    x: Floats
-    y: Floats
-    nx: Floats
-    ny: Floats
-    contrast: Floats
-    width: Floats
-    sigma: Floats
-    pixel: Ints32
+    x: FloatArray
+    y: FloatArray
+    nx: FloatArray
+    ny: FloatArray
+    contrast: FloatArray
+    width: FloatArray
+    sigma: FloatArray
+    pixel: npt.NDArray[np.int32]
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "EdgeElements":
+    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "EdgeElements":
         """The elements that `rows` (indices or a mask) selects."""
         at = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows.astype(np.intp)
         return EdgeElements(**{field.name: getattr(self, field.name).take(at) for field in fields(self)})
@@ -57,7 +59,7 @@ def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
     )
 
 
-def grey_image(image: npt.ArrayLike) -> Floats:
+def grey_image(image: npt.ArrayLike) -> FloatArray:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
     0..255.
 
@@ -86,7 +88,7 @@ def edge_elements(
     min_contrast: float = 4.0,
     significance: float = 1e-3,
     max_sigma: float = 0.5,
-    noise: Floats | None = None,
+    noise: FloatArray | None = None,
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
@@ -115,7 +117,7 @@ def edge_elements(
     # F on (2, infinity), as the noise comes from the whole picture
     no_chance = 2.0 * covariance[1, 1] * -log(significance)
 
-    def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Floats32, Ints32]:
+    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
         edge_kernels.steps(
             moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
@@ -147,7 +149,7 @@ def edge_elements(
     )
 
 
-def _thin(values: Floats32, pixels: Ints32, columns: int) -> Bools:
+def _thin(values: SingleArray, pixels: npt.NDArray[np.int32], columns: int) -> npt.NDArray[np.bool_]:
     """Of neighbours that see the same crossing, keep the one it lies nearest to.
 
     `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis

@@ -10,7 +10,6 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Bytes, Floats, Ints
 from relmodel.errors import InputError, UsageError
 from vision.extraction.arcs import Arcs, measure_arcs
 from vision.extraction.closing import close_ends
@@ -25,6 +24,8 @@ from vision.extraction.relations import RegionArcs, Relations, region_arcs, rela
 from vision.extraction.scales import elements_over_scales
 from vision.extraction.significance import clear, significance, surprises
 from vision.extraction.topography import Crests, crest_arcs, label_histogram, mark_inflections, topographic_labels
+
+FloatArray = npt.NDArray[np.float64]
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
@@ -92,7 +93,7 @@ class Extraction:
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
-    noise: Floats
+    noise: FloatArray
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
@@ -100,8 +101,8 @@ class Extraction:
     marks: ArcMarks
     regions: Regions
     region_arcs: RegionArcs
-    labels: Bytes
-    topography: Ints
+    labels: npt.NDArray[np.uint8]
+    topography: npt.NDArray[np.int64]
     crests: Crests
     crest_arcs: Arcs
     crest_marks: ArcMarks
@@ -118,7 +119,7 @@ _DEFAULTS = ExtractionParameters()
 
 
 def extract(
-    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: Bools | None = None
+    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: npt.NDArray[np.bool_] | None = None
 ) -> Extraction:
     """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
 
@@ -216,8 +217,8 @@ def extract(
 
 
 def _topography(
-    grey: Floats, noise: Floats, mask: Bools | None, p: ExtractionParameters
-) -> tuple[Bytes, Crests, Arcs, ArcMarks]:
+    grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
+) -> tuple[npt.NDArray[np.uint8], Crests, Arcs, ArcMarks]:
     """Labels without inflections, crests, the arcs along these and their marks."""
     labels, crests = topographic_labels(grey, noise, sigma=p.topography_scale)
     if mask is not None:

@@ -19,9 +19,10 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Floats, Floats32
 from relmodel.errors import UsageError
 
+FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
 Found = TypeVar("Found")
 
 _BAND = 1 << 15  # pixels whose moments are held at once: they stay in the processor's cache
@@ -39,7 +40,7 @@ class FacetKernels:
     P3 = t^3 - beta t; `sigma` is the standard deviation of the Gaussian weights, None for a plain window.
     """
 
-    one_d: Floats
+    one_d: FloatArray
     alpha: float
     beta: float
     sigma: float | None
@@ -50,22 +51,22 @@ class FacetKernels:
         return int(self.one_d.shape[1] // 2)
 
     @property
-    def moments(self) -> Floats:
+    def moments(self) -> FloatArray:
         """(10, n, n): the two-dimensional kernels of the a_ij in the order of `MOMENTS`."""
         return np.stack([np.outer(self.one_d[i], self.one_d[j]) for i, j in MOMENTS])
 
     @property
-    def coefficients(self) -> Floats:
+    def coefficients(self) -> FloatArray:
         """(10, n, n): the two-dimensional kernels of k1..k10."""
         return np.tensordot(_coefficients_from_moments(self.alpha, self.beta), self.moments, axes=1)
 
     @property
-    def moment_covariance(self) -> Floats:
+    def moment_covariance(self) -> FloatArray:
         """(10, 10): covariance of the a_ij under white noise of variance 1."""
         return _gram(self.moments)
 
     @property
-    def coefficient_covariance(self) -> Floats:
+    def coefficient_covariance(self) -> FloatArray:
         """(10, 10): covariance of k1..k10 under white noise of variance 1."""
         return _gram(self.coefficients)
 
@@ -86,7 +87,7 @@ def gaussian_kernels(sigma: float) -> FacetKernels:
     return _kernels(np.exp(-0.5 * (t / sigma) ** 2), sigma)
 
 
-def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> Floats:
+def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> FloatArray:
     """Coefficients k1..k10, (10, rows, columns), of every pixel's facet; the image is mirrored at its border."""
     from scipy.ndimage import correlate1d
 
@@ -97,7 +98,7 @@ def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> Floats:
 
 
 def in_bands(
-    grey: Floats, kernels: FacetKernels, noise: Floats, work: Callable[[int, Floats32, Floats32], Found]
+    grey: FloatArray, kernels: FacetKernels, noise: FloatArray, work: Callable[[int, SingleArray, SingleArray], Found]
 ) -> list[Found]:
     """What `work(first pixel, moments, noise)` makes of successive bands of rows of `grey`, in their order.
 
@@ -133,7 +134,7 @@ def in_bands(
     return [found for each in shares for found in each]
 
 
-def _kernels(weights: Floats, sigma: float | None) -> FacetKernels:
+def _kernels(weights: FloatArray, sigma: float | None) -> FacetKernels:
     weights = weights / weights.sum()
     radius = len(weights) // 2
     t = np.arange(-radius, radius + 1, dtype=np.float64)
@@ -144,7 +145,7 @@ def _kernels(weights: Floats, sigma: float | None) -> FacetKernels:
     return FacetKernels(weights * polynomials / norms, alpha, beta, sigma)
 
 
-def _coefficients_from_moments(alpha: float, beta: float) -> Floats:
+def _coefficients_from_moments(alpha: float, beta: float) -> FloatArray:
     """(10, 10): k = M a, with the a_ij in the order of `MOMENTS`."""
     matrix = np.eye(10)
     at = {pair: index for index, pair in enumerate(MOMENTS)}
@@ -154,6 +155,6 @@ def _coefficients_from_moments(alpha: float, beta: float) -> Floats:
     return matrix
 
 
-def _gram(kernels: Floats) -> Floats:
+def _gram(kernels: FloatArray) -> FloatArray:
     rows = kernels.reshape(len(kernels), -1)
     return np.asarray(rows @ rows.T)

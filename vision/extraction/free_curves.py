@@ -8,22 +8,23 @@ exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the sp
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Floats
 from vision.extraction.courses import PRIOR_FREEDOM, Deviations
 from vision.extraction.covariances import STATIONS
+
+FloatArray = npt.NDArray[np.float64]
 
 _KNOTS_APART = 8.0  # px
 
 
 def fit_free_curves(
-    x: Floats,
-    y: Floats,
-    sigma: Floats,
-    weight: Floats,
+    x: FloatArray,
+    y: FloatArray,
+    sigma: FloatArray,
+    weight: FloatArray,
     counts: npt.NDArray[np.integer],
-    half_spread: Floats,
+    half_spread: FloatArray,
     scale: float,
-) -> tuple[Deviations, Floats]:
+) -> tuple[Deviations, FloatArray]:
     """How members (m,) lie to the n curves through them, and the covariances (n, `STATIONS`, `STATIONS`) of these.
 
     Set i of at least five members is the next `counts[i]`, seen at facet scale `scale` px.  A covariance is that of the
@@ -43,8 +44,8 @@ def fit_free_curves(
 
 
 def _fit(
-    x: Floats, y: Floats, sigma: Floats, weight: Floats, half_spread: float, scale: float
-) -> tuple[Floats, Floats]:
+    x: FloatArray, y: FloatArray, sigma: FloatArray, weight: FloatArray, half_spread: float, scale: float
+) -> tuple[FloatArray, FloatArray]:
     """Deviations (5, m) of the members of one curve, and its covariance at its stations."""
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     length, count = float(place[-1]), len(x)
@@ -80,7 +81,7 @@ def _fit(
     return np.stack([across, nx, ny, -half_spread * curvature, curve_sigma]), excess * station @ of_control @ station.T
 
 
-def _diagonals(place: Floats, sigma: Floats, scale: float) -> list[Floats]:
+def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[FloatArray]:
     """The main diagonal of the covariance of members at `place` and those above it, as far as it is not nought."""
     out = [sigma * sigma]
     for lag in range(1, len(place)):
@@ -91,7 +92,7 @@ def _diagonals(place: Floats, sigma: Floats, scale: float) -> list[Floats]:
     return out
 
 
-def _banded(place: Floats, sigma: Floats, scale: float, columns: Floats) -> Floats:
+def _banded(place: FloatArray, sigma: FloatArray, scale: float, columns: FloatArray) -> FloatArray:
     """That covariance times `columns` (m, k)."""
     main, *others = _diagonals(place, sigma, scale)
     out = main[:, None] * columns
@@ -101,7 +102,7 @@ def _banded(place: Floats, sigma: Floats, scale: float, columns: Floats) -> Floa
     return np.asarray(out)
 
 
-def _basis(place: Floats, length: float, intervals: int) -> tuple[Floats, Floats, Floats]:
+def _basis(place: FloatArray, length: float, intervals: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Values, first and second derivatives (m, intervals + 3) of the uniform cubic B-splines on 0..length."""
     knot = length / intervals
     which = np.minimum(place / knot, intervals - 1).astype(np.intp)

@@ -10,10 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.linking import components, grey_between, pairs_within
 from vision.extraction.local_curves import LocalCurves, local_curves
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 KINDS = ("L", "T", "Y", "X", "smooth")
 L, T, Y, X, SMOOTH = range(5)
@@ -43,20 +47,20 @@ class Junctions:
     (`away_x`, `away_y`) the unit tangent away from there; of a course, that towards its end.
     """
 
-    x: Floats
-    y: Floats
-    covariance: Floats
+    x: FloatArray
+    y: FloatArray
+    covariance: FloatArray
     kind: npt.NDArray[np.int8]
-    junction: Ints32
-    arc: Ints32
+    junction: IntArray
+    arc: IntArray
     at: npt.NDArray[np.int8]
-    away_x: Floats
-    away_y: Floats
+    away_x: FloatArray
+    away_y: FloatArray
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def holds(self, arc: Indices, at: Indices) -> Bools:
+    def holds(self, arc: IndexArray, at: IndexArray) -> BoolArray:
         """Whether the arcs `arc` (n,) take part in a junction with what `at` (n,) indexes in `AT`."""
         return np.isin(arc * len(AT) + at, self.arc * len(AT) + self.at)
 
@@ -65,8 +69,8 @@ class Junctions:
 class _Ends:
     """Free ends: arc and `START` or `END` of each, and the curve there walked outwards."""
 
-    arc: Indices
-    at: Indices
+    arc: IndexArray
+    at: IndexArray
     curve: LocalCurves
 
 
@@ -75,15 +79,15 @@ class _Courses:
     """Places of all courses at most a pixel apart, bridges too: the arc of each, its nearest point, where it is, its
     pixel; and the number of the place in each pixel of the picture of `shape` (rows, columns), or -1."""
 
-    arc: Indices
-    point: Indices
-    place: Floats
-    pixel: Indices
-    holder: Ints32
+    arc: IndexArray
+    point: IndexArray
+    place: FloatArray
+    pixel: IndexArray
+    holder: IntArray
     shape: tuple[int, ...]
 
 
-def find_junctions(grey: Floats, arcs: Arcs) -> Junctions:
+def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
     """Where free ends of the arcs found in `grey` (rows, columns; 0..255) meet, within 8 px of each, another's end or
     course.
 
@@ -124,13 +128,13 @@ def _courses(arcs: Arcs, shape: tuple[int, ...]) -> _Courses:
     return _Courses(arcs.chains.chain_of_member[begin], begin + (share > 0.5), place, pixel, holder, shape)
 
 
-def _pixels(place: Floats, shape: tuple[int, ...]) -> Indices:
+def _pixels(place: FloatArray, shape: tuple[int, ...]) -> IndexArray:
     """Flat index of the pixel of each place (..., 2), or of that nearest to it a pixel inside the border."""
     column, row = (np.rint(place[..., i]).astype(np.intp).clip(1, shape[1 - i] - 2) for i in (0, 1))
     return np.asarray(row * shape[1] + column)
 
 
-def _first_courses(arcs: Arcs, ends: _Ends, courses: _Courses) -> tuple[Indices, Floats]:
+def _first_courses(arcs: Arcs, ends: _Ends, courses: _Courses) -> tuple[IndexArray, FloatArray]:
     """The place on another course that each end comes by first, not running beside it, and how far on; -1, infinity."""
     count = len(ends.arc)
     way = np.arange(-_OVERRUN, _REACH + 1.0)
@@ -152,7 +156,7 @@ def _first_courses(arcs: Arcs, ends: _Ends, courses: _Courses) -> tuple[Indices,
     return hit, far
 
 
-def _chords(arcs: Arcs, point: Indices) -> Floats:
+def _chords(arcs: Arcs, point: IndexArray) -> FloatArray:
     """(..., 2) from three points before `point` on its course to three after it."""
     arc = arcs.chains.chain_of_member[point]
     before, after = np.maximum(point - 3, arcs.offsets[arc]), np.minimum(point + 3, arcs.offsets[arc + 1] - 1)
@@ -160,8 +164,8 @@ def _chords(arcs: Arcs, point: Indices) -> Floats:
 
 
 def _ends_that_meet(
-    grey: Floats, arcs: Arcs, ends: _Ends, courses: _Courses, hit: Indices, way: Floats
-) -> tuple[Indices, Indices, Floats]:
+    grey: FloatArray, arcs: Arcs, ends: _Ends, courses: _Courses, hit: IndexArray, way: FloatArray
+) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Pairs of ends, both ways, and the greater of the distances (px) to where they meet."""
     curve = ends.curve
     nothing = np.zeros(0, np.intp)
@@ -191,8 +195,8 @@ def _ends_that_meet(
 
 
 def _ends_on_courses(
-    grey: Floats, arcs: Arcs, ends: _Ends, courses: _Courses, hit: Indices, way: Floats
-) -> tuple[Indices, Indices, Floats]:
+    grey: FloatArray, arcs: Arcs, ends: _Ends, courses: _Courses, hit: IndexArray, way: FloatArray
+) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Ends that meet the course of another arc, the place on the course, and the distance (px)."""
     end = np.flatnonzero(hit >= 0)
     if len(end) == 0:
@@ -210,11 +214,11 @@ def _ends_on_courses(
     return end[good], met[good], np.abs(along[: len(end)])[good] + 1.0
 
 
-def _curves_at(arcs: Arcs, courses: _Courses, at: Indices) -> LocalCurves:
+def _curves_at(arcs: Arcs, courses: _Courses, at: IndexArray) -> LocalCurves:
     return local_curves(arcs, courses.point[at], *courses.place[at].T)
 
 
-def _crossings(arcs: Arcs, courses: _Courses) -> Indices:
+def _crossings(arcs: Arcs, courses: _Courses) -> IndexArray:
     """(n, 2) places where courses cross, well within both; of two arcs that cross twice, where they come nearer."""
     point, arc = courses.point, courses.arc
     inner = _inner(arcs, courses)
@@ -236,15 +240,15 @@ def _crossings(arcs: Arcs, courses: _Courses) -> Indices:
     return np.asarray(pair[order[new]])
 
 
-def _inner(arcs: Arcs, courses: _Courses) -> Bools:
+def _inner(arcs: Arcs, courses: _Courses) -> BoolArray:
     """Which places are well within their course."""
     from_end = np.minimum(courses.point - arcs.offsets[courses.arc], arcs.offsets[courses.arc + 1] - 1 - courses.point)
     return np.asarray((from_end > _OVERRUN) | arcs.closed[courses.arc])
 
 
 def _places(
-    curve: LocalCurves, is_end: Bools, group: Indices, count: int, begin: Floats | None = None
-) -> tuple[Floats, Floats]:
+    curve: LocalCurves, is_end: BoolArray, group: IndexArray, count: int, begin: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Places (count, 2) where the curves of each group meet, and their covariances (count, 2, 2): Gauss and Newton from
     `begin`, or from the middle of the curves' own places."""
     if begin is None:
@@ -269,13 +273,15 @@ def _places(
     return place, covariance
 
 
-def _takes_part(arcs: Arcs, arc: Indices, curve: LocalCurves, along: Floats, across: Floats) -> Bools:
+def _takes_part(arcs: Arcs, arc: IndexArray, curve: LocalCurves, along: FloatArray, across: FloatArray) -> BoolArray:
     """Whether curves pass by a place `along` and `across` from them, and that lies where ends may be prolonged to."""
     near = np.abs(across) <= np.maximum(_OFF, _OFF_SIGMAS * curve.sigma(along))
     return np.asarray(near & (along <= _REACH) & (along >= -np.minimum(_OVERRUN, 0.4 * arcs.length[arc])))
 
 
-def _supported(grey: Floats, arcs: Arcs, arc: Indices, at: Indices, curve: LocalCurves, along: Floats) -> Bools:
+def _supported(
+    grey: FloatArray, arcs: Arcs, arc: IndexArray, at: IndexArray, curve: LocalCurves, along: FloatArray
+) -> BoolArray:
     """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign a quarter as high."""
     shown = np.maximum(along - _BLURRED, 0.0)
     s = shown[:, None] * np.linspace(0.1, 1.0, 8)
@@ -298,26 +304,26 @@ def _stacked(first: LocalCurves, second: LocalCurves) -> LocalCurves:
 class _Meetings:
     """Which arc takes part in which group, with what of it, as which curve."""
 
-    group: Indices
-    arc: Indices
-    at: Indices
+    group: IndexArray
+    arc: IndexArray
+    at: IndexArray
     curve: LocalCurves
 
     @property
     def count(self) -> int:
         return int(self.group.max(initial=-1)) + 1
 
-    def take(self, rows: Indices | Bools) -> "_Meetings":
+    def take(self, rows: IndexArray | BoolArray) -> "_Meetings":
         """Those that `rows` selects, in order of their groups, these numbered anew."""
         rows = np.arange(len(self.group))[rows]
         rows = rows[np.lexsort((self.at[rows], self.arc[rows], self.group[rows]))]
         group = np.unique(self.group[rows], return_inverse=True)[1]
         return _Meetings(group.astype(np.intp), self.arc[rows], self.at[rows], self.curve.take(rows))
 
-    def places(self) -> tuple[Floats, Floats]:
+    def places(self) -> tuple[FloatArray, FloatArray]:
         return _places(self.curve, self.at != COURSE, self.group, self.count)
 
-    def misses(self, arcs: Arcs, place: Floats) -> Floats:
+    def misses(self, arcs: Arcs, place: FloatArray) -> FloatArray:
         """By how far (px) each passes its group's place, zero where it takes part there."""
         along, across = self.curve.locate(*place[self.group].T)
         return np.where(_takes_part(arcs, self.arc, self.curve, along, across), 0.0, np.abs(across) + 1e-9)
@@ -327,10 +333,10 @@ def _joined(
     arcs: Arcs,
     ends: _Ends,
     courses: _Courses,
-    couples: Indices,
-    end: Indices,
-    met: Indices,
-    crossings: Indices,
+    couples: IndexArray,
+    end: IndexArray,
+    met: IndexArray,
+    crossings: IndexArray,
 ) -> Junctions:
     """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of courses, and of courses that cross at
     places `crossings` (n, 2); those in one place as one."""
@@ -392,7 +398,7 @@ def _once_each(meetings: _Meetings) -> _Meetings:
     return meetings.take(np.delete(order, 1 + np.flatnonzero(again)))
 
 
-def _kinds(meetings: _Meetings, away: Floats) -> npt.NDArray[np.int8]:
+def _kinds(meetings: _Meetings, away: FloatArray) -> npt.NDArray[np.int8]:
     """Kind of each junction, by its number of ways and whether two of them run on into each other."""
     through, count = meetings.at == COURSE, meetings.count
     group = np.concatenate([meetings.group, meetings.group[through]])

@@ -6,42 +6,47 @@ A chain runs along the tangent (-ny, nx): the bright side lies on the left of wh
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.edges import EdgeElements
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+IndexArray = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
 class Chains:
     """Chain i is `elements[offsets[i] : offsets[i + 1]]`, indices of edge elements in order; `closed` marks loops."""
 
-    elements: Ints32
-    offsets: Ints32
-    closed: Bools
+    elements: IntArray
+    offsets: IntArray
+    closed: BoolArray
 
     def __len__(self) -> int:
         return len(self.closed)
 
     @property
-    def counts(self) -> Ints32:
+    def counts(self) -> IntArray:
         """Number of elements of each chain."""
         return np.diff(self.offsets)
 
     @property
-    def chain_of_member(self) -> Indices:
+    def chain_of_member(self) -> npt.NDArray[np.intp]:
         """Chain number of each entry of `elements`."""
         return np.repeat(np.arange(len(self)), self.counts)
 
-    def beside(self, *columns: Floats) -> tuple[Floats, ...]:
+    def beside(self, *columns: FloatArray) -> tuple[FloatArray, ...]:
         """Columns of the edge elements, of each entry of `elements`."""
         at = self.elements.astype(np.intp)
         return tuple(column.take(at) for column in columns)
 
-    def mean(self, values: Floats) -> Floats:
+    def mean(self, values: FloatArray) -> FloatArray:
         """Mean over each chain of a column of the edge elements."""
         return np.add.reduceat(values[self.elements], self.offsets[:-1]) / self.counts if len(self) else np.zeros(0)
 
-    def take(self, kept: Bools) -> "Chains":
+    def take(self, kept: BoolArray) -> "Chains":
         """The chains that the mask selects."""
         members = np.repeat(kept, self.counts)
         offsets = np.concatenate([[0], np.cumsum(self.counts[kept])]).astype(np.int32)
@@ -68,7 +73,7 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
 
 
 def fill_gaps(
-    edges: EdgeElements, chains: Chains, grey: Floats, *, reach: float = 25.0, max_angle: float = np.deg2rad(35.0)
+    edges: EdgeElements, chains: Chains, grey: FloatArray, *, reach: float = 25.0, max_angle: float = np.deg2rad(35.0)
 ) -> Chains:
     """Join chains end to start across gaps: up to 3 px, or up to `reach` px where both tangents lie within `max_angle`
     of the chord and the picture shows a step of the same sign, at least a quarter as high, along the bridge.
@@ -106,7 +111,7 @@ def fill_gaps(
     return _concatenate(chains, opened[sequence], offsets, looped)
 
 
-def pairs_within(place: Floats, reach: float, looked: Bools | None = None) -> Indices:
+def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
     from vision.extraction import link_kernels
@@ -121,7 +126,7 @@ def pairs_within(place: Floats, reach: float, looked: Bools | None = None) -> In
     return out
 
 
-def components(pairs: Indices, count: int) -> Indices:
+def components(pairs: IndexArray, count: int) -> IndexArray:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
     from vision.extraction import link_kernels
 
@@ -130,7 +135,7 @@ def components(pairs: Indices, count: int) -> Indices:
     return out
 
 
-def _followed(successor: Ints32) -> tuple[Ints32, Ints32, Bools]:
+def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
     """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
     from vision.extraction import link_kernels
 
@@ -142,7 +147,7 @@ def _followed(successor: Ints32) -> tuple[Ints32, Ints32, Bools]:
     return order, offsets[: chains + 1], closed[:chains]
 
 
-def _concatenate(chains: Chains, sequence: Indices, offsets: Ints32, looped: Bools) -> Chains:
+def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArray, looped: BoolArray) -> Chains:
     """Open chains strung together in groups `offsets` of `sequence`, then the chains that were loops already."""
     loops = np.flatnonzero(chains.closed)
     pieces = np.concatenate([sequence, loops])
@@ -154,7 +159,7 @@ def _concatenate(chains: Chains, sequence: Indices, offsets: Ints32, looped: Boo
     return Chains(elements, bounds, np.concatenate([looped, np.ones(len(loops), np.bool_)]))
 
 
-def _end_tangents(edges: EdgeElements, chains: Chains, which: Indices, *, last_end: bool) -> Floats:
+def _end_tangents(edges: EdgeElements, chains: Chains, which: npt.NDArray[np.intp], *, last_end: bool) -> FloatArray:
     """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to five elements."""
     reach = np.minimum(5, chains.counts[which])
     total = np.zeros((len(which), 2))
@@ -165,11 +170,11 @@ def _end_tangents(edges: EdgeElements, chains: Chains, which: Indices, *, last_e
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
 
 
-def _angle_to(chord: Floats, tx: Floats, ty: Floats) -> Floats:
+def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
     return np.asarray(np.arccos(np.clip(chord[:, 0] * tx + chord[:, 1] * ty, -1.0, 1.0)))
 
 
-def grey_between(grey: Floats, place: Floats) -> Floats:
+def grey_between(grey: FloatArray, place: FloatArray) -> FloatArray:
     """The bilinear grey at places (..., 2); beyond the border, that of the border."""
     rows, columns = grey.shape
     x, y = place[..., 0].clip(0.0, columns - 1.0), place[..., 1].clip(0.0, rows - 1.0)
@@ -184,7 +189,7 @@ def grey_between(grey: Floats, place: Floats) -> Floats:
     )
 
 
-def _bridge_contrast(grey: Floats, start: Floats, chord: Floats, length: Floats) -> Floats:
+def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray) -> FloatArray:
     """Mean over nine points of each bridge of the grey 2 px to its left less that 2 px to its right."""
     share = np.linspace(0.1, 0.9, 9)
     points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]

@@ -5,11 +5,13 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Indices
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
 from vision.extraction.courses import from_ellipses
 from vision.extraction.ellipses import Ellipses
+
+FloatArray = npt.NDArray[np.float64]
+IndexArray = npt.NDArray[np.intp]
 
 _LEAST_SIGMA = 0.02  # px across an arc
 _TANGENT = 6  # points to an end, or to either side, that give a free curve its direction
@@ -21,27 +23,27 @@ class LocalCurves:
     there, and the `curvature` (1/px) towards the normal (-ty, tx).  `variance` (n, 3): that across the curve, s px
     further on, is c0 + c1 s + c2 s^2 (px^2)."""
 
-    x: Floats
-    y: Floats
-    tx: Floats
-    ty: Floats
-    curvature: Floats
-    variance: Floats
+    x: FloatArray
+    y: FloatArray
+    tx: FloatArray
+    ty: FloatArray
+    curvature: FloatArray
+    variance: FloatArray
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "LocalCurves":
+    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "LocalCurves":
         """The curves that `rows` (indices or a mask) selects."""
         return LocalCurves(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
-    def flipped(self, rows: Bools) -> "LocalCurves":
+    def flipped(self, rows: npt.NDArray[np.bool_]) -> "LocalCurves":
         """The same curves, those of the mask `rows` walked the other way."""
         sign = np.where(rows, -1.0, 1.0)
         variance = self.variance * np.column_stack([np.ones_like(sign), sign, np.ones_like(sign)])
         return LocalCurves(self.x, self.y, sign * self.tx, sign * self.ty, sign * self.curvature, variance)
 
-    def points(self, s: Floats) -> Floats:
+    def points(self, s: FloatArray) -> FloatArray:
         """(n, k, 2) points of the curves, `s` (n, k) px along them from where they touch."""
         x, y, tx, ty, k = (c[:, None] for c in (self.x, self.y, self.tx, self.ty, self.curvature))
         half = 0.5 * k * s
@@ -49,13 +51,13 @@ class LocalCurves:
         forth, aside = chord * np.cos(half), chord * np.sin(half)
         return np.stack([x + forth * tx - aside * ty, y + forth * ty + aside * tx], axis=-1)
 
-    def normals(self, s: Floats) -> Floats:
+    def normals(self, s: FloatArray) -> FloatArray:
         """(n, k, 2) unit normals there."""
         turn = self.curvature[:, None] * s
         tx, ty = self.tx[:, None], self.ty[:, None]
         return np.stack([-np.sin(turn) * tx - np.cos(turn) * ty, -np.sin(turn) * ty + np.cos(turn) * tx], axis=-1)
 
-    def locate(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    def locate(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Of points (n,), one a curve: how far along it, and how far across on the side of the normal, they are."""
         dx, dy, k = x - self.x, y - self.y, self.curvature
         u, v = dx * self.tx + dy * self.ty, dy * self.tx - dx * self.ty
@@ -65,13 +67,13 @@ class LocalCurves:
         along = np.where(bent, np.arctan2(k * u, 1.0 - k * v) / np.where(bent, k, 1.0), u)
         return along, across
 
-    def sigma(self, s: Floats) -> Floats:
+    def sigma(self, s: FloatArray) -> FloatArray:
         """Standard deviation (n,) across the curves, `s` (n,) px along them."""
         c0, c1, c2 = self.variance.T
         return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), _LEAST_SIGMA**2)))
 
 
-def local_curves(arcs: Arcs, point: Indices, x: Floats, y: Floats) -> LocalCurves:
+def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) -> LocalCurves:
     """Arcs beside places (`x`, `y`) on their courses, `point` (n,) the nearest of these; walked from start to end."""
     n, arc = len(point), arcs.chains.chain_of_member[point]
     first, last = arcs.offsets[arc], arcs.offsets[arc + 1] - 1
@@ -150,18 +152,18 @@ def local_curves(arcs: Arcs, point: Indices, x: Floats, y: Floats) -> LocalCurve
     return LocalCurves(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
 
 
-def _along(normal: Floats, roughly: Floats) -> Floats:
+def _along(normal: FloatArray, roughly: FloatArray) -> FloatArray:
     """Unit tangents across unit normals (n, 2), on the side of the directions `roughly`."""
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     return np.asarray(np.where(np.sum(tangent * roughly, axis=1, keepdims=True) < 0.0, -tangent, tangent))
 
 
-def _towards(outward: Floats, tangent: Floats) -> Floats:
+def _towards(outward: FloatArray, tangent: FloatArray) -> FloatArray:
     """1 where the normal (-ty, tx) points against `outward` (n, 2), to the centre of curvature, -1 elsewhere."""
     return np.asarray(np.where(tangent[:, 0] * outward[:, 1] - tangent[:, 1] * outward[:, 0] < 0.0, 1.0, -1.0))
 
 
-def _quadratic(covariance: Floats, jacobian: Floats, change: Floats) -> Floats:
+def _quadratic(covariance: FloatArray, jacobian: FloatArray, change: FloatArray) -> FloatArray:
     """(n, 3): c0 + c1 s + c2 s^2, the variance of (jacobian + s change) . parameters; covariance (n, k, k)."""
     change = np.broadcast_to(change, jacobian.shape)
     return np.stack(

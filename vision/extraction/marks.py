@@ -11,10 +11,12 @@ The crests of fillets and chamfers stand out of those of streaks by height and, 
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.edges import EdgeElements
+
+FloatArray = npt.NDArray[np.float64]
 
 # Log odds of an arc being an edge, by logistic regression on pictures A1, A4, B1, C1, C2, C3 of the rendered bulkheads;
 # of the mean step 2 and 4 px beside the arc over its contrast, the log of parallels around, the width in px.
@@ -38,15 +40,15 @@ class ArcMarks:
     whose bright side, or whose crest, is saturated.
     """
 
-    texture: Floats
-    highlight: Floats
+    texture: FloatArray
+    highlight: FloatArray
 
-    def take(self, kept: Bools) -> "ArcMarks":
+    def take(self, kept: npt.NDArray[np.bool_]) -> "ArcMarks":
         """The marks of the arcs that the mask selects."""
         return ArcMarks(self.texture[kept], self.highlight[kept])
 
 
-def arc_marks(grey: Floats, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
+def arc_marks(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
     """Marks of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
     from vision.extraction import mark_kernels
 
@@ -72,7 +74,7 @@ def arc_marks(grey: Floats, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
     return ArcMarks(_against(odds), saturated)
 
 
-def crest_marks(grey: Floats, crests: EdgeElements, arcs: Arcs) -> ArcMarks:
+def crest_marks(grey: FloatArray, crests: EdgeElements, arcs: Arcs) -> ArcMarks:
     """Marks of the arcs along ridges and ravines found in `grey` (rows, columns; 0..255) among all their elements."""
     if len(arcs) == 0:
         return ArcMarks(np.zeros(0), np.zeros(0))
@@ -83,12 +85,12 @@ def crest_marks(grey: Floats, crests: EdgeElements, arcs: Arcs) -> ArcMarks:
     return ArcMarks(_against(odds), np.add.reduceat(saturated.astype(np.float64), first) / counts)
 
 
-def _against(odds: Floats) -> Floats:
+def _against(odds: FloatArray) -> FloatArray:
     """The probability of the contrary, from log odds."""
     return np.asarray(1.0 / (1.0 + np.exp(np.clip(odds, -30.0, 30.0))))
 
 
-def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: Ints32) -> Floats:
+def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32]) -> FloatArray:
     """How many elements of like orientation and no less than a third of its contrast, itself among them, lie in the
     3 x 3 cells around each element of `which`."""
     from vision.extraction import mark_kernels

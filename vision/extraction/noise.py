@@ -5,8 +5,9 @@ its magnitude within each band of grey is deaf to edges and to most texture.
 """
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Floats, Ints
+FloatArray = npt.NDArray[np.float64]
 
 _BANDS = 16
 _BINS = 1024  # of the magnitude, one a unit
@@ -14,7 +15,7 @@ _MIN_SAMPLES = 300
 _MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
 
 
-def noise_curve(grey: Floats, floor: float = 1.0 / np.sqrt(12.0)) -> Floats:
+def noise_curve(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatArray:
     """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
 
     `floor` is the least value reported, by default what rounding to eight bits leaves behind.
@@ -36,7 +37,7 @@ def noise_curve(grey: Floats, floor: float = 1.0 / np.sqrt(12.0)) -> Floats:
     return np.maximum(np.interp(np.arange(256), centres[good], sigma), floor)
 
 
-def _median(histogram: Ints) -> float:
+def _median(histogram: npt.NDArray[np.int64]) -> float:
     """Median of rounded magnitudes, linear within the unit bin around the whole number that holds it."""
     cumulative = np.cumsum(histogram)
     half = cumulative[-1] / 2.0

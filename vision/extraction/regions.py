@@ -12,11 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Floats32, Indices, Ints, Ints32
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import END, START, Junctions
 from vision.extraction.linking import Chains, components
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+BoolArray = npt.NDArray[np.bool_]
+CountArray = npt.NDArray[np.int64]
 
 _SATURATED = 250.0
 _BALLS = (12.0, 5.0, 2.0, 0.9)  # px: radii of the trapped balls
@@ -45,30 +49,32 @@ class Regions:
     `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
     """
 
-    labels: Ints32
-    area: Floats
-    centroid_x: Floats
-    centroid_y: Floats
-    x0: Floats
-    y0: Floats
-    x1: Floats
-    y1: Floats
-    mean: Floats
-    variance: Floats
-    slope_x: Floats
-    slope_y: Floats
-    saturated_share: Floats
-    hole_count: Ints32
-    ring_region: Ints32
-    ring_offsets: Ints32
-    outline_x: Floats
-    outline_y: Floats
+    labels: IntArray
+    area: FloatArray
+    centroid_x: FloatArray
+    centroid_y: FloatArray
+    x0: FloatArray
+    y0: FloatArray
+    x1: FloatArray
+    y1: FloatArray
+    mean: FloatArray
+    variance: FloatArray
+    slope_x: FloatArray
+    slope_y: FloatArray
+    saturated_share: FloatArray
+    hole_count: IntArray
+    ring_region: IntArray
+    ring_offsets: IntArray
+    outline_x: FloatArray
+    outline_y: FloatArray
 
     def __len__(self) -> int:
         return len(self.area)
 
 
-def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Junctions, shape: tuple[int, int]) -> Bools:
+def edge_mask(
+    edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Junctions, shape: tuple[int, int]
+) -> BoolArray:
     """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is within 10 px;
     arcs, whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
     doubtful are prolonged to the next edge, as far as the arc is long, up to 80 px: where an edge loses its contrast it
@@ -114,7 +120,7 @@ def edge_mask(edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Juncti
     return canvas > 0
 
 
-def _lonely(arcs: Arcs, ends: Floats, arc: npt.NDArray[np.integer], shape: tuple[int, int]) -> Bools:
+def _lonely(arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer], shape: tuple[int, int]) -> BoolArray:
     """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within 6 px."""
     holder = np.zeros(shape, np.int32)  # one more than the arc that runs through a pixel
     at = np.round(np.column_stack([arcs.y, arcs.x])).astype(np.intp).clip(0, np.subtract(shape, 1))
@@ -126,7 +132,7 @@ def _lonely(arcs: Arcs, ends: Floats, arc: npt.NDArray[np.integer], shape: tuple
     return np.asarray(~((found > 0) & (found != arc[:, None] + 1)).any(axis=1))
 
 
-def _meetings(mask: Bools, place: Floats, outward: Floats, reach: npt.NDArray[np.floating]) -> Floats:
+def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: npt.NDArray[np.floating]) -> FloatArray:
     """(m, 2, 2): segments from those of the ends `place` (n, 2) that meet the mask or leave the picture within `reach`
     (n,) px along `outward` (n, 2), to where they do.  Nothing is met in the first px."""
     step = np.arange(2, int(reach.max(initial=2.0)) + 1)
@@ -140,7 +146,7 @@ def _meetings(mask: Bools, place: Floats, outward: Floats, reach: npt.NDArray[np
     return np.stack([place[met], ray[met, hit[met].argmax(axis=1)]], axis=1)
 
 
-def plain_regions(grey: Floats, mask: Bools, *, min_area: int = 40, inside: Bools | None = None) -> Regions:
+def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None) -> Regions:
     """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large, where `inside` is true."""
     import cv2
 
@@ -152,12 +158,12 @@ def plain_regions(grey: Floats, mask: Bools, *, min_area: int = 40, inside: Bool
 
 
 def leak_proof_regions(
-    grey: Floats,
-    mask: Bools,
+    grey: FloatArray,
+    mask: BoolArray,
     *,
     min_area: int = 40,
     max_step: float = 12.0,
-    inside: Bools | None = None,
+    inside: BoolArray | None = None,
     edges: EdgeElements | None = None,
 ) -> Regions:
     """Regions behind gaps narrower than themselves; they cover the picture, or what of it is `inside`, edge pixels
@@ -182,7 +188,7 @@ def leak_proof_regions(
     return _describe(labels, totals)
 
 
-def _flooded(depth: Floats32) -> Ints32:
+def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
     """Labels 0.. of the trapped balls, grown over the picture."""
     from vision.extraction import region_kernels
 
@@ -202,7 +208,7 @@ def _flooded(depth: Floats32) -> Ints32:
     return labels
 
 
-def _share_out(labels: Ints32, edges: EdgeElements) -> None:
+def _share_out(labels: IntArray, edges: EdgeElements) -> None:
     """Give the pixels of edge elements, which the flood gave to whom came first, to the region on their side of the
     edge, where they touch it."""
     rows, columns = labels.shape
@@ -218,7 +224,7 @@ def _share_out(labels: Ints32, edges: EdgeElements) -> None:
     flat[edges.pixel[touches]] = there[touches]
 
 
-def _totals(grey: Floats, labels: Ints32, depth: Floats32) -> Floats:
+def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) -> FloatArray:
     """Sums over the regions of the label image and extremes, the columns of `region_kernels.sums`."""
     from vision.extraction import region_kernels
 
@@ -229,13 +235,13 @@ def _totals(grey: Floats, labels: Ints32, depth: Floats32) -> Floats:
 
 
 def _merge(
-    grey: Floats,
-    labels: Ints32,
-    mask: Bools,
-    depth: Floats32,
+    grey: FloatArray,
+    labels: IntArray,
+    mask: BoolArray,
+    depth: npt.NDArray[np.float32],
     min_area: int,
     max_step: float,
-) -> tuple[Ints32, Floats]:
+) -> tuple[IntArray, FloatArray]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
     totals = _totals(grey, labels, depth)
     a, b, sums = border_sums(labels, mask, _near_loose_ends(mask))
@@ -250,7 +256,7 @@ def _merge(
     return final[labels], totals
 
 
-def border_sums(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, Ints]:
+def border_sums(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
     """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `border_kernels.borders`."""
     from vision.extraction import border_kernels
 
@@ -268,12 +274,12 @@ def border_sums(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, 
     return a, b, sums[order]
 
 
-def _right_of(labels: Ints32) -> Ints32:
+def _right_of(labels: IntArray) -> IntArray:
     """Each pixel's neighbour to the right; at the border the pixel itself."""
     return np.hstack([labels[:, 1:], labels[:, -1:]])
 
 
-def _near_loose_ends(mask: Bools) -> Bools:
+def _near_loose_ends(mask: BoolArray) -> BoolArray:
     """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5."""
     import cv2
 
@@ -291,12 +297,12 @@ def _near_loose_ends(mask: Bools) -> Bools:
 class _Borders:
     """Neighbours a < b, and of their common border the sums (n, 7) of `border_kernels.borders`."""
 
-    a: Ints
-    b: Ints
-    totals: Floats
+    a: CountArray
+    b: CountArray
+    totals: FloatArray
 
 
-def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_Borders, Floats]:
+def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tuple[_Borders, FloatArray]:
     """The graph with the regions of each component as one."""
     count = int(component.max()) + 1
     merged = np.zeros((count, regions.shape[1]))
@@ -312,7 +318,7 @@ def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_B
     return _Borders(key // count, key % count, totals), merged
 
 
-def _components(borders: _Borders, regions: Floats, min_area: int, max_step: float) -> Ints32 | None:
+def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step: float) -> IntArray | None:
     """Which regions one round makes one; None where there is nothing to merge."""
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
@@ -348,14 +354,14 @@ def _components(borders: _Borders, regions: Floats, min_area: int, max_step: flo
     return components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
-def _renumber(labels: Ints32, min_area: int) -> Ints32:
+def _renumber(labels: IntArray, min_area: int) -> IntArray:
     """Labels 0.. of the regions that are large enough, -1 elsewhere."""
     area = np.bincount(labels[labels >= 0], minlength=1)
     new = np.where(area >= min_area, np.cumsum(area >= min_area) - 1, -1).astype(np.int32)
     return np.ascontiguousarray(np.where(labels >= 0, new[labels], np.int32(-1)))
 
 
-def _planes(totals: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Centroid (n, 2), mean, slope (n, 2) and variance about the plane, from `region_kernels.sums`."""
     n = np.maximum(totals[:, 0], 1.0)
     x, y, xx, xy, yy, g, gg, xg, yg = (totals[:, i] / n for i in range(1, 10))
@@ -370,7 +376,7 @@ def _planes(totals: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     return np.column_stack([x, y]), g, np.column_stack([slope_x, slope_y]), variance
 
 
-def _describe(labels: Ints32, totals: Floats) -> Regions:
+def _describe(labels: IntArray, totals: FloatArray) -> Regions:
     centroid, mean, slope, variance = _planes(totals)
     ring_region, ring_offsets, outline = _outlines(labels, totals[:, 11:15].astype(np.intp))
     holes = np.bincount(ring_region, minlength=len(totals)) - 1
@@ -396,12 +402,12 @@ def _describe(labels: Ints32, totals: Floats) -> Regions:
     )
 
 
-def _outlines(labels: Ints32, boxes: Indices) -> tuple[Ints32, Ints32, Floats]:
+def _outlines(labels: IntArray, boxes: npt.NDArray[np.intp]) -> tuple[IntArray, IntArray, FloatArray]:
     """Rings of every region, simplified to half a pixel: region of each, offsets, vertices (m, 2)."""
     import cv2
 
     region: list[int] = []
-    rings: list[Ints32] = []
+    rings: list[npt.NDArray[np.int32]] = []
     for i, (x0, y0, x1, y1) in enumerate(boxes):
         crop = (labels[y0 : y1 + 1, x0 : x1 + 1] == i).view(np.uint8)
         found, tree = cv2.findContours(crop, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE, offset=(int(x0), int(y0)))

@@ -9,12 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Floats, Ints, Ints32
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import COURSE, Junctions
 from vision.extraction.linking import pairs_within
 from vision.extraction.regions import Regions, border_sums
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
 
 KINDS = (
     "bounds",
@@ -49,10 +51,10 @@ _EQUAL_SIGMAS = 3.0
 class RegionArcs:
     """Which arc borders which region, on which side of the arc (0 left, 1 right), over what length (px)."""
 
-    arc: Ints32
-    region: Ints32
+    arc: IntArray
+    region: IntArray
     side: npt.NDArray[np.int8]
-    length: Floats
+    length: FloatArray
 
     def __len__(self) -> int:
         return len(self.arc)
@@ -71,10 +73,10 @@ class Relations:
     """
 
     kind: npt.NDArray[np.int8]
-    a: Ints32
-    b: Ints32
-    value: Floats
-    sigma: Floats
+    a: IntArray
+    b: IntArray
+    value: FloatArray
+    sigma: FloatArray
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -121,10 +123,10 @@ def relations(
     return Relations(kind, a.astype(np.int32), b.astype(np.int32), value.astype(np.float64), sigma.astype(np.float64))
 
 
-Part = tuple[npt.NDArray[np.integer], npt.NDArray[np.integer], Floats, Floats]
+Part = tuple[npt.NDArray[np.integer], npt.NDArray[np.integer], FloatArray, FloatArray]
 
 
-def _both_ways(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], value: Floats, sigma: Floats) -> Part:
+def _both_ways(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], value: FloatArray, sigma: FloatArray) -> Part:
     return np.concatenate([a, b]), np.concatenate([b, a]), np.tile(value, 2), np.tile(sigma, 2)
 
 
@@ -159,7 +161,7 @@ def _neighbours(first_region: int, regions: Regions) -> tuple[Part, Part]:
     )
 
 
-def _border_lengths(labels: Ints32, count: int) -> tuple[Ints, Floats]:
+def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64], FloatArray]:
     """Pairs of 4-neighbours, as lesser times `count` plus greater, ascending, and the length (px) of their border.
 
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie

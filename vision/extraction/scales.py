@@ -8,22 +8,24 @@ operator; what a finer scale already shows is not shown again.  Brush texture ha
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
 from vision.extraction.edges import EdgeElements, concatenate, edge_elements
+
+FloatArray = npt.NDArray[np.float64]
 
 _REACH = 1.5  # standard deviations of the operator within which a partner lies
 
 
 def elements_over_scales(
-    grey: Floats,
+    grey: FloatArray,
     scales: Sequence[float],
     *,
     min_contrast: float,
     significance: float,
     max_sigma: float,
-    noise: Floats,
+    noise: FloatArray,
 ) -> EdgeElements:
     """Edge elements of a grey image at facet scales `scales` px, ascending; one scale needs no partner.
 
@@ -38,7 +40,7 @@ def elements_over_scales(
         for scale in scales
     ]
 
-    def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> Bools:
+    def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> npt.NDArray[np.bool_]:
         from vision.extraction import scale_kernels
 
         return scale_kernels.partnered(

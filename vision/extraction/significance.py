@@ -14,9 +14,11 @@ exponential distribution of steps of metal.
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
 
 _BESIDE = 4.0  # px
 _CELL, _AROUND = 48, 5  # px; cells across the surroundings of a cell
@@ -29,7 +31,7 @@ _TESTS = 1000.0  # chains tested a megapixel of brushed metal
 _LEAST = 1e-300
 
 
-def surprises(grey: Floats, edges: EdgeElements, which: npt.NDArray[np.integer]) -> Floats:
+def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer]) -> FloatArray:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
     that show as high a step of its sign and orientation; beside all elements, zero for the others."""
     from vision.extraction import mark_kernels, significance_kernels
@@ -58,7 +60,7 @@ def surprises(grey: Floats, edges: EdgeElements, which: npt.NDArray[np.integer])
     return out
 
 
-def significance(surprise: Floats, chains: Chains) -> Floats:
+def significance(surprise: FloatArray, chains: Chains) -> FloatArray:
     """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `surprise` is of all elements."""
     from scipy.special import gammaincc
 
@@ -67,7 +69,9 @@ def significance(surprise: Floats, chains: Chains) -> Floats:
     return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(_TESTS))
 
 
-def clear(surprise: Floats, arcs: Chains, chains: Chains, *, min_significance: float) -> tuple[Bools, Bools]:
+def clear(
+    surprise: FloatArray, arcs: Chains, chains: Chains, *, min_significance: float
+) -> tuple[BoolArray, BoolArray]:
     """Which of the arcs, given by their members, are significant or of a chain that is; and which chains hold them."""
     of_significant = np.zeros(len(surprise), np.bool_)
     of_significant[chains.elements] = np.repeat(significance(surprise, chains) >= min_significance, chains.counts)
@@ -77,14 +81,14 @@ def clear(surprise: Floats, arcs: Chains, chains: Chains, *, min_significance: f
     return kept, _holds_any(of_arc, chains)
 
 
-def _holds_any(marked: Bools, chains: Chains) -> Bools:
+def _holds_any(marked: BoolArray, chains: Chains) -> BoolArray:
     """(n,): whether any element of each chain is `marked`."""
     return (
         np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)
     )
 
 
-def _sum_around(cells: Floats, axis: int) -> Floats:
+def _sum_around(cells: FloatArray, axis: int) -> FloatArray:
     """Sums over `_AROUND` cells along an axis, centred; beyond the border lies nothing."""
     half = _AROUND // 2
     width = [(0, 0)] * cells.ndim

@@ -8,13 +8,17 @@ the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
+
+FloatArray = npt.NDArray[np.float64]
+SingleArray = npt.NDArray[np.float32]
+ByteArray = npt.NDArray[np.uint8]
 
 LABELS = (
     "peak",
@@ -42,9 +46,9 @@ class Crests:
     """
 
     elements: EdgeElements
-    ravine: Bools
+    ravine: npt.NDArray[np.bool_]
 
-    def take(self, kept: Bools) -> "Crests":
+    def take(self, kept: npt.NDArray[np.bool_]) -> "Crests":
         """The crests that the mask selects."""
         return Crests(self.elements.take(kept), self.ravine[kept])
 
@@ -55,13 +59,13 @@ _HALF_PLANE = 0.35
 
 
 def topographic_labels(
-    grey: Floats,
-    noise: Floats,
+    grey: FloatArray,
+    noise: FloatArray,
     *,
     sigma: float = 2.0,
     min_slope: float = 0.5,
     min_bend: float = 1.0,
-) -> tuple[Bytes, Crests]:
+) -> tuple[ByteArray, Crests]:
     """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `sigma` px, and the
     ridges and ravines as elements.
 
@@ -76,7 +80,7 @@ def topographic_labels(
     labels = np.empty(grey.shape, np.uint8)
     flat = labels.reshape(-1)
 
-    def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Ints32, Floats32]:
+    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
         here, crests = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
         topography_kernels.classify(
             moments, noise, min_slope, 3.0 * slope_sigma, min_bend, 3.0 * bend_sigma, here, crests
@@ -90,7 +94,7 @@ def topographic_labels(
     return labels, _crests(pixel, rows.astype(np.float64), grey, noise, slope_sigma, sigma)
 
 
-def mark_inflections(labels: Bytes, pixels: Ints32) -> None:
+def mark_inflections(labels: ByteArray, pixels: npt.NDArray[np.int32]) -> None:
     """Make inflections of the `pixels` (row * columns + column) of edges where no stronger label (peak, pit, saddle,
     ridge, ravine) holds."""
     flat = labels.reshape(-1)
@@ -98,10 +102,10 @@ def mark_inflections(labels: Bytes, pixels: Ints32) -> None:
 
 
 def _crests(
-    pixel: Ints32,
-    rows: Floats,
-    grey: Floats,
-    noise: Floats,
+    pixel: npt.NDArray[np.int32],
+    rows: FloatArray,
+    grey: FloatArray,
+    noise: FloatArray,
     slope_sigma: float,
     scale: float,
 ) -> Crests:
@@ -139,7 +143,7 @@ def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_heig
     return concatenate(found)
 
 
-def label_histogram(labels: Bytes, regions: Ints32, count: int) -> Ints:
+def label_histogram(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
     kinds = len(LABELS)
     # Pixels of no region (-1) fall into the first row, which is left out.

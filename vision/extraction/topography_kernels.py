@@ -4,9 +4,11 @@ One straight course for every pixel, without a branch: so the compiler works on 
 """
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bytes, Floats32
 from relmodel.compiled import kernel
+
+SingleArray = npt.NDArray[np.float32]
 
 # The order of `topography.LABELS`.
 PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADDLE_HILL = range(11)
@@ -14,14 +16,14 @@ PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADD
 
 @kernel("void(f4[:, ::1], f4[::1], f4, f4, f4, f4, u1[::1], f4[:, ::1])")
 def classify(
-    a: Floats32,
-    noise: Floats32,
+    a: SingleArray,
+    noise: SingleArray,
     min_slope: float,
     slope_sigmas: float,
     min_bend: float,
     bend_sigmas: float,
-    labels: Bytes,
-    crests: Floats32,
+    labels: npt.NDArray[np.uint8],
+    crests: SingleArray,
 ) -> None:
     """Labels (n,) of facets of moments (10, n); slopes and second derivatives count from `min_slope` and `min_bend`, or
     from `slope_sigmas` and `bend_sigmas` times the noise (n,).

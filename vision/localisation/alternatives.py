@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
 from vision.cameras import Prior, perturbation
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Ints, Scene
 
 # Arcs are congruent when length and second moments of their tangents agree to this share; displacements are gathered
 # in boxes of this size, mm.  A displacement must carry at least this share of the visible length.

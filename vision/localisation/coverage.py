@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
 from vision.cameras import Camera
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Ints, Scene
 
 # One ray stands for a square of this many pixels a side: shares of parts that cover 400 px are good to about 5 %.
 STEP_PX = 3

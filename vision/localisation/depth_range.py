@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.arrays import Floats
 from vision.cameras import Rig
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Scene
 from vision.stereo.epipolar import DepthRange
 
 CELL_PX = 8

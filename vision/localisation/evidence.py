@@ -16,10 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
 from vision.cameras import Camera
 from vision.extraction.edges import EdgeElements
+from vision.localisation.scene import Floats
 
 ORIENTATIONS = 16
 # Strength classes as shares of the picture's range of grey, and how often a visible sharp edge of a machined part under
@@ -51,7 +52,7 @@ class EdgePoints:
     grey_range: float
 
 
-def edge_points(elements: EdgeElements, image: Bytes | Floats, camera: Camera) -> EdgePoints:
+def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camera: Camera) -> EdgePoints:
     """The edge elements of a picture (rows, columns) without the camera's distortion."""
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
@@ -87,11 +88,11 @@ class Evidence:
     each strength there, on blocks of `block` cells without the rim.
     """
 
-    field: Floats32
+    field: NDArray[np.float32]
     cell: float
     origin: Floats
     pad: int
-    chance: Floats32
+    chance: NDArray[np.float32]
     block: int
 
     def expectation(self, pixel: Floats, direction: Floats) -> tuple[Floats, Floats]:
@@ -109,7 +110,7 @@ class Evidence:
         return mean, np.maximum((p * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
 
 
-def orientation_bin(direction: Floats) -> Ints:
+def orientation_bin(direction: Floats) -> NDArray[np.int64]:
     """The orientation (n,) of image directions (n, 2), modulo pi."""
     angle = np.arctan2(direction[:, 1], direction[:, 0])
     return np.rint(angle * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
@@ -158,13 +159,13 @@ def evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence
     return Evidence(out, cell, edges.low - cell * pad, pad, chance, block)
 
 
-def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> Bools:
+def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> NDArray[np.bool_]:
     """Cells (rows, columns) within the box of the picture."""
     width, height = (edges.high - edges.low) / cell
     return np.asarray((np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5))
 
 
-def _around(layer: Floats32, blocks: tuple[int, int], window: int) -> Floats32:
+def _around(layer: NDArray[np.float32], blocks: tuple[int, int], window: int) -> NDArray[np.float32]:
     """Sums of the shares of a layer in the blocks of a window about each block."""
     import cv2
 

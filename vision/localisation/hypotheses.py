@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats, Floats32, Ints
+from relmodel.arrays import Floats32
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras import Prior, Rig
 from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Ints, Scene
 from vision.localisation.visibility import VisibleArcs, in_picture, visible_arcs
 
 SEED = 1989

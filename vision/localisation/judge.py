@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats
 from relmodel.geometry.transforms import skew
 from vision.cameras import Prior, perturbation
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import CORRELATION_PX, Prediction, evidence_at, image_directions, image_jacobians
 from vision.localisation.refine import Refined
+from vision.localisation.scene import Floats
 
 # Shares of the expected evidence that a pose must find in all, and in each camera that sees anything to speak of.
 # Right poses of brushed metal find 0.7 to 1.2 in each camera, wrong ones that are no repetition up to 0.3.

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from relmodel.arrays import Bytes, Floats
 from vision.cameras import Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.arcs import Arcs
@@ -26,7 +26,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.judge import MAX_SIGMA, Hypothesis, hypothesis, rivals, verdict
 from vision.localisation.refine import EdgeIndex, Refined, refine
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Scene
 from vision.localisation.views import EdgeMeasurements, ViewArcs, edge_measurements, pose_sigma, view_arcs
 
 # Poses nearer than this (px, rms over what is seen) are one.
@@ -69,7 +69,7 @@ class Localisation:
 def localise(
     scene: Scene,
     rig: Rig,
-    images: Mapping[str, Bytes | Floats],
+    images: Mapping[str, NDArray[np.uint8] | Floats],
     extractions: dict[str, Extraction],
     prior: Prior,
 ) -> Localisation:

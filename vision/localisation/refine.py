@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Bools, Floats, Ints, Scene
 
 # Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
 ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))

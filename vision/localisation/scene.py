@@ -7,8 +7,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Floats, Ints
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 # A dihedral under 20 degrees is a blend's rim: it shows as shading, not as an edge.
 SMOOTH_COSINE = float(np.cos(np.radians(20)))

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from vision.localisation.scene import Scene
+
+Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class StoredScene:
     shape_id: Ints
     arc_no: Ints
     surface_no: Ints
-    sample_parameter: Floats
+    sample_parameter: NDArray[np.float64]
 
 
 def scene_from_store(

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relmodel.arrays import Floats, Ints
 from vision.cameras import Camera
 from vision.localisation.hypotheses import Prediction, image_jacobians
 from vision.localisation.refine import EdgeIndex, Refined
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Ints, Scene
 from vision.localisation.visibility import VisibleArcs, visible_arcs
 
 SHARP, SMOOTH, SILHOUETTE = range(3)

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras import Camera
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Bools, Floats, Ints, Scene
 
 # How far a ray starts off the surface; at a tessellation of 0.05 mm this agrees with exact hidden-line removal.
 RAY_OFFSET_MM = 0.1

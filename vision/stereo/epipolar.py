@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints
-from vision.stereo.rectification import Rectification, View
+from vision.stereo.rectification import Floats, Rectification, View
+
+Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -23,11 +25,11 @@ class StereoArcs:
     deviation, px.  `straight` (n,): whether it is a line.
     """
 
-    offsets: Ints
+    offsets: Integers
     points: Floats
     contrast: Floats
     sigma: Floats
-    straight: Bools
+    straight: npt.NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -66,14 +68,14 @@ class Crossings:
     the row; `position`: index of the arc's point before the crossing, plus the share of the way to the next.
     """
 
-    arc: Ints
-    row: Ints
+    arc: Integers
+    row: Integers
     x: Floats
     angle: Floats
     contrast: Floats
     sigma: Floats
     position: Floats
-    start: Ints
+    start: Integers
 
 
 @dataclass(frozen=True)
@@ -85,16 +87,16 @@ class Votes:
     `left_crossing`, `right_crossing`, ordered by pair and row; those of pair k stand from `start[k]` to `start[k + 1]`.
     """
 
-    left: Ints
-    right: Ints
-    votes: Ints
-    overlap: Ints
+    left: Integers
+    right: Integers
+    votes: Integers
+    overlap: Integers
     disparity: Floats
-    left_extent: Ints
-    right_extent: Ints
-    left_crossing: Ints
-    right_crossing: Ints
-    start: Ints
+    left_extent: Integers
+    right_extent: Integers
+    left_crossing: Integers
+    right_crossing: Integers
+    start: Integers
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,9 @@ def cross_rows(
     )
 
 
-def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: float) -> tuple[Ints, Ints, Floats]:
+def row_crossings(
+    offsets: Integers, x: Floats, y: Floats, reach: int, least_rise: float
+) -> tuple[Integers, Integers, Floats]:
     """Where polylines cross the whole rows: (arc, row, [x, slope, rise, position]) of each crossing.
 
     The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
@@ -222,13 +226,13 @@ def vote(
 
 
 def match_rows(
-    left_start: Ints,
+    left_start: Integers,
     left: Floats,
     bounds: Floats,
-    right_start: Ints,
+    right_start: Integers,
     right: Floats,
     parameters: EpipolarParameters,
-) -> Ints:
+) -> Integers:
     """The right crossing matched to each left one, -1 for none.
 
     left, right (n, 3): x, angle and contrast of crossings, those of a row between two of left_start, right_start
@@ -247,14 +251,14 @@ def match_rows(
     return match
 
 
-def _by_arc(crossings: Crossings, count: int) -> tuple[Ints, Ints, Ints]:
+def _by_arc(crossings: Crossings, count: int) -> tuple[Integers, Integers, Integers]:
     """Start of each arc's crossings, their rows ascending within the arc, and how many each arc has."""
     order = np.argsort(crossings.arc, kind="stable")
     extent = np.bincount(crossings.arc, minlength=count).astype(np.int64)
     return np.concatenate([[0], np.cumsum(extent)]).astype(np.int64), crossings.row[order], extent
 
 
-def _group_medians(values: Floats, start: Ints) -> Floats:
+def _group_medians(values: Floats, start: Integers) -> Floats:
     """Median of each run of values, start[k] .. start[k + 1]; none is empty."""
     group = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ordered = values[np.lexsort((values, group))]

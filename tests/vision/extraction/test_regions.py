@@ -9,7 +9,6 @@ import pytest
 import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
-from relmodel.arrays import Bools, Floats
 from tests.vision.extraction.synthetic import disc, linked, render
 from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
@@ -18,10 +17,10 @@ from vision.extraction.edges import edge_elements
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
 from vision.extraction.linking import fill_gaps, link
-from vision.extraction.regions import border_sums, edge_mask, leak_proof_regions, plain_regions
+from vision.extraction.regions import BoolArray, FloatArray, border_sums, edge_mask, leak_proof_regions, plain_regions
 
 
-def frame(gap: int) -> tuple[Floats, Bools]:
+def frame(gap: int) -> tuple[FloatArray, BoolArray]:
     """120 x 160, parted at column 80 by a wall of edge pixels with a hole of `gap` px; the right is brighter."""
     mask = np.zeros((120, 160), np.bool_)
     mask[:, 80] = True
@@ -82,7 +81,7 @@ def test_a_disc_and_its_surround() -> None:
     assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
 
 
-def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> Floats:
+def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> FloatArray:
     """(true regions,): the intersection of each with the region that fits it best over their union."""
     shared = np.zeros((truth.max() + 1, labels.max() + 1))
     np.add.at(shared, (truth, labels), 1.0)
@@ -91,8 +90,8 @@ def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> Flo
 
 
 def _drawn(
-    truth: Callable[[Floats, Floats], npt.NDArray[np.int64]], greys: list[float], seed: int
-) -> tuple[Floats, npt.NDArray[np.int64]]:
+    truth: Callable[[FloatArray, FloatArray], npt.NDArray[np.int64]], greys: list[float], seed: int
+) -> tuple[FloatArray, npt.NDArray[np.int64]]:
     """160 x 160 of regions `truth(x, y)`, drawn five times as large, blurred there, noise 3; and where they are."""
     times, n = 5, 160
     x, y = np.meshgrid(*2 * [(np.arange(times * n) - (times - 1) / 2) / times])
@@ -104,7 +103,7 @@ def _drawn(
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 3.0, 8))
 def test_a_plate_with_holes_is_one_region_whatever_its_necks(turn: float) -> None:
-    def truth(x: Floats, y: Floats) -> npt.NDArray[np.int64]:
+    def truth(x: FloatArray, y: FloatArray) -> npt.NDArray[np.int64]:
         u, v = (x - 80) * np.cos(turn) + (y - 80) * np.sin(turn), (y - 80) * np.cos(turn) - (x - 80) * np.sin(turn)
         parts = [np.hypot(u + 25, v + 3) < 18, np.hypot(u - 25, v) < 9, np.hypot(u - 25, v) < 18]
         parts.append((np.abs(u) < 55) & (np.abs(v) < 35))
@@ -145,7 +144,7 @@ def test_edge_pixels_go_to_the_side_that_they_lie_on() -> None:
 
 @pytest.mark.parametrize("width", [2.0, 3.0, 4.0])
 def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
-    def distance(x: Floats, y: Floats) -> Floats:
+    def distance(x: FloatArray, y: FloatArray) -> FloatArray:
         return np.asarray(0.5 * width - np.abs((x - 80) * np.sin(0.5) - (y - 80) * np.cos(0.5)))
 
     grey = render(distance, (160, 160), 0.7, 60, 160) + np.random.default_rng(2).normal(0, 3, (160, 160))
@@ -205,7 +204,7 @@ def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
         assert (mask[ahead].any(axis=1) == reached).all()
 
 
-def _corners_shared(labels: npt.NDArray[np.int32], edge: Bools) -> Counter[tuple[int, int]]:
+def _corners_shared(labels: npt.NDArray[np.int32], edge: BoolArray) -> Counter[tuple[int, int]]:
     """Of pairs of labels: corners at which two of their sides off the edges meet."""
     shared: Counter[tuple[int, int]] = Counter()
     for r, c in np.ndindex(labels.shape[0] - 1, labels.shape[1] - 1):

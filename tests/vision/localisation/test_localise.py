@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import (
     above,
     blocks,
@@ -24,7 +23,7 @@ from tests.vision.localisation.scenes import (
 from vision.cameras import Camera, Prior, Rig, perturbation
 from vision.extraction.extract import Extraction, extract
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Scene
 
 
 @cache

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
 from vision.cameras import perturb, perturbation
 from vision.localisation.evidence import EdgePoints, evidence
 from vision.localisation.hypotheses import evidence_at, image_directions, image_jacobians, predict
 from vision.localisation.refine import EdgeIndex, refine
-from vision.localisation.scene import Scene
+from vision.localisation.scene import Floats, Scene
 from vision.localisation.visibility import visible_arcs
 
 SIGMA = 0.1
