@@ -30,19 +30,40 @@ COMMENT ON COLUMN current_world.content_key IS 'hash of all that the world file 
 CREATE TABLE world_attribute (
     world_id BIGINT NOT NULL REFERENCES world (id),
     name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
     value_number DOUBLE PRECISION,
     value_text TEXT,
+    value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
-    PRIMARY KEY (world_id, name)
+    PRIMARY KEY (world_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
 );
-COMMENT ON TABLE world_attribute IS 'Attribute-value table of worlds.';
-COMMENT ON COLUMN world_attribute.world_id IS 'the world';
+COMMENT ON TABLE world_attribute IS 'Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.';
+COMMENT ON COLUMN world_attribute.world_id IS 'the revision of a world; the next takes all values over';
 COMMENT ON COLUMN world_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN world_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
 COMMENT ON COLUMN world_attribute.value_number IS 'value, where it is a number';
 COMMENT ON COLUMN world_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN world_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN world_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN world_attribute.unit IS 'unit of a number; null where it has none';
 COMMENT ON COLUMN world_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_world_attribute AS
+SELECT DISTINCT ON (world_id, name) world_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM world_attribute
+ORDER BY world_id, name, run_id DESC;
+COMMENT ON VIEW current_world_attribute IS 'The newest value of each attribute of worlds.';
+COMMENT ON COLUMN current_world_attribute.world_id IS 'the revision of a world; the next takes all values over';
+COMMENT ON COLUMN current_world_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_world_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_world_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_world_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_world_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_world_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_world_attribute.run_id IS 'the run that stated it';
 
 CREATE TABLE world_object (
     world_id BIGINT NOT NULL REFERENCES world (id),
@@ -396,6 +417,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world', 'world', 'primary'),
     ('current_world', 'world', 'redundant'),
     ('world_attribute', 'world', 'primary'),
+    ('current_world_attribute', 'world', 'view'),
     ('world_object', 'world', 'primary'),
     ('joint_state', 'world', 'primary'),
     ('world_link', 'world', 'redundant'),

@@ -24,6 +24,7 @@ VERBS = (
     "migrate",
     "load",
     "show",
+    "set",
     "diff",
     "export",
     "world",

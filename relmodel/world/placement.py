@@ -208,7 +208,7 @@ def _write_world(
         run.append(connection, "current_world", {"id": [world_id], **newest})
     else:
         connection.execute(sql.query("current_world_change"), {"world_id": world_id, **newest})
-        run.insert(connection, "world_attribute", "index_choice_kept", world_id=world_id, previous=previous)
+        run.insert(connection, "world_attribute", "world_kept_attributes", world_id=world_id, previous=previous)
     run.append(
         connection,
         "world_object",
