@@ -10,5 +10,5 @@ LEFT JOIN current_part_attribute AS p ON p.part_id = o.part_id AND p.name = 'col
 LEFT JOIN (
     SELECT object_id, part_id, min(colour) AS colour FROM object_part GROUP BY object_id, part_id
 ) AS i ON i.object_id = above.object_id AND i.part_id = o.part_id
-WHERE o.world_id = :world_id
+WHERE o.world_id = :world_id AND o.kind = 'part'
 ORDER BY o.id

@@ -94,7 +94,7 @@ def set_attribute(
         units = {row.symbol: row.dimension for row in store.rows(connection, "object/units")}
         owner = _owner(store, connection, path, variant, surface, arc, world)
     _check(owner, name, value, unit, units)
-    parameters = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
+    parameters: dict[str, Any] = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
     parameters |= {"name": name, "value": value, "unit": unit, "user": _user()}
     with Run.begin(store, "set", parameters) as run, run.write() as connection:
         _, columns = attribute_rows([(owner.id, [(name, value, unit)])])

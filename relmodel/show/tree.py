@@ -58,8 +58,8 @@ def read_tree(store: Store, connection: Connection, name: str, variant: str = ""
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
     """One row an object or part in the tree, the whole object first.
 
-    It has depth, path, level, number, material, mass (kg), size (mm), surfaces, features by kind and attributes; the mass
-    of an object where that of all its parts is known.
+    It has depth, path, level, number, material, mass (kg; of an object where those of all its parts are known), size
+    (mm), surfaces, features by kind and attributes.
     """
     part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]

@@ -58,6 +58,9 @@ def placed(matrix: str) -> str:
     return f"world: w\nobjects: [{{object: a, world_from_object: {matrix}}}]"
 
 
+MOUNTED = "\nmounts: [{object: a, on: b}]"
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -87,6 +90,13 @@ def placed(matrix: str) -> str:
             "world: w\nobjects: [{object: a}]\nrigs: [{name: r, file: world.yaml}]\nmounts: [{rig: r, on: b}]",
             "not among the file's objects: a",
         ),
+        ("world: w\nobjects: [{object: a}]\nmounts: [{object: b, on: a}]", "not among the file's objects: a"),
+        ("world: w\nobjects: [{object: a}]\nmounts: [{object: a, on: a}]", "in a circle, a on a"),
+        (
+            "world: w\nobjects: [{object: a}, {object: b}]\nmounts: [{object: a, on: b}, {object: a, on: b}]",
+            "mounts has the name 'a' twice",
+        ),
+        (placed("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]") + MOUNTED, "leave one of them out"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, text: str, said: str) -> None:

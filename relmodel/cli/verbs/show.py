@@ -1,4 +1,4 @@
-"""Show an object: the tree of what stands in it with counts, masses, sizes, features and attributes; or a picture of it.
+"""Show an object: the tree of what stands in it with masses, sizes, features and attributes; or a picture of it.
 
 Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 lines; --format json or csv lists
 everything.  A picture that ends in .svg is written as outlines, any other as PNG.
