@@ -85,7 +85,7 @@ class Robots:
         link: str | None,
         values: Mapping[str, Mapping[str, float]],
     ) -> LinkFrame:
-        """Where a link of the object is at values of joints, `link` named as in `link`; of no link the object itself."""
+        """Where a link of the object, named as for `link`, is at values of joints; of no link the object itself."""
         if link is None:
             return LinkFrame("", None, np.eye(4), np.eye(4))
         path, name, _ = self.link(store, connection, object_id, link)
@@ -133,8 +133,8 @@ def _joint_tree(store: Store, connection: Connection, object_id: int) -> JointTr
 class MountedRig:
     """A rig on an object of a world, with the joints of that object where it is a robot, or of a robot nested in it.
 
-    What has no joints and is itself mounted counts as a piece of what carries it: of a rig on a tool at the flange of an
-    arm the carrier is the arm.
+    What has no joints and is itself mounted counts as a piece of what carries it: of a rig on a tool at an arm's
+    flange the carrier is the arm.
 
     world_from_object: of the carrier, or of the nested robot that carries.  link: its name in that.
     object_from_link: of that with its joints at `joints` (rad, mm); the identity where no link is named.

@@ -158,7 +158,7 @@ def _poses(
     robots: list[Robots],
     values: list[dict[str, dict[str, float]]],
 ) -> list[Array]:
-    """`world_from_object` (4, 4) of each object of the file: as it says, or by what carries it, joints where they stand."""
+    """`world_from_object` (4, 4) of each object of the file: as it says, or by its carrier at the joint values."""
     numbers = {placed.name: number for number, placed in enumerate(file.objects)}
     poses = {number: o.world_from_object for number, o in enumerate(file.objects) if o.world_from_object is not None}
     waiting = dict(file.carried)

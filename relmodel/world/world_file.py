@@ -157,7 +157,7 @@ def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> Pla
     pose = None if instance in mounted else _rigid(entry, "world_from_object", path, where)
     if pose is None and entry.get("world_from_object") is not None:
         raise InputError(
-            f"{path}: {where} has a world_from_object, and mounts say what {instance!r} stands on: leave one of them out"
+            f"{path}: {where} has a world_from_object, and {instance!r} is among the mounts too: leave one of them out"
         )
     return PlacedObject(
         object=name,
