@@ -110,8 +110,8 @@ def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: pytest.Captu
     set_one("thing", "serial", "0042", "--text", *of_a)
     set_one("thing/inner", "mass", "1.2", "--unit", "lb", *of_a)
     set_one("cell", "temperature class", "20", "--world")
-    query = "SELECT level, element_no, name, value, unit, stated_by FROM attribute_log WHERE source = 'user' ORDER BY run_id"
-    rows = asked(target, query)
+    columns = "level, element_no, name, value, unit, stated_by"
+    rows = asked(target, f"SELECT {columns} FROM attribute_log WHERE source = 'user' ORDER BY run_id")
     assert [row[:3] for row in rows] == [
         ("part", None, "density"),
         ("part", None, "density"),
