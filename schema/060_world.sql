@@ -262,7 +262,7 @@ CREATE TABLE world_mount (
     name TEXT NOT NULL,
     object_no INTEGER NOT NULL,
     link TEXT,
-    link_path TEXT,
+    object_path TEXT,
     rig_id BIGINT REFERENCES rig (id),
     mounted_no INTEGER,
     m00 DOUBLE PRECISION NOT NULL,
@@ -293,7 +293,7 @@ COMMENT ON COLUMN world_mount.mount_no IS 'ordinal in the world';
 COMMENT ON COLUMN world_mount.name IS 'name of what is mounted';
 COMMENT ON COLUMN world_mount.object_no IS 'the object that carries it';
 COMMENT ON COLUMN world_mount.link IS 'the link of that object as the world file names it; null: its root';
-COMMENT ON COLUMN world_mount.link_path IS 'path of the link in that object, as in occurrence; null: its root';
+COMMENT ON COLUMN world_mount.object_path IS 'path of the link in that object, as in occurrence; null: its root';
 COMMENT ON COLUMN world_mount.rig_id IS 'the rig that is mounted, where it is one';
 COMMENT ON COLUMN world_mount.mounted_no IS 'the object that is mounted, where it is one';
 COMMENT ON COLUMN world_mount.m00 IS 'carrier_from_mounted: row 0, column 0 of the rotation';
@@ -411,7 +411,7 @@ SELECT m.world_id, m.mount_no, m.name, m.rig_id, m.mounted_no, c.path AS carrier
 FROM world_mount AS m
 JOIN world_object AS w ON w.world_id = m.world_id AND w.object_no = m.object_no
 JOIN occurrence AS c ON c.world_id = m.world_id
-    AND c.path = CASE WHEN m.link_path IS NULL THEN w.name ELSE w.name || '/' || m.link_path END;
+    AND c.path = CASE WHEN m.object_path IS NULL THEN w.name ELSE w.name || '/' || m.object_path END;
 COMMENT ON VIEW mount_pose IS 'Where rigs and mounted objects are in their world, by the occurrence that carries them.';
 COMMENT ON COLUMN mount_pose.world_id IS 'the world';
 COMMENT ON COLUMN mount_pose.mount_no IS 'the mount in the world';

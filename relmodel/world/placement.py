@@ -285,7 +285,7 @@ def _write_mounts(
             "name": [m.name for m in file.mounts],
             "object_no": np.array([object_no[m.on] for m in file.mounts]),
             "link": [m.link for m in file.mounts],
-            "link_path": link_paths,
+            "object_path": link_paths,
             "rig_id": [rig_ids[m.name] if m.kind == "rig" else None for m in file.mounts],
             "mounted_no": [object_no[m.name] if m.kind == "object" else None for m in file.mounts],
             **matrix_columns([m.carrier_from_mounted for m in file.mounts]),

@@ -110,25 +110,23 @@ def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: pytest.Captu
     set_one("thing", "serial", "0042", "--text", *of_a)
     set_one("thing/inner", "mass", "1.2", "--unit", "lb", *of_a)
     set_one("cell", "temperature class", "20", "--world")
-    columns = "level, element_no, name, value, unit, stated_by"
-    rows = asked(target, f"SELECT {columns} FROM attribute_log WHERE source = 'user' ORDER BY run_id")
-    assert [row[:3] for row in rows] == [
-        ("part", None, "density"),
-        ("part", None, "density"),
-        ("surface", 2, "finish"),
-        ("arc", 3, "deburred"),
-        ("object", None, "owner"),
-        ("object", None, "serial"),
-        ("object", None, "mass"),
-        ("world", None, "temperature class"),
+    rows = asked(
+        target,
+        """SELECT level, surface_no, arc_no, name, value, unit, stated_by
+        FROM attribute_log WHERE source = 'user' ORDER BY run_id""",
+    )
+    assert [row[:4] for row in rows] == [
+        ("part", None, None, "density"),
+        ("part", None, None, "density"),
+        ("surface", 2, None, "finish"),
+        ("arc", None, 3, "deburred"),
+        ("object", None, None, "owner"),
+        ("object", None, None, "serial"),
+        ("object", None, None, "mass"),
+        ("world", None, None, "temperature class"),
     ]
-    assert [(row[3], row[4]) for row in rows[2:6]] == [
-        ("anodised", None),
-        ("false", None),
-        ("line 4", None),
-        ("0042", None),
-    ]
-    assert all(row[5] for row in rows)
+    assert [row[4] for row in rows[2:6]] == ["anodised", "false", "line 4", "0042"]
+    assert all(row[6] for row in rows)
     runs = asked(
         target, "SELECT DISTINCT r.kind FROM attribute_log AS a JOIN run AS r ON r.id = a.run_id WHERE source = 'user'"
     )
