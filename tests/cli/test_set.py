@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from relmodel.cli.main import main
 from relmodel.loading.write.model import SourceFile, store_model
 from relmodel.model import primitives
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part, Pmi, Shape
+from relmodel.model.model import Assembly, Attribute, Instance, LoadedModel, Part, Pmi, Shape
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
 from relmodel.store.check import check
@@ -34,7 +34,7 @@ def labelled_box() -> Shape:
 
 def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
     """A box with attributes as a file states them, twice in an object, and a pin without any."""
-    stated = [("density", density * 1000, "kg/m3"), ("revision", "C", None), ("released", True, None)]
+    stated: list[Attribute] = [("density", density * 1000, "kg/m3"), ("revision", "C", None), ("released", True, None)]
     flat = Pmi(
         "tolerance",
         "flatness",
@@ -160,7 +160,7 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
         filled(store)
         filled(store, variant="B")
         filled(store, density=4.43, variant="C")  # another part: what its own file says holds
-        twice = [{"object": "thing", "variant": "A", "name": name} for name in ("one", "two")]
+        twice: list[dict[str, object]] = [{"object": "thing", "variant": "A", "name": name} for name in ("one", "two")]
         assert place_world(store, write_world(tmp_path / "w.yaml", "cell", twice)).revision == 2
     query = """SELECT v.variant, a.value_text FROM object_variant AS v
         JOIN object_part AS i ON i.object_id = v.object_id AND i.name = 'left'
