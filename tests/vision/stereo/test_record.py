@@ -56,7 +56,7 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                     },
                 )
                 sets.append(n)
-                run.append(connection, "unit_set", {"id": [n], "kind": "image", "extraction_id": [n]})
+                run.append(connection, "unit_set", {"id": [n], "extraction_id": [n]})
                 arcs = np.arange(count)
                 run.append(connection, "unit", {"unit_set_id": n, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
             record_stereo(run, connection, PROBLEM, sets[0], sets[1], found)
