@@ -13,6 +13,7 @@ from relmodel.find.find import world_named
 from relmodel.store import Run, Store
 from vision.cameras import Prior, Rig, read_prior, read_rig
 from vision.clock import Clock
+from vision.extraction import extract as extraction
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
 from vision.images import Picture, read_picture
 from vision.inspection_rows import Inspected, record_inspection
@@ -27,6 +28,15 @@ from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
 from vision.view_volume import FAR_MM, NEAR_MM, Selection, select
 
+# The kernels of an inspection.
+KERNELS = (
+    "relmodel.find.rtree_kernels",
+    *extraction.KERNELS,
+    "vision.stereo.epipolar_kernels",
+    "vision.localisation.search_kernels",
+    "vision.localisation.measure_kernels",
+    "vision.localisation.coverage_kernels",
+)
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 
 

@@ -20,6 +20,7 @@ from vision.extraction.arcs import (
     Arcs,
     correlation_at,
     ellipses_of,
+    fit_members,
     measure_arcs,
     weight_of,
 )
@@ -66,7 +67,7 @@ def cut_arcs(
     Pieces of fewer than `min_elements` are dropped; arcs whose ends lie within `reach` px are joined where that is the
     shorter description.
     """
-    from vision.extraction import _arc_kernels
+    from vision.extraction import arc_kernels
 
     chains = _start_straight(edges, chains)
     correlation, weight = correlation_at(scale), np.zeros(len(edges))
@@ -74,12 +75,15 @@ def cut_arcs(
 
     def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
         x, y, w = what.beside(edges.x, edges.y, weight)
-        bow = (_MIN_SAGITTA, _MIN_BOW, _MIN_RISE)
-        pieces, kinds, costs = _arc_kernels.segment(
-            x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, *bow
-        )
-        members, kept = _pieces_to_members(edges, what, pieces, min_elements)
-        return members, kinds[kept], costs[kept]
+        n = len(x) + 1
+        pieces, costs = np.empty((n, 3), np.int32), np.empty(n)
+        count = arc_kernels.segment(
+            x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, _MIN_SAGITTA, _MIN_BOW, _MIN_RISE,
+            np.empty((n, 9)), np.empty((len(_KNOTS_APART), n)), np.empty((4, n), np.int32), np.empty((2, n + 8)),
+            pieces, costs,
+        )  # fmt: skip
+        members, kept = _pieces_to_members(edges, what, pieces[:count, :2], min_elements)
+        return members, pieces[:count, 2][kept], costs[:count][kept]
 
     members, kinds, costs = described(chains, _PRICE)
     # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
@@ -114,14 +118,13 @@ def _take_free(
 ) -> tuple[Chains, IntArray, BoolArray]:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
     arc that leads out of it is none."""
-    from vision.extraction import _arc_kernels
 
     owner = np.full(len(edges), -1, np.int32)
     owner[curves.elements] = curves.chain_of_member
     of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
     within = of_arc[0] == of_arc[1]
     x, y, w = members.beside(edges.x, edges.y, weight)
-    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    alone = fit_members(x, y, w, members, kinds)
     apart = _PRICE[kinds] + _misfits(x, y, w, members, kinds, alone, within, correlation)
     paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
     cheaper = paid > prices
@@ -201,10 +204,9 @@ def _join(
     Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
     do the next time that did not do now.  `turned` says of each edge element whether its bright side is on the right.
     """
-    from vision.extraction import _arc_kernels
 
     x, y, w = members.beside(edges.x, edges.y, weight)
-    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    alone = fit_members(x, y, w, members, kinds)
     tail, head, turn, distance = _in_line(edges, members, kinds, alone[:, 2:4], turned, fresh, reach)
     straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
     likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
@@ -301,14 +303,15 @@ def _savings(
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
     one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
     """
-    from vision.extraction import _arc_kernels
+    from vision.extraction import arc_kernels
 
     looked = np.zeros(len(members), np.bool_)
     looked[pairs] = True
     misfit = _misfits(x, y, w, members, kinds, alone, looked, correlation)
     apart = (_PRICE[kinds] + misfit)[pairs].sum(axis=1)
     total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
-    joint = _arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation)
+    joint = np.empty((len(pairs), 4))
+    arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation, np.empty(9), joint)
     straight = (kinds[pairs] == LINE).all(axis=1)
     drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / _LIGHT_SIGMA**2
     line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + _PRICE[LINE]

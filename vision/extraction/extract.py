@@ -29,6 +29,12 @@ FloatArray = npt.NDArray[np.float64]
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
+# The kernels of an extraction at one scale.
+KERNELS = tuple(
+    f"vision.extraction.{name}_kernels"
+    for name in ("arc", "border", "course", "edge", "facet", "link", "mark", "region", "significance", "topography")
+)
+
 
 @dataclass(frozen=True)
 class ExtractionParameters:

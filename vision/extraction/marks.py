@@ -50,13 +50,14 @@ class ArcMarks:
 
 def arc_marks(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcMarks:
     """Marks of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
-    from vision.extraction import _mark_kernels
+    from vision.extraction import mark_kernels
 
     if len(arcs) == 0:
         return ArcMarks(np.zeros(0), np.zeros(0))
     chains, distances = arcs.chains, np.array([_NEAR, -_NEAR, _FAR, -_FAR, _BESIDE])
     x, y, nx, ny = chains.beside(edges.x, edges.y, edges.nx, edges.ny)
-    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, distances)
+    beside = np.empty((len(x), len(distances)))
+    mark_kernels.grey_beside(grey, x, y, nx, ny, distances, beside)
     per_arc = np.add.reduceat(
         np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= _SATURATED]),
         arcs.offsets[:-1],
@@ -92,7 +93,7 @@ def _against(odds: FloatArray) -> FloatArray:
 def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32]) -> FloatArray:
     """How many elements of like orientation and no less than a third of its contrast, itself among them, lie in the
     3 x 3 cells around each element of `which`."""
-    from vision.extraction import _mark_kernels
+    from vision.extraction import mark_kernels
 
     angle = np.arctan2(edges.ny, edges.nx)
     turn = np.rint(angle * (_ORIENTATIONS / np.pi)).astype(np.int32) % _ORIENTATIONS
@@ -106,5 +107,5 @@ def _parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[n
     # a cell of 8 x 8 px holds at most 64 elements
     grid = np.zeros((-(-shape[0] // _CELL) + 2) * columns * kinds, np.uint8)
     out = np.empty(len(which))
-    _mark_kernels.parallels(cell, turn * _GRADES + grade, near, alike, _GRADES, which, _FAINTER, grid, out)
+    mark_kernels.parallels(cell, turn * _GRADES + grade, near, alike, _GRADES, which, _FAINTER, grid, out)
     return out

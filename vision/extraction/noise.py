@@ -20,9 +20,11 @@ def noise_curve(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatAr
 
     `floor` is the least value reported, by default what rounding to eight bits leaves behind.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import edge_kernels
 
-    histogram = _edge_kernels.high_pass_histogram(grey, _BANDS, _BINS)
+    histogram = np.zeros((_BANDS + 1, _BINS), np.int64)
+    edge_kernels.high_pass_histogram(grey, np.empty((2, grey.shape[1]), np.float32), histogram)
+    histogram = histogram[:-1]
     counts = histogram.sum(axis=1)
     pooled = histogram.sum(axis=0)
     if pooled.sum() == 0:

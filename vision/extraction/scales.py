@@ -41,9 +41,9 @@ def elements_over_scales(
     ]
 
     def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> npt.NDArray[np.bool_]:
-        from vision.extraction import _scale_kernels
+        from vision.extraction import scale_kernels
 
-        return _scale_kernels.partnered(
+        return scale_kernels.partnered(
             some.x, some.y, some.nx, some.ny, others.x, others.y, others.nx, others.ny, others.pixel,
             _REACH * scale, *grey.shape,
         )  # fmt: skip

@@ -34,14 +34,15 @@ _LEAST = 1e-300
 def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer]) -> FloatArray:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
     that show as high a step of its sign and orientation; beside all elements, zero for the others."""
-    from vision.extraction import _mark_kernels, _significance_kernels
+    from vision.extraction import mark_kernels, significance_kernels
 
     heights = np.arange(256)
     grade = np.where(heights < 1, 0, 1 + _AN_OCTAVE * np.log2(np.maximum(heights, 1))).astype(np.uint8)
     grades = int(grade[-1]) + 1
     turn = np.arange(_TURNS) * np.pi / _TURNS
     offsets = np.rint(_BESIDE * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
-    counts = _significance_kernels.histograms(grey, offsets, _CELL, _STRIDE, grade, grades)
+    counts = np.zeros((-(-grey.shape[0] // _CELL), -(-grey.shape[1] // _CELL), _TURNS, grades), np.int32)
+    significance_kernels.histograms(grey, offsets, _CELL, _STRIDE, grade, counts)
     around = _sum_around(_sum_around(counts.astype(np.float64), 0), 1)
     exceed = np.cumsum(around[..., ::-1], axis=3)[..., ::-1]
     least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
@@ -49,10 +50,13 @@ def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integ
     table = -np.log(0.5 * share)  # half of all steps have the sign
     which = which.astype(np.intp)
     x, y, nx, ny = (column.take(which) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, np.array([_BESIDE, -_BESIDE]))
-    height = np.ascontiguousarray(beside[:, 0] - beside[:, 1])
+    beside = np.empty((len(which), 2))
+    mark_kernels.grey_beside(grey, x, y, nx, ny, np.array([_BESIDE, -_BESIDE]), beside)
+    level = grade[(beside[:, 0] - beside[:, 1]).clip(0.0, 255.0).astype(np.intp)]
+    towards = (np.arctan2(ny, nx) * (_TURNS / np.pi) + _TURNS + 0.5).astype(np.intp) % _TURNS
+    row, column = np.divmod(edges.pixel[which], grey.shape[1])
     out = np.zeros(len(edges))
-    out[which] = _significance_kernels.of_steps(height, edges.pixel[which], nx, ny, table, grey.shape[1], _CELL, grade)
+    out[which] = table[row // _CELL, column // _CELL, towards, level]
     return out
 
 

@@ -72,7 +72,7 @@ def topographic_labels(
     A slope counts from `min_slope` grey/px and a second derivative from `min_bend` grey/px^2, or from three standard
     deviations under `noise` (256,), the curve over grey.
     """
-    from vision.extraction import _topography_kernels
+    from vision.extraction import topography_kernels
 
     kernels = gaussian_kernels(sigma)
     variance = np.diag(kernels.moment_covariance)
@@ -82,7 +82,7 @@ def topographic_labels(
 
     def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
         here, crests = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
-        _topography_kernels.classify(
+        topography_kernels.classify(
             moments, noise, min_slope, 3.0 * slope_sigma, min_bend, 3.0 * bend_sigma, here, crests
         )
         pixel = np.flatnonzero((here == _RIDGE) | (here == _RAVINE))
@@ -145,6 +145,7 @@ def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_heig
 
 def label_histogram(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
-    from vision.extraction import _region_kernels
-
-    return _region_kernels.counts(np.ascontiguousarray(regions), labels, count, len(LABELS))
+    kinds = len(LABELS)
+    # Pixels of no region (-1) fall into the first row, which is left out.
+    place = (regions.astype(np.int64) + 1) * kinds + labels
+    return np.bincount(place.ravel(), minlength=(count + 1) * kinds).reshape(-1, kinds)[1:]

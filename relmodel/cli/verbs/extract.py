@@ -55,7 +55,8 @@ def _scales(text: str) -> tuple[float, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
-    from vision.extraction.extract import ExtractionParameters, extract
+    from relmodel.compiled import compile_ahead
+    from vision.extraction.extract import KERNELS, ExtractionParameters, extract
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
     from vision.images import read_mask, read_picture
     from vision.overlay import check_writable, save_side_by_side
@@ -64,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
         check_writable(args.picture)
     mask = read_mask(args.mask) if args.mask else None
     pictures = [read_picture(path) for path in args.images]
+    compile_ahead(KERNELS, say)
     parameters = ExtractionParameters(scales=args.scales, regions=args.regions)
     found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
     if args.store:

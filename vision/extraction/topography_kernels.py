@@ -6,7 +6,7 @@ One straight course for every pixel, without a branch: so the compiler works on 
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from relmodel.compiled import kernel
 
 SingleArray = npt.NDArray[np.float32]
 

@@ -5,7 +5,7 @@ from math import exp
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from relmodel.compiled import kernel
 
 FloatArray = npt.NDArray[np.float64]
 
