@@ -8,6 +8,7 @@ all pairs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,7 +129,7 @@ def _tolerance(kind: npt.NDArray[np.str_], radius: Floats) -> Floats:
     return np.where(np.isin(kind, ("plane", "cone")), TOUCH_MM, FIT_MM + FIT_SHARE * radius)
 
 
-def _near_others(shapes: list[Shape], places: Places) -> Ints:
+def _near_others(shapes: Sequence[Shape], places: Places) -> Ints:
     """Rows of the places whose boxes come as near to that of another instance as parts in contact do."""
     has = np.array([row_count_or_none(shape.surfaces) > 0 for shape in shapes], bool)
     have = np.flatnonzero(has[places.shape])
