@@ -11,8 +11,9 @@ import trimesh
 
 from relmodel.cli.main import main
 from relmodel.errors import InputError
-from relmodel.loading.load import Request, load, load_all
+from relmodel.loading.load import Request
 from relmodel.store import Store
+from tests.reading import load, load_all
 
 # What differs from run to run: clocks and processes.
 TIMES = {"began_at", "happened_at", "seconds", "process", "loaded_at", "made_at"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 from sqlalchemy import Connection
@@ -22,7 +23,7 @@ class LoadReport:
     """What a load found and added, as the row of `load_report` says it.
 
     status: added, unchanged (the latest revision under this name and variant is just that), or partial (added from a
-    file that lost faces).  findings: how many rows of `load_finding` the load has.
+    file that lost faces).  findings: how many rows of `load_finding` there are of each kind.
     """
 
     run: int
@@ -42,7 +43,7 @@ class LoadReport:
     shapes_added: int
     surfaces_added: int
     arcs_added: int
-    findings: int = 0
+    findings: tuple[tuple[str, int], ...] = ()
 
     def __str__(self) -> str:
         named = f"{self.name} variant {self.variant}" if self.variant else self.name
@@ -50,7 +51,7 @@ class LoadReport:
         found += f", supplemental {self.supplemental_parts}" if self.supplemental_parts else ""
         new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
         said = f"; {self.message}" if self.message else ""
-        said += f"; findings {self.findings}" if self.findings else ""
+        said += f"; findings {sum(count for _, count in self.findings)}" if self.findings else ""
         return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
 
 
@@ -111,7 +112,7 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
         shapes_added=len(new),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
-        findings=len(derived.findings),
+        findings=tuple(sorted(Counter(noted.finding.kind for noted in derived.findings).items())),
     )
     run.append(
         connection,

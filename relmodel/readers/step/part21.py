@@ -22,6 +22,7 @@ _STRING = re.compile(rb"'(?:[^']|'')*'")  # ends at a quote that is not doubled
 _REFERENCE = re.compile(rb"#(\d+)")
 # What stands for a parameter and is none: keywords are followed by a bracket, enumerations stand between dots.
 _WORD = re.compile(rb"[(,]\s*[-+]?([A-Za-z]\w*)\s*[,)]")
+_NOT_A_NUMBER = re.compile(rb"[(,]\s*([-+]?(?:nan|inf|infinity))\s*[,)]", re.IGNORECASE)
 _EXPONENT = re.compile(rb"[\d.][eE]\+?0*(\d{3,})")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
 _MOST_HEADER = 1 << 20
@@ -83,6 +84,20 @@ def product_numbers(instances: Instances) -> dict[str, str]:
     return {name: numbers[0] for name, numbers in named.items() if len(numbers) == 1 and numbers[0]}
 
 
+def check_finite(instances: Instances, name: str) -> None:
+    """Raise InputError where a number of the text is not finite: the CAD kernel would go on without it."""
+    text = instances.text
+    if _not_finite(text) and (found := _not_finite(_STRING.sub(b"''", text))):
+        raise InputError(f"{name} has {found.decode()}, which is no finite number: export it again")
+
+
+def _not_finite(text: bytes) -> bytes | None:
+    if found := _NOT_A_NUMBER.search(text):
+        return found[1]
+    large = (one for one in _EXPONENT.finditer(text) if int(one[1]) > sys.float_info.max_10_exp)
+    return next((b"a number with the exponent " + one[1] for one in large), None)
+
+
 def damage(instances: Instances) -> tuple[Finding, ...]:
     """What shows that the text has lost or altered instances; nothing in a whole file."""
     return tuple(Finding("damaged_text", f"the file {clause}") for clause in _damage(instances))
@@ -101,8 +116,6 @@ def _damage(instances: Instances) -> list[str]:
         clauses.append(f"defines #{values[counts > 1][0]} more than once")
     if _WORD.search(text) and (word := _WORD.search(_STRING.sub(b"''", text))):
         clauses.append(f"has {decoded(word[1])} where a number or another parameter belongs")
-    if _too_large(text) and _too_large(_STRING.sub(b"''", text)):
-        clauses.append("has a number that is too large for any computer")
     # Writers that place one use of a product by this entity place all of them by it.
     usages = len(instances.of("NEXT_ASSEMBLY_USAGE_OCCURRENCE"))
     placed = len(instances.of("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"))
@@ -117,7 +130,3 @@ def _absent(
     """Numbers that the text refers to and does not define, increasing."""
     pointed = np.array([int(n) for n in set(_REFERENCE.findall(text)) if len(n) < 19], np.int64)
     return np.setdiff1d(pointed, defined)
-
-
-def _too_large(text: bytes) -> bool:
-    return any(int(exponent) > sys.float_info.max_10_exp for exponent in _EXPONENT.findall(text))

@@ -23,7 +23,8 @@ UNPACKED_LIMIT = 2 << 30
 def read_step(path: Path) -> Model:
     """Read a STEP file, gzipped or not, into parts, shapes and assemblies; lengths become mm.
 
-    Raises InputError where the file cannot be read, is not STEP or cut off, is in no known unit or holds no face.
+    Raises InputError where the file cannot be read, is not STEP or cut off, has a number that is not finite, is
+    in no known unit or holds no face.
     """
     content = path.read_bytes()
     files = (SourceFile(path.name, hashlib.sha256(content).hexdigest()),)
@@ -34,6 +35,7 @@ def read_step(path: Path) -> Model:
     faces = part21.face_count(instances)
     if faces == 0:
         raise InputError(f"{path} holds no face, neither exact nor of triangles: export its solids as a B-rep")
+    part21.check_finite(instances, str(path))
     model = _by_kernel(content, instances, path)
     if model.faces_loaded < faces:  # lost, or of no product from the first
         faces = max(part21.faces_in_use(instances), model.faces_loaded)
