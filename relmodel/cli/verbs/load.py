@@ -35,11 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--variant", help="name of the variant, of a single file")
     parser.add_argument("--unit", help="length unit of files that do not say it: mm, cm, m, inch, ...")
     parser.add_argument("--allow-partial", action="store_true", help="take what is left of a file that lost faces")
-    parser.add_argument(
-        "--strict",
-        action="store_true",
-        help="refuse a file with findings: gaps, stated volumes that are not its own, ...",
-    )
+    parser.add_argument("--strict", action="store_true", help="refuse a file with findings, such as edges off faces")
     parser.add_argument(
         "--time-limit",
         type=float,
