@@ -81,7 +81,7 @@ def _validated_shape(shape: Shape) -> Shape:
         return shape
     try:
         gap, off = _loop_gaps(shape), _surface_gaps(shape)
-    except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError) as error:
+    except Exception as error:  # what cannot be measured does not cost a load either
         said = f"the edges of a shape cannot be held against its faces ({type(error).__name__}: {error})"
         unknown = np.full(row_count_or_none(shape.coedges), np.nan)
         finding = Finding("not_validated", said)
@@ -157,7 +157,8 @@ def _surface_gaps(shape: Shape) -> Array:
     """
     curves, surfaces = curves_of(shape), surfaces_of(shape)
     arc, surface = shape.coedges["arc_no"], shape.coedges["surface_no"]
-    pcurve = pcurve_of(shape.coedges, shape.pcurves)
+    pcurves = row_count_or_none(shape.pcurves)
+    pcurve = pcurve_of(shape.coedges, shape.pcurves) if pcurves else np.full(len(arc), -1)
     analytic = np.isin(surfaces.kind[surface].astype(str), ANALYTIC_KINDS)
     drawn = np.flatnonzero(pcurve >= 0)
     gaps = np.zeros(len(arc))
@@ -165,6 +166,8 @@ def _surface_gaps(shape: Shape) -> Array:
         t = curves.t0 + share * (curves.t1 - curves.t0)
         points = curves.evaluate(np.arange(len(curves)), t)[0][arc]
         gaps[analytic] = np.maximum(gaps[analytic], _distance(surfaces, surface[analytic], points[analytic]))
+        if not len(drawn):
+            continue
         uv = Pcurves(shape.pcurves).evaluate(pcurve[drawn], t[arc[drawn]])[0]
         on = surfaces.evaluate(surface[drawn], uv[:, 0], uv[:, 1]).points
         gaps[drawn] = np.maximum(gaps[drawn], np.linalg.norm(on - points[drawn], axis=1))

@@ -90,7 +90,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
     if not reader.Transfer(document):
         raise UnreadableError("the CAD kernel finds no shape in it")
     unit, unit_mm = _unit(reader, instances)
-    walk = _Walk(document, partial(attributes_of, units=validation_units(instances), unit_mm=unit_mm))
+    walk = _Walk(document, partial(attributes_of, units=validation_units(instances)))
     root = walk.root()
     model = Model(
         format="STEP",

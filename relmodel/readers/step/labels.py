@@ -65,11 +65,11 @@ def material_of(label: Any) -> str | None:
     return str(name.ToCString()) if name is not None else None
 
 
-def attributes_of(label: Any, *, units: Mapping[tuple[str, str], float], unit_mm: float) -> tuple[Attribute, ...]:
+def attributes_of(label: Any, units: Mapping[tuple[str, str], float]) -> tuple[Attribute, ...]:
     """Validation properties of the file, in mm.
 
-    The kernel hands volumes and areas on as they stand in the file.  units: what each is to be multiplied by, as the
-    text says of it (`validation_units`); where it does not, `unit_mm` is the unit of length.
+    The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.  units:
+    what such a number is to be multiplied by, as the text says of it (`validation_units`).
     """
     out: list[Attribute] = []
     for kind, what, power in ((XCAFDoc_Volume, "volume", 3), (XCAFDoc_Area, "area", 2)):
@@ -77,7 +77,7 @@ def attributes_of(label: Any, *, units: Mapping[tuple[str, str], float], unit_mm
             stated = kind()
             label.FindAttribute(kind.GetID_s(), stated)
             value = float(stated.Get())
-            factor = units.get((what, number_key(value)), unit_mm**power)
+            factor = units.get((what, number_key(value)), 1.0)
             out.append((f"validation {what}", value * factor, f"mm{power}"))
     if label.IsAttribute(XCAFDoc_Centroid.GetID_s()):
         centroid = XCAFDoc_Centroid()
