@@ -236,7 +236,7 @@ def mark_dead_runs(store: Database) -> None:
                 "kind": "found_dead",
                 "name": "",
                 "status": "failed",
-                "message": "its process ended without a word",
+                "message": "its process ended before the run did",
                 "happened_at": [datetime.now(UTC)] * len(dead),
             },
         )
