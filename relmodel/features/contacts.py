@@ -158,4 +158,5 @@ def _meeting(boxes: Floats) -> tuple[Ints, Ints]:
     for axis in range(3):
         meet &= boxes[:, None, axis] <= boxes[:, axis + 3]
         meet &= boxes[:, None, axis + 3] >= boxes[:, axis]
-    return np.nonzero(meet)
+    a, b = np.nonzero(meet)
+    return a, b

@@ -62,8 +62,8 @@ def load(
     `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
     unless `allow_partial`; one with findings (`load_finding`) is refused if `strict`.  Geometry that the store holds
     already is shared; the same content under the same name and variant adds nothing.  `reader` reads the file (default:
-    in a child process).  Raises InputError where the file is missing or bad, or takes longer than `time_limit_s` to
-    read; the store is then as it was, but for the row of the run, its load report and its findings.
+    in a child process).  Raises InputError where the file is missing or bad, takes longer than `time_limit_s` to
+    read, or is given no name; the store is then as it was but for the run, its load report and its findings.
     """
     request = Request(Path(path), name, variant, unit, allow_partial, strict, time_limit_s)
     ((_, outcome),) = load_all(store, [request], reader=reader)
@@ -108,6 +108,12 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
     """Begin to read a file, unless the call is bad."""
     path = request.path
     try:
+        if not isinstance(request.name, str) or not request.name.strip():
+            raise InputError(f"{path.name} is to be loaded under the name {request.name!r}: name the object")
+        if not isinstance(request.variant, str):
+            raise InputError(
+                f"{path.name} is to be loaded as the variant {request.variant!r}: give text, '' for the plain one"
+            )
         form = format_of(path)
         if not path.is_file():
             raise InputError(f"there is no file {path}: check its name")

@@ -4,6 +4,7 @@ shared, triangles become surfaces and arcs (`shape.py`)."""
 from __future__ import annotations
 
 import hashlib
+import logging
 import re
 import zipfile
 from dataclasses import replace
@@ -25,6 +26,9 @@ Floats = npt.NDArray[np.float64]
 
 LOADER_VERSION = "mesh 7"
 _MOST_BYTES = 1 << 30
+# Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
+# that is missing, which the model has no use for.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 # What is one mesh in the file is one here, whatever its colours: a body in two colours is not two open ones.
 _OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True}}
 _OPTIONS["3mf"] = {"postprocess": False}  # which would rename meshes
