@@ -20,14 +20,14 @@ from relmodel.loading.write.write import LoadReport, write
 from relmodel.model.model import Model, SourceFile
 from relmodel.model.sharing import share
 from relmodel.model.validation import validated
-from relmodel.readers import ReadOptions, read
+from relmodel.readers import DEFAULTS, ReadOptions, read
 from relmodel.readers.formats import format_of
 from relmodel.store import Run, Store
 
 _turn = threading.Lock()  # loaders ask for files side by side, as children would read them
 
 
-def read_here(path: Path, options: ReadOptions = ReadOptions()) -> Model:  # noqa: B008 - frozen
+def read_here(path: Path, options: ReadOptions = DEFAULTS) -> Model:
     """The model of a file, read in this process; a STEP file once for all tests."""
     if format_of(path) != "step" or not path.is_file():
         return read(path, options, in_child=False)

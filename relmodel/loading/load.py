@@ -158,7 +158,7 @@ def _load(store: Store, request: Request, reading: _Reading, storing: Callable[[
             model = _allowed(model, request)
             storing()
             began = time.perf_counter()
-            with run.write() as connection:
+            with store.one_thread(), run.write() as connection:
                 derived = derive(model, store, connection)
                 findings = [noted.finding for noted in derived.findings]
                 if findings and request.strict:
