@@ -28,10 +28,11 @@ class ReadOptions:
     memory_limit: int = MEMORY_LIMIT
 
 
+DEFAULTS = ReadOptions()
 Reader = Callable[[Path, ReadOptions], "Model"]
 
 
-def read(path: Path, options: ReadOptions = ReadOptions(), *, in_child: bool = True) -> Model:
+def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) -> Model:
     """Read a STEP, mesh or URDF file and validate it; lengths become mm.
 
     By default a child process reads, under limits of time and memory: parsers of foreign bytes crash, hang and take
