@@ -21,7 +21,7 @@ from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.model import primitives
-from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceFile
+from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers.formats import UNITLESS_FORMATS
 
 Array = npt.NDArray[np.float64]
@@ -181,8 +181,14 @@ class _Reader:
             else:
                 self.parts.append(Part(label, label, self._primitive(geometry[0], where), colour=colour))
                 instances.append(Instance(label, "part", len(self.parts) - 1, link_from_visual))
-        self.assemblies.append(Assembly(name, tuple(instances)))
+        self.assemblies.append(Assembly(name, tuple(instances), self._mass(link, name)))
         return len(self.assemblies) - 1
+
+    def _mass(self, link: Element, name: str) -> tuple[Attribute, ...]:
+        mass = link.find("inertial/mass")
+        if mass is None:
+            return ()
+        return (("mass", float(self._numbers(mass, "value", f"<mass> of link {name!r}", 1)[0]), "kg"),)
 
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""

@@ -86,7 +86,7 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
     def snapped(owner: str, called: str, attribute: Attribute) -> Attribute:
         name, value, unit = attribute
         there = known.get((owner, called, name))
-        if isinstance(value, str) or not there:
+        if isinstance(value, str | bool) or not there:
             return attribute
         nearest = min(there, key=lambda v: abs(v - value))
         near = abs(nearest - value) <= max(ROUND_OFF_MM, _SHARE * abs(value))
