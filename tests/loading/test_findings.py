@@ -20,6 +20,7 @@ from relmodel.model.validation import validated
 from relmodel.readers import ReadOptions
 from relmodel.store import Run, Store
 from relmodel.store.check import check
+from tests.readers.test_step_tessellated import CUBE
 from tests.reading import load, read_here, store_model
 
 
@@ -136,6 +137,21 @@ def test_what_was_fitted_to_a_mesh_passes_the_check(fresh_store: str, tmp_path: 
     with Store.open(fresh_store) as store:
         load(store, tmp_path / "post.ply", name="post", unit="mm")
         assert not [found for found in check(store) if found.rows]
+
+
+def test_lost_faces_are_refused_unless_what_is_left_is_asked_for(fresh_store: str, tmp_path: Path) -> None:
+    """A block of six faces of triangles, one of which has none."""
+    pytest.importorskip("OCP")
+    path = tmp_path / "block.stp"
+    path.write_text(CUBE.replace("((5,6,7),(5,7,8))", "()"))
+    with Store.open(fresh_store) as store:
+        with pytest.raises(InputError, match=r"1 of 6 faces of .*block\.stp were lost .*--allow-partial"):
+            load(store, path, name="block")
+        report = load(store, path, name="block", allow_partial=True)
+        assert (report.status, report.message) == ("partial", "the file lists 6 faces and 5 were read")
+        assert ("lost_faces", 1) in report.findings
+        (row,) = (r for r in findings(store) if r.kind == "lost_faces" and r.run_id == report.run)
+        assert (row.value, row.bound, row.unit, row.part_id) == (1, 0, None, None)
 
 
 @pytest.mark.parametrize("step", ["recognise", "surface_relations", "arc_relations"])
