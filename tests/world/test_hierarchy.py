@@ -15,11 +15,11 @@ from relmodel.errors import InputError
 from relmodel.find.find import in_volume
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrix_columns, rotation_matrix
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import correct_base, mounted_rig
+from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 from tests.world.test_kinematics import MOUNT, RIG, URDF, links_by_hand, transform
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from relmodel.find.find import world_named
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world.placement import place_world
+from tests.reading import load
 from vision.localisation.scene import Floats, Ints
 from vision.localisation.stored_scene import scene_from_store
 

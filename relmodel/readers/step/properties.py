@@ -1,16 +1,13 @@
-"""What only the text of a STEP file says of its parts: PMI with the faces it is of, and properties with raw units.
-
-Runs in the child process of `kernel.py` alone.
-"""
+"""What only the text of a STEP file says of its parts: PMI with the faces it is of, and properties with raw units."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from relmodel.model.model import Attribute, Part, Shape
+from relmodel.model.model import Attribute, Model, Part, Pmi
 from relmodel.readers.step.part21_instances import Instances, Reference, references, two
 from relmodel.readers.step.part21_units import Measure, measure
 from relmodel.readers.step.pmi import FACES, product_of, read_pmi
@@ -22,29 +19,48 @@ _MATERIAL_PROPERTY = "material property"
 Places = Callable[[Any], list[tuple[int, int]]]  # a face of the kernel -> part and surface_no of each that has it
 
 
-def attach(shapes: list[Shape], parts: list[Part], instances: Instances, reader: Any, places: Places) -> None:
-    """Append the PMI and the material properties of a file to its parts, and to its surfaces the names of faces."""
-    found = _Faces(parts, instances, reader, places)
+def with_face_names(model: Model, instances: Instances, faces: FacesOfText) -> Model:
+    """The model whose surfaces have the names that the text gives faces."""
+    names: dict[int, dict[int, str]] = {}
     for face, name in _face_names(instances):
-        for part, surface_no in found.places(face):
-            shapes[parts[part].shape].surfaces["name"][surface_no] = name
+        for part, surface_no in faces.places(face):
+            names.setdefault(model.parts[part].shape, {})[surface_no] = name
+    shapes = list(model.shapes)
+    for i, given in names.items():
+        column = [given.get(no, name) for no, name in enumerate(shapes[i].surfaces["name"])]
+        shapes[i] = replace(shapes[i], surfaces=shapes[i].surfaces | {"name": column})
+    return replace(model, shapes=tuple(shapes))
+
+
+def with_pmi(model: Model, instances: Instances, faces: FacesOfText) -> Model:
+    """The model whose parts have the dimensions, tolerances and datums of the text, with their surfaces."""
+    found: dict[int, list[Pmi]] = {}
     for stated in read_pmi(instances):
         surfaces: dict[int, list[tuple[int, str]]] = {}
         for face, role in stated.faces:
-            for part, surface_no in found.places(face):
+            for part, surface_no in faces.places(face):
                 surfaces.setdefault(part, []).append((surface_no, role))
-        whole = found.parts_of(stated.product) if stated.product is not None and not surfaces else []
+        whole = faces.parts_of(stated.product) if stated.product is not None and not surfaces else []
         for part in [*surfaces, *whole]:
-            parts[part].pmi.append(replace(stated.pmi, surfaces=tuple(surfaces.get(part, ()))))
+            found.setdefault(part, []).append(replace(stated.pmi, surfaces=tuple(surfaces.get(part, ()))))
+    parts = [replace(part, pmi=(*part.pmi, *found.get(i, ()))) for i, part in enumerate(model.parts)]
+    return replace(model, parts=tuple(parts))
+
+
+def with_properties(model: Model, instances: Instances, faces: FacesOfText) -> Model:
+    """The model whose parts have the material properties of the text among their attributes."""
+    found: dict[int, list[Attribute]] = {}
     for product, attributes in _properties(instances):
-        for part in found.parts_of(product):
-            parts[part].attributes += attributes
+        for part in faces.parts_of(product):
+            found.setdefault(part, []).extend(attributes)
+    parts = [replace(part, attributes=(*part.attributes, *found.get(i, ()))) for i, part in enumerate(model.parts)]
+    return replace(model, parts=tuple(parts))
 
 
-class _Faces:
+class FacesOfText:
     """Faces of the text among the parts: the kernel numbers what it reads in the order of the file."""
 
-    def __init__(self, parts: list[Part], instances: Instances, reader: Any, places: Places) -> None:
+    def __init__(self, parts: Sequence[Part], instances: Instances, reader: Any, places: Places) -> None:
         self._parts, self._instances = parts, instances
         self._reader = reader.Reader()
         self._places = places

@@ -1,18 +1,19 @@
 """Drawn annotations of a STEP file (AP242): polylines of letters, leaders and frames, from its text.
 
-They are kept as a supplemental part with an arc for each line.  Runs in the child process of `kernel.py` alone.
+They are kept as a supplemental part with an arc for each line.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
-from relmodel.model.model import Assembly, Instance, Part, Shape, Table
+from relmodel.model.model import Instance, Model, Part, Table
 from relmodel.readers.step import supplemental as step_supplemental
 from relmodel.readers.step.part21_instances import Instances, Reference, references
 
@@ -21,15 +22,19 @@ Floats = npt.NDArray[np.float64]
 _SET, _CURVES, _MOVED = "TESSELLATED_GEOMETRIC_SET", "TESSELLATED_CURVE_SET", "REPOSITIONED_TESSELLATED_ITEM"
 
 
-def attach(shapes: list[Shape], parts: list[Part], root: Assembly, instances: Instances, unit_mm: float) -> None:
-    """Append the lines that a file draws, if any, as a part of their own that stands in the root."""
-    lines = [line * unit_mm for line in _lines(instances)]
+def with_annotations(model: Model, instances: Instances) -> Model:
+    """The model with the lines that its file draws, if any, as a part of their own that stands in the root."""
+    lines = [line * model.unit_mm for line in _lines(instances)]
     if not lines:
-        return
+        return model
+    root = model.assemblies[model.root]
     name = f"{root.name} annotation"
-    shapes.append(step_supplemental.wire(*_arcs(lines)))
-    parts.append(Part(name, name, len(shapes) - 1, supplemental=True))
-    root.instances.append(Instance(name, "part", len(parts) - 1, np.eye(4)))
+    part = Part(name, name, len(model.shapes), supplemental=True)
+    instance = Instance(name, "part", len(model.parts), np.eye(4))
+    assemblies = list(model.assemblies)
+    assemblies[model.root] = replace(root, instances=(*root.instances, instance))
+    shape = step_supplemental.wire(*_arcs(lines))
+    return replace(model, shapes=(*model.shapes, shape), parts=(*model.parts, part), assemblies=tuple(assemblies))
 
 
 def _lines(instances: Instances) -> Iterator[Floats]:

@@ -1,30 +1,21 @@
-"""Writing a loaded model into a store: what the store holds already is pointed to, only what is new is appended."""
+"""Writing a model into a store: what the store holds already is pointed to, only what is new is appended."""
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
-from relmodel.loading.snap.model import settled
+from relmodel.loading.derive import Derived
+from relmodel.loading.stored_keys import ids_by_key
+from relmodel.loading.write.findings import append_findings
 from relmodel.loading.write.geometry import append_geometry
-from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.objects import append_objects, append_parts
+from relmodel.loading.write.shape import NewShape
 from relmodel.model.content_keys import assembly_order
-from relmodel.model.model import LoadedModel
+from relmodel.model.model import Model
 from relmodel.store import Run
-
-Ints = npt.NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class SourceFile:
-    """A file by its name (without folder) and the SHA-256 of its bytes."""
-
-    name: str
-    sha256: str
 
 
 @dataclass(frozen=True)
@@ -32,7 +23,7 @@ class LoadReport:
     """What a load found and added, as the row of `load_report` says it.
 
     status: added, unchanged (the latest revision under this name and variant is just that), or partial (added from a
-    damaged file).
+    file that lost faces).  findings: how many rows of `load_finding` there are of each kind.
     """
 
     run: int
@@ -52,6 +43,7 @@ class LoadReport:
     shapes_added: int
     surfaces_added: int
     arcs_added: int
+    findings: tuple[tuple[str, int], ...] = ()
 
     def __str__(self) -> str:
         named = f"{self.name} variant {self.variant}" if self.variant else self.name
@@ -59,24 +51,25 @@ class LoadReport:
         found += f", supplemental {self.supplemental_parts}" if self.supplemental_parts else ""
         new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
         said = f"; {self.message}" if self.message else ""
+        said += f"; findings {sum(count for _, count in self.findings)}" if self.findings else ""
         return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
 
 
-def store_model(
-    run: Run, connection: Connection, model: LoadedModel, name: str, variant: str, source: SourceFile
-) -> LoadReport:
-    """Store a model under a name and a variant, within the transaction of `connection`.
+def write(run: Run, connection: Connection, derived: Derived, name: str, variant: str) -> LoadReport:
+    """Write a model under a name and a variant, within the transaction of `connection`.
 
     Geometry, parts and assemblies that the store holds already, by content, are not written again; a content other
-    than that of the latest revision becomes the next revision.  Raises InputError where an assembly contains itself.
+    than that of the latest revision becomes the next revision.
     """
-    model, keys = settled(run.store, connection, model)
-    shape_ids, new_shapes = ids_by_key(run, connection, "shape", [k.shape for k in keys.shapes])
-    surfaces_added, arcs_added = append_geometry(run, connection, model, keys, shape_ids, new_shapes)
-    part_ids = append_parts(run, connection, model, keys, shape_ids)
-    object_ids = append_objects(run, connection, model, keys, part_ids)
+    model, keys = derived.model, derived.keys
+    shape_ids, _ = ids_by_key(run, connection, "shape", [k.shape for k in keys.shapes])
+    new = [NewShape(model.shapes[no], keys.shapes[no], made) for no, made in derived.shapes.items()]
+    surfaces_added, arcs_added = append_geometry(run, connection, new, shape_ids)
+    part_ids = append_parts(run, connection, derived, shape_ids)
+    object_ids = append_objects(run, connection, derived, part_ids)
+    append_findings(run, connection, derived, part_ids, shape_ids)
 
-    source_id = _source(run, connection, model, source)
+    source_id = _source(run, connection, model)
     object_id = object_ids[keys.assemblies[model.root]]
     latest = run.store.rows(connection, "load/latest_variant", name=name, variant=variant)
     if latest and latest[0].object_id == object_id:
@@ -96,12 +89,10 @@ def store_model(
                 "source_id": source_id,
             },
         )
-    flaws = [f"the file is damaged, for {model.damage}"] if model.damage else []
+    message = None
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
-        flaws.append(f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read")
-    message = "; ".join(flaws) or None
-    if message and status == "added":
-        status = "partial"
+        message = f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read"
+        status = "partial" if status == "added" else status
     own = {key for part, key in zip(model.parts, keys.parts, strict=True) if not part.supplemental}
     report = LoadReport(
         run=run.id,
@@ -118,9 +109,10 @@ def store_model(
         parts=len(own),
         occurrences=_occurrence_count(model),
         supplemental_parts=len(set(keys.parts) - own),
-        shapes_added=len(new_shapes),
+        shapes_added=len(new),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
+        findings=tuple(sorted(Counter(noted.finding.kind for noted in derived.findings).items())),
     )
     run.append(
         connection,
@@ -144,7 +136,8 @@ def store_model(
     return report
 
 
-def _source(run: Run, connection: Connection, model: LoadedModel, source: SourceFile) -> int:
+def _source(run: Run, connection: Connection, model: Model) -> int:
+    source = model.files[0]
     known = run.store.rows(
         connection,
         "load/source",
@@ -172,7 +165,7 @@ def _source(run: Run, connection: Connection, model: LoadedModel, source: Source
     return source_id
 
 
-def _occurrence_count(model: LoadedModel) -> int:
+def _occurrence_count(model: Model) -> int:
     """Placed parts under the root, instances of instances counted out; supplemental ones are not placed."""
     counts: dict[int, int] = {}
     for i in assembly_order(model.assemblies):

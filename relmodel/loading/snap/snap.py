@@ -10,6 +10,7 @@ attributes of what has the same name.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,11 +18,11 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.geometry.transforms import matrices
-from relmodel.loading.snap.geometry import settled_shapes
+from relmodel.loading.snap.geometry import snapped_shapes
 from relmodel.loading.snap.splines import ROUND_OFF_MM
-from relmodel.loading.write.keyed import known_keys
-from relmodel.model.content_keys import ModelKeys, model_keys
-from relmodel.model.model import Assembly, Attribute, LoadedModel
+from relmodel.loading.stored_keys import stored_ids
+from relmodel.model.content_keys import ModelKeys
+from relmodel.model.model import Assembly, Attribute, Model
 from relmodel.store.database import Database
 
 Floats = npt.NDArray[np.float64]
@@ -30,26 +31,24 @@ _TURN = 1e-7  # of placed parts, rad
 _SHARE = 1e-9  # of attributes, as a share of the value
 
 
-def settled(store: Database, connection: Connection, model: LoadedModel) -> tuple[LoadedModel, ModelKeys]:
-    """A model with the numbers of the store where its own are the same but for round-off, and its keys."""
-    keys = model_keys(model)
-    known = known_keys(store, connection, "shape", [k.shape for k in keys.shapes])
+def snap(store: Database, connection: Connection, model: Model, keys: ModelKeys) -> Model:
+    """The model with the numbers of the store where its own are the same but for round-off; keys: its own."""
+    known = stored_ids(store, connection, "shape", [k.shape for k in keys.shapes])
     new = [i for i, k in enumerate(keys.shapes) if k.shape not in known]
-    if not new and known_keys(store, connection, "object", keys.assemblies[model.root : model.root + 1]):
-        return model, keys
+    if not new and stored_ids(store, connection, "object", keys.assemblies[model.root : model.root + 1]):
+        return model
     shapes = list(model.shapes)
-    for i, shape in zip(new, settled_shapes(store, connection, [shapes[i] for i in new]), strict=True):
+    for i, shape in zip(new, snapped_shapes(store, connection, [shapes[i] for i in new]), strict=True):
         shapes[i] = shape
-    assemblies = _settled_assemblies(store, connection, model.assemblies)
-    model = replace(model, shapes=shapes, parts=[replace(p) for p in model.parts], assemblies=assemblies)
-    _settle_attributes(store, connection, model)
-    return model, model_keys(model)
+    model = replace(model, shapes=tuple(shapes), assemblies=_snapped_poses(store, connection, model.assemblies))
+    return _with_snapped_attributes(store, connection, model)
 
 
-def _settled_assemblies(store: Database, connection: Connection, assemblies: list[Assembly]) -> list[Assembly]:
+def _snapped_poses(store: Database, connection: Connection, assemblies: Sequence[Assembly]) -> tuple[Assembly, ...]:
     """Assemblies with children placed as in those of the store that have the same name, but for round-off."""
     names = sorted({a.name for a in assemblies if a.instances})
-    rows = store.columns(connection, "load/placed_in_objects", names=names)
+    with store.relation(connection, "sought", {"name": names}):
+        rows = store.columns(connection, "load/placed_in_objects")
     poses = matrices(rows)
     known: dict[str, list[Floats]] = {}
     for identity in np.unique(rows["id"]):
@@ -64,9 +63,9 @@ def _settled_assemblies(store: Database, connection: Connection, assemblies: lis
             alike = [pose for pose in known[assembly.name] if len(pose) == len(own)]
             poses_there = alike[int(np.argmin(off))]
             placed = [replace(e, parent_from_child=p) for e, p in zip(assembly.instances, poses_there, strict=True)]
-            assembly = replace(assembly, instances=placed)
-        out.append(replace(assembly))
-    return out
+            assembly = replace(assembly, instances=tuple(placed))
+        out.append(assembly)
+    return tuple(out)
 
 
 def _worst(a: Floats, b: Floats) -> float:
@@ -75,14 +74,16 @@ def _worst(a: Floats, b: Floats) -> float:
     return float(max(off[:, :3, 3].max() / ROUND_OFF_MM, off[:, :3, :3].max() / _TURN)) if len(a) else 0.0
 
 
-def _settle_attributes(store: Database, connection: Connection, model: LoadedModel) -> None:
-    """Give attributes of parts and assemblies the numbers of those of the same name, but for round-off; in place."""
+def _with_snapped_attributes(store: Database, connection: Connection, model: Model) -> Model:
+    """The model whose parts and assemblies have attributes with the numbers of those of the same name."""
     parts, objects = sorted({p.number for p in model.parts}), sorted({a.name for a in model.assemblies})
+    owners = {"owner": ["part"] * len(parts) + ["object"] * len(objects), "name": [*parts, *objects]}
     known: dict[tuple[str, str, str], list[float]] = {}
-    for row in store.rows(connection, "load/attributes_by_owner", parts=parts, objects=objects):
-        known.setdefault((row.owner, row.owner_name, row.name), []).append(float(row.value))
+    with store.relation(connection, "sought", owners):
+        for row in store.rows(connection, "load/attributes_by_owner"):
+            known.setdefault((row.owner, row.owner_name, row.name), []).append(float(row.value))
 
-    def settled_one(owner: str, called: str, attribute: Attribute) -> Attribute:
+    def snapped(owner: str, called: str, attribute: Attribute) -> Attribute:
         name, value, unit = attribute
         there = known.get((owner, called, name))
         if isinstance(value, str | bool) or not there:
@@ -91,7 +92,12 @@ def _settle_attributes(store: Database, connection: Connection, model: LoadedMod
         near = abs(nearest - value) <= max(ROUND_OFF_MM, _SHARE * abs(value))
         return name, nearest if near else value, unit
 
-    for part in model.parts:
-        part.attributes = [settled_one("part", part.number, a) for a in part.attributes]
-    for assembly in model.assemblies:
-        assembly.attributes = [settled_one("object", assembly.name, a) for a in assembly.attributes]
+    return replace(
+        model,
+        parts=tuple(
+            replace(p, attributes=tuple(snapped("part", p.number, a) for a in p.attributes)) for p in model.parts
+        ),
+        assemblies=tuple(
+            replace(o, attributes=tuple(snapped("object", o.name, a) for a in o.attributes)) for o in model.assemblies
+        ),
+    )
