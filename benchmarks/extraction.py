@@ -33,11 +33,11 @@ from scipy.special import ndtr
 from tabulate import tabulate
 
 from tests.vision.extraction.synthetic import JUNCTIONS, sectors
+from vision.cameras.images import read_picture
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements, edge_elements
 from vision.extraction.extract import ExtractionParameters, extract
 from vision.extraction.regions import leak_proof_regions
-from vision.images import read_picture
 
 FloatArray = npt.NDArray[np.float64]
 

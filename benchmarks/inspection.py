@@ -27,9 +27,9 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
-from vision.demonstration import Truth, pose_error, read_truth
-from vision.images import read_picture
+from vision.cameras.images import read_picture
 from vision.inspection import Inspection, inspect
+from vision.inspection.demonstration import Truth, pose_error, read_truth
 
 OFF_MM, OFF_DEG = 10.0, 3.0
 

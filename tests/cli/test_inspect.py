@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from relmodel.cli.main import main
 from relmodel.store import Store
 from tests.cli.conftest import DEMO, Inspection, Pair, inspected
-from vision.demonstration import pose_error, read_truth
+from vision.inspection.demonstration import pose_error, read_truth
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [

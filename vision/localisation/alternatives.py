@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vision.cameras import Prior, perturbation
+from vision.cameras.cameras import Prior, perturbation
 from vision.localisation.scene import Floats, Ints, Scene
 
 # Arcs are congruent when length and second moments of their tangents agree to this share; displacements are gathered

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.cameras import Camera
+from vision.cameras.cameras import Camera
 from vision.localisation.scene import Floats, Ints, Scene
 
 # One ray stands for a square of this many pixels a side: shares of parts that cover 400 px are good to about 5 %.

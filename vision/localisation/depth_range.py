@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vision.cameras import Rig
+from vision.cameras.cameras import Rig
 from vision.localisation.scene import Floats, Scene
 from vision.stereo.epipolar import DepthRange
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.cameras import Camera
+from vision.cameras.cameras import Camera
 from vision.extraction.edges import EdgeElements
 from vision.localisation.scene import Floats
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.geometry.transforms import rotation_matrix, skew
-from vision.cameras import Prior, Rig
+from vision.cameras.cameras import Prior, Rig
 from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
 from vision.localisation.scene import Floats, Ints, Scene
 from vision.localisation.visibility import VisibleArcs, in_picture, visible_arcs

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.geometry.transforms import skew
-from vision.cameras import Prior, perturbation
+from vision.cameras.cameras import Prior, perturbation
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import CORRELATION_PX, Prediction, evidence_at, image_directions, image_jacobians
 from vision.localisation.refine import Refined

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.cameras import Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction

@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.store import Store
-from vision.cameras import Rig
+from vision.cameras.cameras import Rig
 from vision.localisation.coverage import coverage
 from vision.localisation.scene import Floats, Ints
 from vision.localisation.stored_scene import StoredScene

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.geometry.transforms import rotation_matrix
-from vision.cameras import Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
 from vision.localisation.scene import Bools, Floats, Ints, Scene

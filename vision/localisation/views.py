@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.cameras import Camera
+from vision.cameras.cameras import Camera
 from vision.localisation.hypotheses import Prediction, image_jacobians
 from vision.localisation.refine import EdgeIndex, Refined
 from vision.localisation.scene import Floats, Ints, Scene

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision.cameras import Camera
+from vision.cameras.cameras import Camera
 from vision.localisation.scene import Bools, Floats, Ints, Scene
 
 # How far a ray starts off the surface; at a tessellation of 0.05 mm this agrees with exact hidden-line removal.

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.matching.assignment import Assignment
-from vision.cameras import Rig
+from vision.cameras.cameras import Rig
 from vision.extraction.arcs import KINDS
 from vision.extraction.extract import Extraction
 from vision.stereo.epipolar import (

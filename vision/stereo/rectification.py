@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import InputError
-from vision.cameras import Camera, Rig
+from vision.cameras.cameras import Camera, Rig
 
 Floats = npt.NDArray[np.float64]
 

@@ -26,8 +26,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
-    from vision.demonstration import PoseError, pose_error, read_truth
     from vision.inspection import inspect
+    from vision.inspection.demonstration import PoseError, pose_error, read_truth
 
     source = resource_dir("demo")
     truth_file = source / f"pair_{args.pair}_truth.json"

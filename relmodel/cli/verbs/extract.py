@@ -16,8 +16,8 @@ from relmodel.cli.options import add_format
 from relmodel.cli.output import print_rows, say
 
 if TYPE_CHECKING:
+    from vision.cameras.images import Picture
     from vision.extraction.extract import Extraction
-    from vision.images import Picture
 
 EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
 
@@ -55,10 +55,10 @@ def _scales(text: str) -> tuple[float, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
+    from vision.cameras.drawing import check_writable, save_side_by_side
+    from vision.cameras.images import read_mask, read_picture
     from vision.extraction.extract import ExtractionParameters, extract
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
-    from vision.images import read_mask, read_picture
-    from vision.overlay import check_writable, save_side_by_side
 
     if args.picture:
         check_writable(args.picture)
@@ -84,8 +84,8 @@ def run(args: argparse.Namespace) -> int:
 def _keep(target: str, pictures: list[Picture], extractions: list[Extraction], *, keep_bytes: bool) -> None:
     """Write the rows of all extractions in one run."""
     from relmodel.store import Run, Store
+    from vision.cameras.record import record_picture
     from vision.extraction.record import record_extraction
-    from vision.input_rows import record_picture
 
     inputs = {f"image {i}": (picture.file_name, picture.sha256) for i, picture in enumerate(pictures)}
     with (

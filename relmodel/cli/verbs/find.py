@@ -15,7 +15,7 @@ from relmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from relmodel.find.volumes import Volume
-    from vision.cameras import Prior, Rig
+    from vision.cameras.cameras import Prior, Rig
 
 EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
 
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         if rig and prior:
-            from vision.view_volume import SAMPLED_POSES, select
+            from vision.cameras.view_volume import SAMPLED_POSES, select
 
             level = args.level or "part"
             held = select(store, rig, prior, args.near, args.far, level=level, world=args.world)
@@ -80,15 +80,15 @@ def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:
         return None, None
     if (args.at is None) == (args.prior is None):
         raise UsageError("--camera needs --at POSE.yaml, which says where the rig is, or --prior PRIOR.yaml")
-    from vision.cameras import read_prior, read_rig
+    from vision.cameras.files import read_prior, read_rig
 
     return read_rig(args.camera), read_prior(args.prior) if args.prior else None
 
 
 def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volume]:
     """The view of each camera of the rig."""
-    from vision.cameras import read_pose
-    from vision.view_volume import view_volume, widened_view_volume
+    from vision.cameras.files import read_pose
+    from vision.cameras.view_volume import view_volume, widened_view_volume
 
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
     if prior:

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pytest
 import trimesh
 
+from vision.cameras.images import read_picture
 from vision.extraction.extract import Extraction, extract
-from vision.images import read_picture
 
 Floats = npt.NDArray[np.float64]
 

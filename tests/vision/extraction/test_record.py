@@ -12,11 +12,11 @@ from scipy.ndimage import gaussian_filter
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.vision.extraction.synthetic import disc, sectors
+from vision.cameras.images import Picture
+from vision.cameras.record import record_picture
 from vision.extraction.arcs import FREE
 from vision.extraction.extract import extract
 from vision.extraction.record import record_extraction
-from vision.images import Picture
-from vision.input_rows import record_picture
 
 MEGABYTE = 1_000_000
 

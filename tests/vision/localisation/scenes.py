@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
 from vision.localisation.scene import Scene
 
 Floats = NDArray[np.float64]

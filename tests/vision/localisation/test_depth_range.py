@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.vision.stereo.scenes import toed_in_rig
-from vision.cameras import perturb
+from vision.cameras.cameras import perturb
 from vision.localisation.depth_range import predicted_depth_range
 from vision.localisation.scene import Scene
 

@@ -20,7 +20,7 @@ from tests.vision.localisation.scenes import (
     picture,
     stereo_rig,
 )
-from vision.cameras import Camera, Prior, Rig, perturbation
+from vision.cameras.cameras import Camera, Prior, Rig, perturbation
 from vision.extraction.extract import Extraction, extract
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.scene import Floats, Scene

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
-from vision.cameras import perturb, perturbation
+from vision.cameras.cameras import perturb, perturbation
 from vision.localisation.evidence import EdgePoints, evidence
 from vision.localisation.hypotheses import evidence_at, image_directions, image_jacobians, predict
 from vision.localisation.refine import EdgeIndex, refine

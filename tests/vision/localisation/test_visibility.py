@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
-from vision.cameras import Camera
+from vision.cameras.cameras import Camera
 from vision.localisation.alternatives import arc_shapes, displacements
 from vision.localisation.scene import Floats, Scene
 from vision.localisation.visibility import silhouettes, visible_arcs

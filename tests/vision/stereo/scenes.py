@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
-from vision.cameras import Camera, Rig
+from vision.cameras.cameras import Camera, Rig
 from vision.stereo.epipolar import StereoArcs
 
 Floats = npt.NDArray[np.float64]

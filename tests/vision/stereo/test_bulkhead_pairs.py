@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from relmodel.geometry.transforms import apply, inverse
-from vision.cameras import Camera, Rig
+from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.stereo.epipolar import DepthRange, StereoArcs
 from vision.stereo.match import StereoMatches, match_stereo, stereo_arcs

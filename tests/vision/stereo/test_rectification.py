@@ -10,7 +10,7 @@ import pytest
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from tests.vision.stereo.scenes import pixels, toed_in_rig
-from vision.cameras import Rig
+from vision.cameras.cameras import Rig
 from vision.stereo.epipolar import DepthRange
 from vision.stereo.rectification import rectify
 

@@ -13,7 +13,7 @@ from relmodel.find.volumes import Frustum, Polyhedron, boxes_met
 from relmodel.find.widening import widened
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-from vision.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
 from vision.localisation.scene import Floats
 
 # Depths between which things are looked for: nothing sharper than this stands before a lens, and a cell ends there.

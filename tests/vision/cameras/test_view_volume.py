@@ -13,9 +13,9 @@ from relmodel.store import Run, Store
 from tests.find.test_find import PLACES, Oracle, fill
 from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
-from vision.cameras import Camera, Prior, Rig, perturb
-from vision.input_rows import record_rig
-from vision.view_volume import sampled_views, select, view_volume
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.record import record_rig
+from vision.cameras.view_volume import sampled_views, select, view_volume
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
 NEAR, FAR = 60.0, 900.0

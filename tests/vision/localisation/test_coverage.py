@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.cameras import Camera
+from vision.cameras.cameras import Camera
 from vision.localisation.coverage import coverage
 from vision.localisation.scene import Scene
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.cameras import Rig
-from vision.images import Picture
+from vision.cameras.cameras import Rig
+from vision.cameras.drawing import Stroke, draw, save_side_by_side
+from vision.cameras.images import Picture
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH
-from vision.overlay import Stroke, draw, save_side_by_side
 
 MATCHED, UNMATCHED, BLEND = (60, 220, 60), (240, 70, 60), (70, 130, 250)
 

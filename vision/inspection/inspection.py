@@ -11,21 +11,22 @@ from typing import Any
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store
-from vision.cameras import Prior, Rig, read_prior, read_rig
+from vision.cameras.cameras import Prior, Rig
+from vision.cameras.drawing import check_writable
+from vision.cameras.files import read_prior, read_rig
+from vision.cameras.images import Picture, read_picture
+from vision.cameras.view_volume import FAR_MM, NEAR_MM, Selection, select
 from vision.clock import Clock
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
-from vision.images import Picture, read_picture
-from vision.inspection_rows import Inspected, record_inspection
+from vision.inspection.overlay import draw_overlay
+from vision.inspection.record import Inspected, record_inspection
 from vision.localisation.depth_range import predicted_depth_range
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.overlay import draw_overlay
 from vision.localisation.parts_in_view import PartsInView, parts_in_view
 from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene, scene_from_store
-from vision.overlay import check_writable
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
-from vision.view_volume import FAR_MM, NEAR_MM, Selection, select
 
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 
