@@ -4,7 +4,7 @@ CREATE VIEW run_summary AS
 SELECT
     r.id AS run_id, r.kind, r.began_at, e.seconds,
     coalesce(e.status, 'under way') AS status, e.message,
-    p.verdict, p.support
+    p.verdict, p.evidence_ratio
 FROM run AS r
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id;
@@ -16,12 +16,12 @@ COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s';
 COMMENT ON COLUMN run_summary.status IS 'how it ended: ok, refused, ambiguous or failed; or under way';
 COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
 COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection';
-COMMENT ON COLUMN run_summary.support IS 'share of the predicted arc length that found edge elements';
+COMMENT ON COLUMN run_summary.evidence_ratio IS 'evidence found in the images over what a right pose would find; null where it was no inspection';
 
 CREATE VIEW matched_arc AS
 SELECT
-    c.run_id, v.camera, o.path, a.kind AS view_kind, a.element_no, a.occurrence_id,
-    c.view_arc_no, c.arc_no AS image_arc_no, c.residual, c.angle, c.overlap
+    c.run_id, v.camera, o.path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,
+    c.view_arc_no, c.image_arc_no, c.residual, c.angle, c.overlap
 FROM correspondence AS c
 JOIN view_arc AS a ON a.run_id = c.run_id AND a.view_no = c.view_no AND a.view_arc_no = c.view_arc_no
 JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
@@ -32,7 +32,8 @@ COMMENT ON COLUMN matched_arc.run_id IS 'the run';
 COMMENT ON COLUMN matched_arc.camera IS 'name of the camera in the rig';
 COMMENT ON COLUMN matched_arc.path IS 'path of the placed part';
 COMMENT ON COLUMN matched_arc.view_kind IS 'sharp, smooth or silhouette';
-COMMENT ON COLUMN matched_arc.element_no IS 'arc_no in the shape of the part; surface_no for a silhouette';
+COMMENT ON COLUMN matched_arc.arc_no IS 'the arc in the shape of the part; null for a silhouette';
+COMMENT ON COLUMN matched_arc.surface_no IS 'the surface that a silhouette is of; null for an arc';
 COMMENT ON COLUMN matched_arc.occurrence_id IS 'the placed part';
 COMMENT ON COLUMN matched_arc.view_arc_no IS 'the model arc in the view';
 COMMENT ON COLUMN matched_arc.image_arc_no IS 'the image arc in the extraction';
@@ -43,24 +44,24 @@ COMMENT ON COLUMN matched_arc.overlap IS 'length of image arc that lies beside t
 CREATE VIEW rejected_arc AS
 WITH best AS (
     SELECT
-        c.run_id, v.camera, c.arc_no, c.reason, c.residual, c.view_arc_no,
-        max(CASE WHEN c.accepted THEN 1 ELSE 0 END) OVER (PARTITION BY c.run_id, v.camera, c.arc_no) AS taken,
-        row_number() OVER (PARTITION BY c.run_id, v.camera, c.arc_no ORDER BY c.residual, c.view_arc_no) AS place
+        c.run_id, v.camera, c.image_arc_no, c.reason, c.residual, c.view_arc_no,
+        max(CASE WHEN c.accepted THEN 1 ELSE 0 END) OVER (PARTITION BY c.run_id, v.camera, c.image_arc_no) AS taken,
+        row_number() OVER (PARTITION BY c.run_id, v.camera, c.image_arc_no ORDER BY c.residual, c.view_arc_no) AS place
     FROM correspondence AS c
     JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
     WHERE c.hypothesis_no = 0
 )
 SELECT
-    i.run_id, i.camera, a.arc_no, a.kind, a.length, a.contrast,
+    i.run_id, i.camera, a.image_arc_no, a.kind, a.length, a.contrast,
     coalesce(best.reason, 'no_candidate') AS reason, best.residual, best.view_arc_no
 FROM inspection_image AS i
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
-LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.arc_no = a.arc_no AND best.place = 1
+LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.image_arc_no = a.image_arc_no AND best.place = 1
 WHERE coalesce(best.taken, 0) = 0;
 COMMENT ON VIEW rejected_arc IS 'Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not taken; no_candidate: no model arc was near.';
 COMMENT ON COLUMN rejected_arc.run_id IS 'the run';
 COMMENT ON COLUMN rejected_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN rejected_arc.arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN rejected_arc.image_arc_no IS 'the image arc in the extraction';
 COMMENT ON COLUMN rejected_arc.kind IS 'line, circular, elliptic or free';
 COMMENT ON COLUMN rejected_arc.length IS 'its length, px';
 COMMENT ON COLUMN rejected_arc.contrast IS 'its contrast, grey levels';

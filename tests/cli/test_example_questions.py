@@ -187,7 +187,7 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
 
     # Every image arc is matched or rejected, once.
     extraction = {r["camera"]: r["extraction_id"] for r in plain_rows(store, "inspection_image", run)}
-    arcs = {(r["extraction_id"], r["arc_no"]): r for r in columns(store, "image_arc")}
+    arcs = {(r["extraction_id"], r["image_arc_no"]): r for r in columns(store, "image_arc")}
     matched = {(r["camera"], r["image_arc_no"]) for r in answers["matched_arcs"]}
     for camera, extracted in extraction.items():
         own = {no: r for (of, no), r in arcs.items() if of == extracted}
@@ -210,7 +210,7 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
             continue
         part = placed[row["path"]]
         world_from_part = matrices({c: np.array([part[c]]) for c in part if c[:1] == "m" and c[1:].isdigit()})[0]
-        points = samples[shape_of_part[part["part_id"]], row["element_no"]]
+        points = samples[shape_of_part[part["part_id"]], row["arc_no"]]
         camera = pair.rig["cameras"][row["camera"]]
         world_from_camera = rig @ np.array(camera.get("rig_from_camera", np.eye(4)))
         seen = np.linalg.inv(world_from_camera) @ world_from_part
