@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from relmodel.cli.main import main
 from relmodel.store import Store
 from tests.cli.conftest import DEMO, Inspection, Pair, inspected
-from vision.inspection.demonstration import pose_error, read_truth
+from vision.inspection.demonstration import measure_pose_error, read_truth
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
@@ -73,7 +73,7 @@ def answer(inspection: Inspection) -> dict[str, Any]:
 
 def test_pose_is_the_truth(answer: dict[str, Any], pair: Pair) -> None:
     assert answer["verdict"] == "accepted"
-    off = pose_error(np.array(answer["world_from_rig"]), TRUTH)
+    off = measure_pose_error(np.array(answer["world_from_rig"]), TRUTH)
     assert off.target_mm < 1
     assert off.rotation_deg < 0.1
 
@@ -177,7 +177,7 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: 
     alone = inspected(store, *pair.options(right=None))
     assert alone["verdict"] == "accepted"
     assert list(alone["world_from_camera"]) == ["left"]
-    off = pose_error(np.array(alone["world_from_rig"]), TRUTH)
+    off = measure_pose_error(np.array(alone["world_from_rig"]), TRUTH)
     assert off.target_mm < 2
     assert off.rotation_deg < 0.2
     wider = np.diag(alone["covariance"]) / np.diag(answer["covariance"])

@@ -51,17 +51,17 @@ class Camera:
     @cached_property
     def field_radius(self) -> float:
         """Largest distance of a seen ray from the axis, as x/z; beyond it a distortion polynomial may fold back."""
-        return float(np.linalg.norm(self.normalise(self._ideal_rim), axis=1).max())
+        return float(np.linalg.norm(self.normalise(self._undistorted_border), axis=1).max())
 
     @cached_property
     def undistorted_bounds(self) -> Floats:
         """Bounds (4,) u0 v0 u1 v1, px, of the least picture of a pinhole camera of this matrix that holds all that this
         one sees; whole pixels."""
-        edges = self._ideal_rim.reshape(4, -1, 2)
+        edges = self._undistorted_border.reshape(4, -1, 2)
         # An edge leaves the chord between two samples by an eighth of its second difference; twice that bounds it.
         bend = 0.0 if self.is_pinhole else np.abs(np.diff(edges, 2, axis=1)).max() / 4
-        low = np.floor(self._ideal_rim.min(axis=0) - bend + 0.5)
-        high = np.ceil(self._ideal_rim.max(axis=0) + bend + 0.5)
+        low = np.floor(self._undistorted_border.min(axis=0) - bend + 0.5)
+        high = np.ceil(self._undistorted_border.max(axis=0) + bend + 0.5)
         return np.concatenate([low, high]) - 0.5
 
     def undistorted_view(self) -> tuple[int, int, Floats]:
@@ -72,15 +72,15 @@ class Camera:
         return int(high[0] - low[0]), int(high[1] - low[1]), matrix
 
     @cached_property
-    def _ideal_rim(self) -> Floats:
-        """Points (n, 2) around the picture's rim, freed of distortion."""
+    def _undistorted_border(self) -> Floats:
+        """Points (n, 2) around the picture's border, freed of distortion."""
         w, h = self.width - 0.5, self.height - 0.5
         x, y = np.linspace(-0.5, w, 33), np.linspace(-0.5, h, 33)
-        rim = np.concatenate(
+        border = np.concatenate(
             [np.stack([x, np.full(33, v)], 1) for v in (-0.5, h)]
             + [np.stack([np.full(33, u), y], 1) for u in (-0.5, w)]
         )
-        return self.undistort(rim)
+        return self.undistort(border)
 
     def project(self, points_camera: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.

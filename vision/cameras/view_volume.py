@@ -24,29 +24,29 @@ WIDENED_CONFIDENCE = 1 - 1e-8
 SAMPLED_POSES = 200
 
 
-def widened_view_volume(
+def widen_view_volume(
     camera: Camera, rig_from_camera: Floats, prior: Prior, near: float = NEAR_MM, far: float = FAR_MM
 ) -> Polyhedron:
     """A polyhedron that holds the camera's view from any pose of the rig within WIDENED_CONFIDENCE of the prior."""
-    view = view_volume(camera, prior.world_from_rig @ rig_from_camera, near, far)
+    view = build_view_volume(camera, prior.world_from_rig @ rig_from_camera, near, far)
     return widened(view, prior.covariance, WIDENED_CONFIDENCE, rig_from_camera)
 
 
-def view_volume(camera: Camera, world_from_camera: Floats, near: float = NEAR_MM, far: float = FAR_MM) -> Frustum:
+def build_view_volume(camera: Camera, world_from_camera: Floats, near: float = NEAR_MM, far: float = FAR_MM) -> Frustum:
     """A frustum that holds what the camera sees from a pose between two depths."""
     width, height, matrix = camera.undistorted_view()
     return Frustum(width, height, matrix, world_from_camera, near, far)
 
 
-def sampled_views(rig: Rig, prior: Prior, near: float, far: float, seed: int = 0) -> list[Frustum]:
-    """Views of all cameras from the prior's pose and from SAMPLED_POSES on the rim of its ellipsoid."""
+def sample_views(rig: Rig, prior: Prior, near: float, far: float, seed: int = 0) -> list[Frustum]:
+    """Views of all cameras from the prior's pose and from SAMPLED_POSES on the surface of its ellipsoid."""
     from scipy.special import chdtri
 
     direction = np.random.default_rng(seed).normal(size=(SAMPLED_POSES, 6))
     direction *= np.sqrt(chdtri(6, 1 - WIDENED_CONFIDENCE)) / np.linalg.norm(direction, axis=1)[:, None]
     moves = np.concatenate([np.zeros((1, 6)), direction @ np.linalg.cholesky(prior.covariance).T])
     return [
-        view_volume(camera, world_from_rig @ rig.rig_from_camera[name], near, far)
+        build_view_volume(camera, world_from_rig @ rig.rig_from_camera[name], near, far)
         for world_from_rig in perturb(prior.world_from_rig, moves)
         for name, camera in rig.cameras.items()
     ]
@@ -68,12 +68,12 @@ class Selection:
         return int((~self.shown).sum())
 
 
-def select(
+def select_in_view(
     store: Store, rig: Rig, prior: Prior, near: float, far: float, *, level: str = "part", world: str | None = None
 ) -> Selection:
     """What of a world any pose that the prior leaves open could show to a camera of the rig."""
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
-    whole = [widened_view_volume(camera, pose, prior, near, far) for camera, pose in cameras]
+    whole = [widen_view_volume(camera, pose, prior, near, far) for camera, pose in cameras]
     found = in_volumes(store, whole, level=level, world=world)
     key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
     rows = np.unique(key, axis=1, return_index=True)[1]
@@ -81,7 +81,7 @@ def select(
     boxes = np.stack([found[f"shape_{name}"][rows] for name in BOX_COLUMNS], axis=1).astype(float)
     pose = matrices(found)[rows]
     shown = np.zeros(len(rows), bool)
-    for view in sampled_views(rig, prior, near, far):
+    for view in sample_views(rig, prior, near, far):
         if shown.all():
             break
         rest = np.flatnonzero(~shown & (low <= view.bounds[3:]).all(axis=1) & (high >= view.bounds[:3]).all(axis=1))

@@ -1,4 +1,4 @@
-"""Step 4: arcs fitted to the members that cutting gives them, and the columns that follow from them."""
+"""Step 4: arcs fitted to the edge elements that segmentation gives them, and the columns that follow from them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -7,12 +7,19 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction import covariances
-from vision.extraction.courses import Deviations, drawn_inwards, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.covariances import STATIONS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import Chains
+from vision.extraction.refined_polylines import (
+    Deviations,
+    compute_curvature_bias,
+    measure_from_circles,
+    measure_from_ellipses,
+    measure_from_lines,
+    refine_polylines,
+)
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -42,8 +49,8 @@ class Arcs:
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
     direction; `residual` (px) the rms distance of its elements.  `significance` is minus the decimal logarithm of its
     number of false alarms, NaN before clearing (see the module of that name).  `covariance` (n, 8, 8) is that of the
-    parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
-    `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
+    parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i contains edge elements
+    `elements[offsets[i] : offsets[i + 1]]`, in order; its refined polyline has the points (`x`, `y`) of the same slice,
     measured with the elements around them to `point_sigma` (px) across.
     """
 
@@ -104,12 +111,12 @@ def concatenate(parts: Sequence[Arcs]) -> Arcs:
     return Arcs(**columns)
 
 
-def correlation_at(scale: float) -> float:
+def compute_correlation(scale: float) -> float:
     """How many elements count as one: a pixel apart, they share most of their windows."""
     return float(2.0 * np.sqrt(np.pi) * scale)
 
 
-def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
+def weigh_elements(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
     """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
     beside it give."""
     contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
@@ -117,7 +124,7 @@ def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
     return np.asarray(1.0 / (sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
 
 
-def ellipses_of(
+def fit_group_ellipses(
     x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer]
 ) -> Ellipses:
     """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
@@ -139,7 +146,7 @@ def _unbiased_ellipses(
 ) -> Ellipses:
     """Ellipses through the members of the arcs `ovals`, each moved out of the curve to where smoothing drew it from;
     most, by far, where the ellipse is most bent, so that no parameter of it could be corrected for all."""
-    found = ellipses_of(x, y, w, members, ovals[:, None])
+    found = fit_group_ellipses(x, y, w, members, ovals[:, None])
     rows = np.flatnonzero(np.isin(members.chain_of_member, ovals))
     which = np.searchsorted(ovals, members.chain_of_member[rows])
     for _ in range(_UNBENDING):
@@ -155,17 +162,20 @@ def _seen_of_ellipses(
     x: FloatArray, y: FloatArray, ellipses: Ellipses, which: IndexArray, half_spread: FloatArray, scale: float
 ) -> Deviations:
     """Deviations of points (m,) from where smoothing draws the ellipses `which` (m,) names; `half_spread` is theirs."""
-    found = from_ellipses(x, y, ellipses, which, half_spread[which])
+    found = measure_from_ellipses(x, y, ellipses, which, half_spread[which])
     bias = np.minimum(found.bias, half_spread[which] / scale)
     return replace(found, distance=found.distance + bias, bias=bias)
 
 
-def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: BoolArray, *, scale: float) -> Arcs:
-    """Final fits of arcs with these members and of these kinds, as `cutting.cut_arcs` gives them, and the columns that
-    follow from them; `turned` says of each edge element whether its bright side is on the right of the walk."""
+def measure_arcs(
+    edges: EdgeElements, members: Chains, kinds: IntArray, bright_right: BoolArray, *, scale: float
+) -> Arcs:
+    """Final fits of arcs with these members and of these kinds, as `segmentation.segment_chains` gives them, and the
+    columns that follow from them; `bright_right` says of each edge element whether its bright side is on the right of
+    the walk."""
     from vision.extraction import _arc_kernels
 
-    correlation, w = correlation_at(scale), weight_of(edges, members, scale)
+    correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale)
     x, y = members.beside(edges.x, edges.y)
     fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
     flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * _FLAT * fit[:, 2])  # or no circle at all
@@ -191,7 +201,7 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     spoke = ends - centre
     spoke_length = np.maximum(np.linalg.norm(spoke, axis=2, keepdims=True), 1e-12)
     drawn = np.zeros(len(kinds))
-    drawn[circular[:, 0]] = drawn_inwards(radius[circular[:, 0]], half_spread[circular[:, 0]])
+    drawn[circular[:, 0]] = compute_curvature_bias(radius[circular[:, 0]], half_spread[circular[:, 0]])
     unbiased = radius + drawn
     on_circle = centre + spoke / spoke_length * unbiased[:, None]
     start, end = np.where(line, on_line, np.where(circular, on_circle, ends))
@@ -199,18 +209,18 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     steps = np.hypot(np.diff(x, append=0.0), np.diff(y, append=0.0))
     steps[last] = 0.0
     walked = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
-    closing = np.hypot(*(ends[0] - ends[1]).T)
+    end_gap = np.hypot(*(ends[0] - ends[1]).T)
     major, minor = radius, np.where(kinds == ELLIPTIC, radius2, radius)
     # of the whole ellipse, after Ramanujan
     whole = np.pi * (3.0 * (major + minor) - np.sqrt((3.0 * major + minor) * (major + 3.0 * minor)))
-    round_trip = curved & (closing < 0.15 * walked) & (walked > _ROUND * whole)
+    round_trip = curved & (end_gap < 0.15 * walked) & (walked > _ROUND * whole)
     closed = members.closed | round_trip
-    length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
+    length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, end_gap, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     deviations, covariance = _deviations(
         x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale
     )
-    course = settle(edges, members, deviations, scale)
+    polyline = refine_polylines(edges, members, deviations, scale)
     if (kinds == FREE).any():
         bends = kinds == FREE
         own = bends[members.chain_of_member]
@@ -219,8 +229,8 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
         fit[bends, 7] = np.add.reduceat(deviations.distance[own] ** 2, begins) / count
         variance[bends] = np.add.reduceat(deviations.sigma[own] ** 2, begins) / count
     free = np.isin(kinds, (FREE, ELLIPTIC))[:, None]
-    start = np.where(free, np.column_stack([course.x[first], course.y[first]]), start)
-    end = np.where(free, np.column_stack([course.x[last], course.y[last]]), end)
+    start = np.where(free, np.column_stack([polyline.x[first], polyline.y[first]]), start)
+    end = np.where(free, np.column_stack([polyline.x[last], polyline.y[last]]), end)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
@@ -243,10 +253,10 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
         covariance=covariance,
         offsets=members.offsets,
         elements=members.elements,
-        bright_left=~turned[members.elements],
-        x=course.x,
-        y=course.y,
-        point_sigma=course.sigma,
+        bright_left=~bright_right[members.elements],
+        x=polyline.x,
+        y=polyline.y,
+        point_sigma=polyline.sigma,
     )
 
 
@@ -278,10 +288,10 @@ def _deviations(
             )
         elif kind == LINE:
             line = fit[:, :4].take(at, axis=0)
-            found = from_lines(px, py, line)
+            found = measure_from_lines(px, py, line)
             jacobian = covariances.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
         elif kind == CIRCULAR:
-            found = from_circles(px, py, fit[:, :3].take(at, axis=0), drawn[at])
+            found = measure_from_circles(px, py, fit[:, :3].take(at, axis=0), drawn[at])
             jacobian = covariances.of_circles(found)
         else:
             which = np.searchsorted(own, at)
@@ -292,6 +302,6 @@ def _deviations(
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]
             covariance[own, :size, :size] = covariances.of_parameters(
-                jacobian, found.distance, w[rows], sigma[rows], first, correlation_at(scale)
+                jacobian, found.distance, w[rows], sigma[rows], first, compute_correlation(scale)
             )
     return Deviations(*columns), covariance

@@ -8,8 +8,8 @@ as one.
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.courses import PRIOR_FREEDOM, Deviations
 from vision.extraction.ellipses import Ellipses
+from vision.extraction.refined_polylines import PRIOR_FREEDOM, Deviations
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.intp]

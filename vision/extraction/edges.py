@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from relmodel.errors import InputError
 from vision.extraction.facets import gaussian_kernels, in_bands
-from vision.extraction.noise import noise_curve
+from vision.extraction.noise import estimate_noise
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
@@ -59,7 +59,7 @@ def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
     )
 
 
-def grey_image(image: npt.ArrayLike) -> FloatArray:
+def to_grey(image: npt.ArrayLike) -> FloatArray:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
     0..255.
 
@@ -68,20 +68,20 @@ def grey_image(image: npt.ArrayLike) -> FloatArray:
     """
     array = np.asarray(image)
     if array.ndim != 2 or array.size == 0:
-        raise InputError(f"an image of shape {array.shape} is not a grey picture: hand in rows x columns")
+        raise InputError(f"an image of shape {array.shape} is not a grey image: give rows x columns")
     if array.dtype.kind not in "buif":
-        raise InputError(f"an image of {array.dtype.name} is not a grey picture: hand in numbers")
+        raise InputError(f"an image of {array.dtype.name} is not a grey image: give numbers")
     scale = {"b1": 255.0, "u2": 1.0 / 257.0}.get(array.dtype.str[1:], 1.0)
     grey = np.require(array * scale if scale != 1.0 else array, np.float64, ("C", "W"))
     least, greatest = float(grey.min()), float(grey.max())
     if not (np.isfinite(least) and np.isfinite(greatest)):
-        raise InputError("the image holds values that are not finite: mend it before extraction")
+        raise InputError("the image contains values that are not finite: replace them before extraction")
     if max(-least, greatest) > _BEYOND:
-        raise InputError(f"the image holds {least:g} to {greatest:g}: hand in grey on 0..255, or 8 or 16 bits")
+        raise InputError(f"the image has values from {least:g} to {greatest:g}: give grey on 0..255, or 8 or 16 bits")
     return grey
 
 
-def edge_elements(
+def detect_edges(
     image: npt.ArrayLike,
     sigma: float = 1.4,
     *,
@@ -93,16 +93,16 @@ def edge_elements(
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
     Kept: contrast at least `min_contrast` grey, F-test of the gradient below `significance`, predicted position sigma
-    at most `max_sigma` px.  `noise` (256,) is the curve of `noise_curve`, estimated when not given.  No element lies
+    at most `max_sigma` px.  `noise` (256,) is the curve of `estimate_noise`, estimated when not given.  No element lies
     within two and a half sigma of the border, where the mirrored picture would displace it.
     """
     from vision.extraction import _edge_kernels
 
-    grey = grey_image(image)
+    grey = to_grey(image)
     rows, columns = grey.shape
     kernels = gaussian_kernels(sigma)
     kappa, operator_variance = _calibration(sigma)
-    curve = noise_curve(grey) if noise is None else np.asarray(noise, dtype=np.float64)
+    curve = estimate_noise(grey) if noise is None else np.asarray(noise, dtype=np.float64)
     covariance = kernels.moment_covariance
     variances = np.array(
         [

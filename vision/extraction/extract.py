@@ -11,19 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import InputError, UsageError
+from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
-from vision.extraction.closing import close_ends
-from vision.extraction.cutting import cut_arcs
-from vision.extraction.edges import EdgeElements, grey_image
+from vision.extraction.edges import EdgeElements, to_grey
+from vision.extraction.end_points import snap_end_points
 from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
-from vision.extraction.marks import ArcMarks, arc_marks, crest_marks
-from vision.extraction.noise import noise_curve
-from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
-from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
-from vision.extraction.scales import elements_over_scales
-from vision.extraction.significance import clear, significance, surprises
-from vision.extraction.topography import Crests, crest_arcs, label_histogram, mark_inflections, topographic_labels
+from vision.extraction.noise import estimate_noise
+from vision.extraction.regions import Regions, draw_edge_mask, find_leak_proof_regions, find_plain_regions
+from vision.extraction.relations import RegionArcs, Relations, find_region_arcs, find_relations
+from vision.extraction.scales import detect_edges_over_scales
+from vision.extraction.segmentation import segment_chains
+from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
+from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -35,14 +35,12 @@ class ExtractionParameters:
     """What an extraction depends on besides the picture.
 
     `scales` (px) of the facets for edges, ascending: of several, a finer one needs a coarser to confirm what it sees;
-    `topography_scale` for the labels; `min_contrast` (grey 0..255),
-    `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
-    linked; chains shorter than `min_elements` are cleared, and arcs below `min_significance`, minus the decimal
-    logarithm of the number of false alarms a megapixel; `fill_reach` (px) of bridges, `join_reach` (px) of arcs;
-    `regions` is `leak-proof` or `plain`; ridges and ravines of height `min_crest` and `min_crest_elements` become arcs;
-    `relation_radius` in px.
-    `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
-    """
+    `topography_scale` for the labels; `min_contrast` (grey 0..255), `significance` of the gradient and `max_sigma` (px)
+    of edge elements; elements of at least `link_contrast` are linked; chains shorter than `min_elements` are cleared,
+    and arcs below `min_significance`, minus the decimal logarithm of the number of false alarms a megapixel;
+    `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof` or `plain`; ridges and ravines of
+    height `min_ridge_height` and `min_ridge_elements` become arcs; `relation_radius` in px. `mask`: SHA-256 of the
+    region of interest, set by `extract`; empty where the whole picture is looked at."""
 
     scales: tuple[float, ...] = (1.4,)
     topography_scale: float = 2.0
@@ -56,8 +54,8 @@ class ExtractionParameters:
     join_reach: float = 40.0
     regions: str = "leak-proof"
     min_region_area: int = 40
-    min_crest: float = 6.0
-    min_crest_elements: int = 20
+    min_ridge_height: float = 6.0
+    min_ridge_elements: int = 20
     relation_radius: float = 80.0
     mask: str = ""
 
@@ -68,7 +66,7 @@ class ExtractionParameters:
         if not 0.0 < self.significance <= 1.0:
             raise UsageError(f"a significance of {self.significance} is no probability: give one of 0 to 1")
         if self.regions not in ("leak-proof", "plain"):
-            raise UsageError(f"there are no regions of kind {self.regions}: ask for leak-proof or plain")
+            raise UsageError(f"there are no regions of kind {self.regions}: choose leak-proof or plain")
 
     def to_json(self) -> str:
         """All parameters, defaults included, keys sorted."""
@@ -79,11 +77,10 @@ class ExtractionParameters:
 class Extraction:
     """All that was found in one picture of `shape` (rows, columns).
 
-    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
+    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `quality`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
-    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`, their marks
-    `crest_marks`; `timings_s` says how long each stage kept the next waiting.
-    """
+    (regions, 11) counts them; `ridge_arcs` run along ridges and ravines, their elements those of `ridges`, their
+    quality `ridge_quality`; `timings_s` says how long each stage kept the next waiting."""
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
@@ -92,14 +89,14 @@ class Extraction:
     chains: Chains
     arcs: Arcs
     junctions: Junctions
-    marks: ArcMarks
+    quality: ArcQuality
     regions: Regions
     region_arcs: RegionArcs
     labels: npt.NDArray[np.uint8]
     topography: npt.NDArray[np.int64]
-    crests: Crests
-    crest_arcs: Arcs
-    crest_marks: ArcMarks
+    ridges: Ridges
+    ridge_arcs: Arcs
+    ridge_quality: ArcQuality
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
@@ -119,7 +116,7 @@ def extract(
 
     With `mask` (rows, columns), what lies where it is false or zero belongs to nothing: no edge element is kept there
     and no region reaches there.  A picture too small for a facet (11 px) or without contrast gives one region and no
-    arc.  Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `grey_image`
+    arc.  Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `to_grey`
     does, and for a mask of another shape or that leaves nothing.
     """
     p = parameters
@@ -132,18 +129,18 @@ def extract(
         timings[stage] = now - clock
         clock = now
 
-    grey = grey_image(image)
+    grey = to_grey(image)
     if mask is not None:
         mask = np.asarray(mask, dtype=np.bool_)
         if mask.shape != grey.shape:
             size, (rows, columns) = "x".join(map(str, mask.shape[::-1])), grey.shape
             raise InputError(f"the mask is {size}, the picture {columns}x{rows}: give a mask of the same size")
         if not mask.any():
-            raise InputError("the mask leaves nothing of the picture: mark part of it")
+            raise InputError("the mask leaves nothing of the picture: paint part of it white")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
-    noise = noise_curve(grey)
+    noise = estimate_noise(grey)
     lap("noise")
-    edges = elements_over_scales(
+    edges = detect_edges_over_scales(
         grey,
         p.scales,
         min_contrast=p.min_contrast,
@@ -160,34 +157,34 @@ def extract(
         # Cleared is only when the arcs are known: a bridge or a join can make significant what alone is not.
         chains = link(edges, shape, min_contrast=p.link_contrast)
         chains = chains.take(chains.counts >= p.min_elements)
-        surprising = beside.submit(surprises, grey, edges, chains.elements)
-        sculpted = beside.submit(_topography, grey, noise, mask, p)
+        scoring = beside.submit(compute_false_alarm_terms, grey, edges, chains.elements)
+        labelling = beside.submit(_topography, grey, noise, mask, p)
         chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
         lap("linking")
-        members, kinds, turned = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
-        surprise = surprising.result()
-        kept, keeping = clear(surprise, members, chains, min_significance=p.min_significance)
+        members, kinds, turned = segment_chains(edges, chains, scale=p.scales[0], reach=p.join_reach)
+        terms = scoring.result()
+        kept, keeping = select_significant(terms, members, chains, min_significance=p.min_significance)
         members, chains = members.take(kept), chains.take(keeping)
         arcs = measure_arcs(edges, members, kinds[kept], turned, scale=p.scales[0])
-        arcs = replace(arcs, significance=significance(surprise, members))
+        arcs = replace(arcs, significance=compute_significance(terms, members))
         lap("arcs")
         junctions = find_junctions(grey, arcs)
-        arcs = close_ends(arcs, junctions)
-        marking = beside.submit(arc_marks, grey, edges, arcs)
+        arcs = snap_end_points(arcs, junctions)
+        assessing = beside.submit(assess_arcs, grey, edges, arcs)
         lap("junctions")
-        barrier, linked = edge_mask(edges, chains, arcs, junctions, shape), edges.take(np.unique(chains.elements))
+        barrier, linked = draw_edge_mask(edges, chains, arcs, junctions, shape), edges.take(np.unique(chains.elements))
         if p.regions == "leak-proof":
-            regions = leak_proof_regions(grey, barrier, min_area=p.min_region_area, inside=mask, edges=linked)
+            regions = find_leak_proof_regions(grey, barrier, min_area=p.min_region_area, inside=mask, edges=linked)
         else:
-            regions = plain_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
+            regions = find_plain_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
         lap("regions")
-        labels, crests, courses, marks_of_courses = sculpted.result()
+        labels, ridges, polylines, quality_of_ridges = labelling.result()
         mark_inflections(labels, linked.pixel)
-        marks = marking.result()
-        lap("topography and marks")
-    histogram = label_histogram(labels, regions.labels, len(regions))
-    borders = region_arcs(edges, arcs, regions)
-    found = relations(arcs, junctions, regions, borders, radius=p.relation_radius)
+        quality = assessing.result()
+        lap("topography and quality")
+    histogram = count_labels(labels, regions.labels, len(regions))
+    borders = find_region_arcs(edges, arcs, regions)
+    found = find_relations(arcs, junctions, regions, borders, radius=p.relation_radius)
     lap("relations")
     return Extraction(
         shape,
@@ -197,14 +194,14 @@ def extract(
         chains,
         arcs,
         junctions,
-        marks,
+        quality,
         regions,
         borders,
         labels,
         histogram,
-        crests,
-        courses,
-        marks_of_courses,
+        ridges,
+        polylines,
+        quality_of_ridges,
         found,
         timings,
     )
@@ -212,16 +209,16 @@ def extract(
 
 def _topography(
     grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
-) -> tuple[npt.NDArray[np.uint8], Crests, Arcs, ArcMarks]:
-    """Labels without inflections, crests, the arcs along these and their marks."""
-    labels, crests = topographic_labels(grey, noise, sigma=p.topography_scale)
+) -> tuple[npt.NDArray[np.uint8], Ridges, Arcs, ArcQuality]:
+    """Labels without inflections, ridges, the arcs along these and their marks."""
+    labels, ridges = label_topography(grey, noise, sigma=p.topography_scale)
     if mask is not None:
-        crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
-    courses = crest_arcs(
-        crests,
+        ridges = ridges.take(mask.reshape(-1)[ridges.elements.pixel])
+    polylines = fit_ridge_arcs(
+        ridges,
         (grey.shape[0], grey.shape[1]),
         scale=p.topography_scale,
-        min_height=p.min_crest,
-        min_elements=p.min_crest_elements,
+        min_height=p.min_ridge_height,
+        min_elements=p.min_ridge_elements,
     )
-    return labels, crests, courses, crest_marks(grey, crests.elements, courses)
+    return labels, ridges, polylines, assess_ridge_arcs(grey, ridges.elements, polylines)

@@ -8,8 +8,8 @@ exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the sp
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.courses import PRIOR_FREEDOM, Deviations
 from vision.extraction.covariances import STATIONS
+from vision.extraction.refined_polylines import PRIOR_FREEDOM, Deviations
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def _fit(
 
 
 def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[FloatArray]:
-    """The main diagonal of the covariance of members at `place` and those above it, as far as it is not nought."""
+    """The main diagonal of the covariance of members at `place` and those above it, as far as they are not zero."""
     out = [sigma * sigma]
     for lag in range(1, len(place)):
         near = np.exp(-(((place[lag:] - place[:-lag]) / (2.0 * scale)) ** 2))

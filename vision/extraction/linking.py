@@ -63,7 +63,7 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
     used = np.flatnonzero(edges.contrast >= min_contrast)
     x, y, nx, ny = (column.take(used) for column in (edges.x, edges.y, edges.nx, edges.ny))
     successor = _link_kernels.mutual_successors(x, y, nx, ny, edges.pixel.take(used), *shape)
-    order, offsets, closed = _followed(successor)
+    order, offsets, closed = _follow_links(successor)
     return Chains(used[order].astype(np.int32), offsets, closed)
 
 
@@ -80,7 +80,7 @@ def fill_gaps(
         return chains
     first, last = chains.elements[chains.offsets[opened]], chains.elements[chains.offsets[opened + 1] - 1]
     starts, ends = np.column_stack([edges.x[first], edges.y[first]]), np.column_stack([edges.x[last], edges.y[last]])
-    pairs = pairs_within(np.concatenate([ends, starts]), reach)
+    pairs = find_pairs_within(np.concatenate([ends, starts]), reach)
     pairs = pairs[(pairs[:, 0] < len(ends)) & (pairs[:, 1] >= len(ends))]
     tail, head = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].T
     head = head - len(ends)
@@ -102,11 +102,11 @@ def fill_gaps(
     for at in np.lexsort((head, tail, cost)):
         if next_chain[tail[at]] < 0 and previous[head[at]] < 0:
             next_chain[tail[at]], previous[head[at]] = head[at], tail[at]
-    sequence, offsets, looped = _followed(next_chain)
+    sequence, offsets, looped = _follow_links(next_chain)
     return _concatenate(chains, opened[sequence], offsets, looped)
 
 
-def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
+def find_pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
     from vision.extraction import _link_kernels
@@ -118,14 +118,14 @@ def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = Non
     return _link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
 
 
-def components(pairs: IndexArray, count: int) -> IndexArray:
+def label_components(pairs: IndexArray, count: int) -> IndexArray:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
     from vision.extraction import _link_kernels
 
     return _link_kernels.components(np.ascontiguousarray(pairs), count)
 
 
-def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+def _follow_links(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
     """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
     from vision.extraction import _link_kernels
 
@@ -162,7 +162,7 @@ def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
     return np.asarray(np.arccos(np.clip(chord[:, 0] * tx + chord[:, 1] * ty, -1.0, 1.0)))
 
 
-def grey_between(grey: FloatArray, place: FloatArray) -> FloatArray:
+def interpolate_grey(grey: FloatArray, place: FloatArray) -> FloatArray:
     """The bilinear grey at places (..., 2); beyond the border, that of the border."""
     from vision.extraction import _mark_kernels
 
@@ -175,5 +175,5 @@ def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, len
     share = np.linspace(0.1, 0.9, 9)
     points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]
     left = np.column_stack([chord[:, 1], -chord[:, 0]])[:, None, :]
-    grey_at = [grey_between(grey, points + side * left) for side in (2.0, -2.0)]
+    grey_at = [interpolate_grey(grey, points + side * left) for side in (2.0, -2.0)]
     return np.asarray((grey_at[0] - grey_at[1]).mean(axis=1))

@@ -15,7 +15,7 @@ _MIN_SAMPLES = 300
 _MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
 
 
-def noise_curve(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatArray:
+def estimate_noise(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatArray:
     """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
 
     `floor` is the least value reported, by default what rounding to eight bits leaves behind.

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.arcs import KINDS as _KINDS
-from vision.extraction.closing import closed_courses
 from vision.extraction.edges import EdgeElements
+from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.junctions import KINDS as _JUNCTIONS
 from vision.extraction.linking import Chains, link
@@ -23,7 +23,7 @@ _SHIFT = 4  # cv2 draws at fixed-point places
 # RGB, of the kinds of arcs in their order, of the topographic labels, of relations and kinds of junctions.
 _KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
 _TEXTURE_COLOUR = (150, 150, 150)
-_CREST_COLOUR = (255, 120, 0)
+_RIDGE_COLOUR = (255, 120, 0)
 _LABEL_COLOURS = {
     "peak": (255, 255, 255),
     "pit": (0, 0, 0),
@@ -76,7 +76,7 @@ def _draw_chains(grey: FloatArray, found: Extraction, chains: Chains) -> Picture
 
 def _arcs(grey: FloatArray, found: Extraction) -> Picture:
     """Arcs by kind; grey those that are more likely texture than edges."""
-    surely_edge = found.marks.texture <= 0.5
+    surely_edge = found.quality.texture <= 0.5
     kinds = found.arcs.kind.tolist()
     colours = [_KIND_COLOURS[k] if edge else _TEXTURE_COLOUR for k, edge in zip(kinds, surely_edge, strict=True)]
     canvas = _strokes(np.full((*found.shape, 3), 255, np.uint8), found.edges, found.arcs.chains, colours)
@@ -95,9 +95,9 @@ def _regions(grey: FloatArray, found: Extraction) -> Picture:
 def _topography(grey: FloatArray, found: Extraction) -> Picture:
     """The label of every pixel, and the arcs along ridges and ravines; grey those that are more likely texture."""
     canvas = np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
-    colours = [_TEXTURE_COLOUR if texture else _CREST_COLOUR for texture in found.crest_marks.texture > 0.5]
-    canvas = _strokes(canvas, found.crests.elements, found.crest_arcs.chains, colours)
-    return _with_key(canvas, {**_LABEL_COLOURS, "crests": _CREST_COLOUR, "likely texture": _TEXTURE_COLOUR})
+    colours = [_TEXTURE_COLOUR if texture else _RIDGE_COLOUR for texture in found.ridge_quality.texture > 0.5]
+    canvas = _strokes(canvas, found.ridges.elements, found.ridge_arcs.chains, colours)
+    return _with_key(canvas, {**_LABEL_COLOURS, "ridge lines": _RIDGE_COLOUR, "likely texture": _TEXTURE_COLOUR})
 
 
 def _junctions(grey: FloatArray, found: Extraction) -> Picture:
@@ -105,8 +105,8 @@ def _junctions(grey: FloatArray, found: Extraction) -> Picture:
     import cv2
 
     canvas = np.ascontiguousarray(_faded(grey))
-    course, offsets = closed_courses(found.arcs, found.junctions)
-    points = np.rint(np.column_stack([course.x, course.y]) * 2**_SHIFT).astype(np.int32)
+    polyline, offsets = snap_polylines(found.arcs, found.junctions)
+    points = np.rint(np.column_stack([polyline.x, polyline.y]) * 2**_SHIFT).astype(np.int32)
     cv2.polylines(canvas, np.split(points, offsets[1:-1]), False, _TEXTURE_COLOUR, 2, cv2.LINE_AA, _SHIFT)
     places = np.rint(np.column_stack([found.junctions.x, found.junctions.y]) * 2**_SHIFT).astype(np.int32)
     for place, kind in zip(places.tolist(), found.junctions.kind.tolist(), strict=True):
@@ -167,8 +167,8 @@ def _strokes(canvas: Picture, elements: EdgeElements, chains: Chains, colours: S
     canvas = np.ascontiguousarray(canvas)
     points = np.rint(np.column_stack([elements.x, elements.y]) * 2**_SHIFT).astype(np.int32)
     for i, colour in enumerate(colours):
-        course = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
-        cv2.polylines(canvas, [course], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)
+        polyline = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
+        cv2.polylines(canvas, [polyline], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)
     return canvas
 
 

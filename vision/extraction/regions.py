@@ -1,11 +1,10 @@
 """Step 5: regions, the sets of pixels that edges enclose.
 
-`plain_regions` is the step as the seed paper has it: maximal connected sets of pixels that are no edge.  One missing
-edge pixel joins two faces there.  `leak_proof_regions`, the default, floods the distance from the edges from its
-depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing cartoon
-animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as they are or
-no edge ends beside it.
-"""
+`find_plain_regions` is the step as the seed paper has it: maximal connected sets of pixels that are no edge.  One
+missing edge pixel joins two faces there.  `find_leak_proof_regions`, the default, floods the distance from the edges
+from its depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing
+cartoon animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as
+they are or no edge ends beside it."""
 
 from dataclasses import dataclass
 
@@ -15,7 +14,7 @@ import numpy.typing as npt
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import END, START, Junctions
-from vision.extraction.linking import Chains, components
+from vision.extraction.linking import Chains, label_components
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -72,7 +71,7 @@ class Regions:
         return len(self.area)
 
 
-def edge_mask(
+def draw_edge_mask(
     edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Junctions, shape: tuple[int, int]
 ) -> BoolArray:
     """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is within 10 px;
@@ -84,16 +83,18 @@ def edge_mask(
 
     canvas = np.zeros(shape, np.uint8)
     points = np.column_stack([edges.x[chains.elements], edges.y[chains.elements]])
-    courses = np.split(np.round(points * 16.0).astype(np.int32), chains.offsets[1:-1])
+    polylines = np.split(np.round(points * 16.0).astype(np.int32), chains.offsets[1:-1])
     for closed in (False, True):
-        alike = [courses[i] for i in np.flatnonzero(chains.closed == closed)]
+        alike = [polylines[i] for i in np.flatnonzero(chains.closed == closed)]
         cv2.polylines(canvas, alike, closed, 1, 1, cv2.LINE_8, 4)
     straight = np.flatnonzero(arcs.kind == LINE)
     start, end = np.column_stack([arcs.start_x, arcs.start_y]), np.column_stack([arcs.end_x, arcs.end_y])
-    course = np.column_stack([arcs.x, arcs.y])
+    polyline = np.column_stack([arcs.x, arcs.y])
     lines = np.hstack([start, end])[straight]
-    closing = np.stack([np.hstack([start, course[arcs.offsets[:-1]]]), np.hstack([end, course[arcs.offsets[1:] - 1]])])
-    for segments in (lines, closing):
+    end_segments = np.stack(
+        [np.hstack([start, polyline[arcs.offsets[:-1]]]), np.hstack([end, polyline[arcs.offsets[1:] - 1]])]
+    )
+    for segments in (lines, end_segments):
         cv2.polylines(canvas, list(np.round(segments).astype(np.int32).reshape(-1, 2, 2)), False, 1, 1)
     opened = ~chains.closed
     begin, behind = chains.offsets[:-1][opened], chains.offsets[1:][opened]
@@ -107,7 +108,7 @@ def edge_mask(
     doubtless = ~(arcs.significance[straight] < _DOUBTFUL)
     which, at = np.repeat(straight[doubtless], 2), np.tile([START, END], np.count_nonzero(doubtless))
     ends = lines[doubtless].reshape(-1, 2)
-    free = ~junctions.holds(which, at) & _lonely(arcs, ends, which, shape)
+    free = ~junctions.contains(which, at) & _lonely(arcs, ends, which, shape)
     away = np.where(at == END, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
     reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
     running_on = np.concatenate(
@@ -146,7 +147,9 @@ def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: np
     return np.stack([place[met], ray[met, hit[met].argmax(axis=1)]], axis=1)
 
 
-def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None) -> Regions:
+def find_plain_regions(
+    grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None
+) -> Regions:
     """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large, where `inside` is true."""
     import cv2
 
@@ -157,7 +160,7 @@ def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, insi
     return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32)))
 
 
-def leak_proof_regions(
+def find_leak_proof_regions(
     grey: FloatArray,
     mask: BoolArray,
     *,
@@ -243,7 +246,7 @@ def _merge(
     from vision.extraction import _region_kernels
 
     totals = _totals(grey, labels, depth)
-    a, b, sums = border_sums(labels, mask, _near_loose_ends(mask))
+    a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask))
     final = np.arange(len(totals), dtype=np.int32)
     borders = _Borders(a, b, sums.astype(np.float64))
     for _ in range(_ROUNDS):
@@ -256,7 +259,7 @@ def _merge(
     return labels, totals
 
 
-def border_sums(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
+def sum_borders(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
     """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `_border_kernels.borders`."""
     from vision.extraction import _border_kernels
 
@@ -335,7 +338,7 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     joined[pair[candidate[chosen]]] = True
     if not joined.any():
         return None
-    return components(np.column_stack([a, b])[joined], count).astype(np.int32)
+    return label_components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
 def _renumber(labels: IntArray, min_area: int) -> IntArray:

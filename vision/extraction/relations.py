@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
-from vision.extraction.junctions import COURSE, Junctions
-from vision.extraction.linking import pairs_within
-from vision.extraction.regions import Regions, border_sums
+from vision.extraction.junctions import INTERIOR, Junctions
+from vision.extraction.linking import find_pairs_within
+from vision.extraction.regions import Regions, sum_borders
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -69,7 +69,7 @@ class Relations:
     side; negative to the right); collinear, the gap between the nearer ends, whichever the bright sides; concentric,
     the distance of the centres; equal_radius, b's less a's; all in px.  Perpendicular, the angle between the lines;
     junction (an end of a meets an end of b), between the ways that both lead away; t_junction (an end of one meets the
-    course of the other), between the tangents; all in rad.
+    polyline of the other), between the tangents; all in rad.
     """
 
     kind: npt.NDArray[np.int8]
@@ -82,7 +82,7 @@ class Relations:
         return len(self.kind)
 
 
-def region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, *, min_share: float = 0.15) -> RegionArcs:
+def find_region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, *, min_share: float = 0.15) -> RegionArcs:
     """Regions beside the arcs, where at least `min_share` of the arc's elements, or ten of them, see the region."""
     rows, columns = regions.labels.shape
     element, arc = arcs.elements, arcs.chains.chain_of_member
@@ -107,7 +107,7 @@ def region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, *, min_share:
     )
 
 
-def relations(
+def find_relations(
     arcs: Arcs, junctions: Junctions, regions: Regions, borders: RegionArcs, *, radius: float = 80.0
 ) -> Relations:
     """All relations of `KINDS`; parallel lines up to `radius` px apart, collinear ones with gaps up to it."""
@@ -170,7 +170,7 @@ def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64]
     from vision.extraction import _border_kernels
 
     nowhere = np.zeros(labels.shape, np.bool_)
-    lesser, greater, sums = border_sums(labels, nowhere, nowhere)
+    lesser, greater, sums = sum_borders(labels, nowhere, nowhere)
     crossed = sums[:, _border_kernels.SIDES] + sums[:, _border_kernels.ASLANT] / np.sqrt(2.0)
     return lesser * count + greater, np.pi / 8.0 * crossed
 
@@ -187,7 +187,7 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
     nth = np.arange(len(owner)) - np.repeat(np.cumsum(samples) - samples, samples)
     along = np.minimum(nth * step, length[owner])
     points = start[owner] + direction[owner] * along[:, None]
-    one, other = (owner[point] for point in pairs_within(points, radius + 0.5 * step).T)
+    one, other = (owner[point] for point in find_pairs_within(points, radius + 0.5 * step).T)
     key = np.minimum(one, other) * len(line) + np.maximum(one, other)
     a, b = np.divmod(np.unique(key[one != other]), max(len(line), 1))
     cross = direction[a, 0] * direction[b, 1] - direction[a, 1] * direction[b, 0]
@@ -225,7 +225,8 @@ def _lines(arcs: Arcs, radius: float) -> tuple[Part, Part, Part]:
 
 
 def _junctions(arcs: Arcs, junctions: Junctions) -> tuple[Part, Part]:
-    """Ends that meet ends, and ends that meet the course of another arc, at the first junction that two arcs share."""
+    """Ends that meet ends, and ends that meet the polyline of another arc, at the first junction that two arcs
+    share."""
     of = junctions.junction
     pairs = [np.flatnonzero(of[step:] == of[:-step]) for step in range(1, int(np.unique_counts(of)[1].max(initial=1)))]
     a = np.concatenate([np.zeros(0, np.intp), *pairs])
@@ -235,10 +236,10 @@ def _junctions(arcs: Arcs, junctions: Junctions) -> tuple[Part, Part]:
     dot = junctions.away_x[a] * junctions.away_x[b] + junctions.away_y[a] * junctions.away_y[b]
     one, other = junctions.arc[a], junctions.arc[b]
     sigma = np.hypot(arcs.angle_sigma[one], arcs.angle_sigma[other])
-    on_course = (junctions.at[a] == COURSE).astype(np.intp) + (junctions.at[b] == COURSE)
+    on_interior = (junctions.at[a] == INTERIOR).astype(np.intp) + (junctions.at[b] == INTERIOR)
     parts = []
-    for courses, cosine in ((0, dot), (1, np.abs(dot))):
-        rows = np.flatnonzero(on_course == courses)
+    for polylines, cosine in ((0, dot), (1, np.abs(dot))):
+        rows = np.flatnonzero(on_interior == polylines)
         key = np.minimum(one, other)[rows].astype(np.int64) * max(len(arcs), 1) + np.maximum(one, other)[rows]
         rows = rows[np.unique(key, return_index=True)[1]]
         parts.append(_both_ways(one[rows], other[rows], np.arccos(np.clip(cosine[rows], -1.0, 1.0)), sigma[rows]))
@@ -254,7 +255,7 @@ def _centres(arcs: Arcs, radius: float) -> tuple[Part, Part]:
         nothing: Part = (which[:0], which[:0], np.zeros(0), np.zeros(0))
         return nothing, nothing
     centre = np.column_stack([arcs.centre_x, arcs.centre_y])[which]
-    pairs = pairs_within(centre, 3.0 * radius)
+    pairs = find_pairs_within(centre, 3.0 * radius)
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     apart = np.linalg.norm(centre[pairs[:, 0]] - centre[pairs[:, 1]], axis=1)
     a, b = which[pairs].T

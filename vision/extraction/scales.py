@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import UsageError
-from vision.extraction.edges import EdgeElements, concatenate, edge_elements
+from vision.extraction.edges import EdgeElements, concatenate, detect_edges
 
 FloatArray = npt.NDArray[np.float64]
 
 _REACH = 1.5  # standard deviations of the operator within which a partner lies
 
 
-def elements_over_scales(
+def detect_edges_over_scales(
     grey: FloatArray,
     scales: Sequence[float],
     *,
@@ -29,12 +29,12 @@ def elements_over_scales(
 ) -> EdgeElements:
     """Edge elements of a grey image at facet scales `scales` px, ascending; one scale needs no partner.
 
-    The other arguments are those of `edge_elements`.  Raises UsageError for scales that do not ascend.
+    The other arguments are those of `detect_edges`.  Raises UsageError for scales that do not ascend.
     """
     if list(scales) != sorted(set(scales)) or not scales:
         raise UsageError(f"facet scales {', '.join(map(str, scales))} do not ascend: name each once, the finest first")
     found = [
-        edge_elements(
+        detect_edges(
             grey, scale, min_contrast=min_contrast, significance=significance, max_sigma=max_sigma, noise=noise
         )
         for scale in scales

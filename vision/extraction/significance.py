@@ -1,4 +1,4 @@
-"""How many chains or arcs as good as one its surroundings would show by chance: the number of false alarms.
+"""The number of false alarms of a chain or arc: how many as strong its surroundings would show by chance.
 
 Desolneux, Moisan, Morel, "Meaningful alignments" (IJCV 40, 2000) and "Edge detection by Helmholtz principle" (JMIV 14,
 2001), for machined metal, whose streaks are no chance alignments of pixels but long themselves.  So the step is asked
@@ -22,7 +22,7 @@ BoolArray = npt.NDArray[np.bool_]
 
 _BESIDE = 4.0  # px
 _CELL, _AROUND = 48, 5  # px; cells across the surroundings of a cell
-_STRIDE = 6  # px between the steps that the surroundings are judged by
+_STRIDE = 6  # px between the steps that the surroundings are sampled at
 _TURNS = 8  # orientations modulo pi
 _AN_OCTAVE = 3.5  # grades of height
 _STREAK = 20.0  # elements that count as one observation, after the first
@@ -31,9 +31,9 @@ _TESTS = 1000.0  # chains tested a megapixel of brushed metal
 _LEAST = 1e-300
 
 
-def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer]) -> FloatArray:
+def compute_false_alarm_terms(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer]) -> FloatArray:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
-    that show as high a step of its sign and orientation; beside all elements, zero for the others."""
+    that show as high a step of its sign and orientation; one value per edge element, zero for the others."""
     from vision.extraction import _mark_kernels, _significance_kernels
 
     heights = np.arange(256)
@@ -56,28 +56,29 @@ def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integ
     return out
 
 
-def significance(surprise: FloatArray, chains: Chains) -> FloatArray:
-    """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `surprise` is of all elements."""
+def compute_significance(terms: FloatArray, chains: Chains) -> FloatArray:
+    """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `terms` is of all elements."""
     from scipy.special import gammaincc
 
     observed = 1.0 + chains.counts / _STREAK
-    tail = gammaincc(observed, observed * chains.mean(surprise))
+    tail = gammaincc(observed, observed * chains.mean(terms))
     return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(_TESTS))
 
 
-def clear(
-    surprise: FloatArray, arcs: Chains, chains: Chains, *, min_significance: float
+def select_significant(
+    terms: FloatArray, arcs: Chains, chains: Chains, *, min_significance: float
 ) -> tuple[BoolArray, BoolArray]:
-    """Which of the arcs, given by their members, are significant or of a chain that is; and which chains hold them."""
-    of_significant = np.zeros(len(surprise), np.bool_)
-    of_significant[chains.elements] = np.repeat(significance(surprise, chains) >= min_significance, chains.counts)
-    kept = (significance(surprise, arcs) >= min_significance) | _holds_any(of_significant, arcs)
-    of_arc = np.zeros(len(surprise), np.bool_)
+    """Which of the arcs, given by their members, are significant or of a chain that is; and which chains contain
+    them."""
+    of_significant = np.zeros(len(terms), np.bool_)
+    of_significant[chains.elements] = np.repeat(compute_significance(terms, chains) >= min_significance, chains.counts)
+    kept = (compute_significance(terms, arcs) >= min_significance) | _contains_any(of_significant, arcs)
+    of_arc = np.zeros(len(terms), np.bool_)
     of_arc[arcs.take(kept).elements] = True
-    return kept, _holds_any(of_arc, chains)
+    return kept, _contains_any(of_arc, chains)
 
 
-def _holds_any(marked: BoolArray, chains: Chains) -> BoolArray:
+def _contains_any(marked: BoolArray, chains: Chains) -> BoolArray:
     """(n,): whether any element of each chain is `marked`."""
     return (
         np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)

@@ -15,16 +15,16 @@ from vision.cameras.cameras import Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_prior, read_rig
 from vision.cameras.images import Picture, read_picture
-from vision.cameras.view_volume import FAR_MM, NEAR_MM, Selection, select
+from vision.cameras.view_volume import FAR_MM, NEAR_MM, Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction.extract import Extraction, ExtractionParameters, extract
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.record import Inspected, record_inspection
-from vision.localisation.depth_range import predicted_depth_range
+from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.parts_in_view import PartsInView, parts_in_view
+from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
 from vision.localisation.scene import Floats
-from vision.localisation.stored_scene import StoredScene, scene_from_store
+from vision.localisation.stored_scene import StoredScene, read_scene
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
 
@@ -105,11 +105,11 @@ def inspect(
         world_id, world_name = world_named(store, connection, world)
     if world_id < 0:
         raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    selection = select(store, cameras, believed, NEAR_MM, FAR_MM, world=world_name)
+    selection = select_in_view(store, cameras, believed, NEAR_MM, FAR_MM, world=world_name)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
     with store.read() as connection:
-        stored = scene_from_store(store, connection, world_id, selection.occurrence_id.tolist())
+        stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
     clock.lap("select")
 
     inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
@@ -137,7 +137,7 @@ def inspect(
         parts = None
         if found.best is not None and found.verdict != "refused":
             with store.read() as connection:
-                parts = parts_in_view(store, connection, stored, cameras, found.best.refined.world_from_rig)
+                parts = find_parts_in_view(store, connection, stored, cameras, found.best.refined.world_from_rig)
         clock.lap("view")
         if overlay is not None:
             draw_overlay(overlay, pictures, cameras, found)
@@ -165,7 +165,7 @@ def _stereo(stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, 
     """Matches of a pair; None for one camera."""
     if len(extractions) < 2:
         return None
-    depths = predicted_depth_range(stored.scene, rig, prior.world_from_rig, prior.covariance)
+    depths = predict_depth_range(stored.scene, rig, prior.world_from_rig, prior.covariance)
     return match_stereo(rig, extractions["left"], extractions["right"], depths)
 
 

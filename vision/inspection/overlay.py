@@ -17,7 +17,7 @@ MATCHED, UNMATCHED, BLEND = (60, 220, 60), (240, 70, 60), (70, 130, 250)
 
 def draw_overlay(path: str | Path, pictures: dict[str, Picture], rig: Rig, found: Localisation) -> None:
     """Write the pictures side by side with the visible arcs of the model: matched to an image arc in green, not matched
-    in red, rims of blends (which show as shading, not as edges) in blue."""
+    in red, edges of blends (which show as shading, not as edges) in blue."""
     drawn = []
     for name, picture in pictures.items():
         strokes = []

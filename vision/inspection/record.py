@@ -17,12 +17,12 @@ from vision.cameras.view_volume import Selection
 from vision.extraction.extract import Extraction
 from vision.extraction.record import record_extraction
 from vision.localisation.correspondence import REASONS
-from vision.localisation.judge import Hypothesis
 from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
 from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene
+from vision.localisation.verdict import Hypothesis
 from vision.localisation.views import KINDS, SILHOUETTE
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo

@@ -32,7 +32,7 @@ class ArcShapes:
     moment: Floats
 
 
-def arc_shapes(scene: Scene) -> ArcShapes:
+def describe_arc_shapes(scene: Scene) -> ArcShapes:
     """The shapes of a scene's arcs, for congruence up to displacement."""
     arc, row = np.unique(scene.sample_arc, return_inverse=True)
     t, w = scene.sample_tangent, scene.sample_length
@@ -44,7 +44,7 @@ def arc_shapes(scene: Scene) -> ArcShapes:
     return ArcShapes(arc.astype(np.int64), length, mean[:, :3], mean[:, 3:])
 
 
-def displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float) -> Floats:
+def find_displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float) -> Floats:
     """Displacements (k, 3) of the world, mm, that carry much of what is visible onto congruent arcs, best first.
 
     visible_arc (n,), visible_length (n,): samples' arcs and what each stands for.
@@ -82,7 +82,7 @@ def displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, 
     return np.array(kept).reshape(-1, 3)
 
 
-def shifted_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float) -> Floats:
+def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float) -> Floats:
     """Poses (k, 4, 4) displaced by `shifts` (n, 3) of the world, those the prior finds likeliest first; those beyond
     `most_sigma` are left out."""
     poses = np.repeat(world_from_rig[None], len(shifts), axis=0)

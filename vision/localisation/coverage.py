@@ -23,7 +23,7 @@ class Coverage:
     covered: Floats
 
 
-def coverage(
+def measure_coverage(
     scene: Scene, camera: Camera, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
 ) -> Coverage:
     """Coverage of groups of surfaces; `group[i]` holds `surface[i]`, a surface may be in several groups."""

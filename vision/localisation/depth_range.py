@@ -12,7 +12,7 @@ CELL_PX = 8
 SIGMAS = 3.0
 
 
-def predicted_depth_range(
+def predict_depth_range(
     scene: Scene, rig: Rig, world_from_rig: Floats, covariance: Floats, camera: str = "left"
 ) -> DepthRange:
     """Least and greatest depth of the model at each cell of the picture of `camera`, mm, widened by three sigma of what

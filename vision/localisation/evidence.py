@@ -52,13 +52,13 @@ class EdgePoints:
     grey_range: float
 
 
-def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camera: Camera) -> EdgePoints:
+def collect_edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camera: Camera) -> EdgePoints:
     """The edge elements of a picture (rows, columns) without the camera's distortion."""
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
-    rim = np.array([RIM_PX, RIM_PX]), np.array([camera.width, camera.height]) - 1.0 - RIM_PX
+    bounds = np.array([RIM_PX, RIM_PX]), np.array([camera.width, camera.height]) - 1.0 - RIM_PX
     dark, bright = np.percentile(image[::4, ::4], [1, 99])
-    low, high, sigma = *rim, elements.sigma
+    low, high, sigma = *bounds, elements.sigma
     if not camera.is_pinhole:
         # Edges turn as their tangents do; sigma grows or shrinks with the scale across.
         tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
@@ -70,8 +70,8 @@ def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camer
         sigma = sigma * np.abs(np.einsum("ni,ni->n", across - beside, normal))
         position = camera.undistort(position)
         x, y = (np.linspace(low[i], high[i], 65) for i in (0, 1))
-        border = [np.stack(np.meshgrid(x, rim_y), axis=-1).reshape(-1, 2) for rim_y in (low[1], high[1])]
-        border += [np.stack(np.meshgrid(rim_x, y), axis=-1).reshape(-1, 2) for rim_x in (low[0], high[0])]
+        border = [np.stack(np.meshgrid(x, border_y), axis=-1).reshape(-1, 2) for border_y in (low[1], high[1])]
+        border += [np.stack(np.meshgrid(border_x, y), axis=-1).reshape(-1, 2) for border_x in (low[0], high[0])]
         ideal = camera.undistort(np.concatenate(border))
         low, high = ideal.min(axis=0), ideal.max(axis=0)
     return EdgePoints(
@@ -83,10 +83,9 @@ def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camer
 class Evidence:
     """One picture's log likelihood ratios on cells of `cell` px: field (ORIENTATIONS, rows, columns), float32.
 
-    The cell [r, c] is centred at pixel `origin + cell * (c, r)`.  A rim of `pad` cells without evidence surrounds the
-    picture, so that kernels can look beyond it.  chance (classes, ORIENTATIONS, blocks, blocks): how often cells have
-    each strength there, on blocks of `block` cells without the rim.
-    """
+    The cell [r, c] is centred at pixel `origin + cell * (c, r)`.  A border of `pad` cells without evidence surrounds
+    the picture, so that kernels can look beyond it.  chance (classes, ORIENTATIONS, blocks, blocks): how often cells
+    have each strength there, on blocks of `block` cells without the border."""
 
     field: NDArray[np.float32]
     cell: float
@@ -99,7 +98,7 @@ class Evidence:
         """Mean and variance (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""
         index = np.floor(((pixel - self.origin) / self.cell - self.pad + 0.5) / self.block).astype(np.int64)
         index = np.clip(index, 0, np.array(self.chance.shape[:1:-1]) - 1)
-        b = orientation_bin(direction)
+        b = bin_orientations(direction)
         q = self.chance[:, b, index[:, 1], index[:, 0]].astype(float)
         likely = np.diff(np.append(DETECTION, 0.0)) * -1
         p = likely[:, None] + (1 - DETECTION[0]) * q
@@ -110,13 +109,13 @@ class Evidence:
         return mean, np.maximum((p * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
 
 
-def orientation_bin(direction: Floats) -> NDArray[np.int64]:
+def bin_orientations(direction: Floats) -> NDArray[np.int64]:
     """The orientation (n,) of image directions (n, 2), modulo pi."""
     angle = np.arctan2(direction[:, 1], direction[:, 0])
     return np.rint(angle * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
 
 
-def evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence:
+def build_evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence:
     """The evidence of a picture for predictions that may be `reach` px off."""
     import cv2
 
@@ -126,7 +125,7 @@ def evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence
     index = np.rint((edges.position - edges.low) / cell).astype(np.int64)
     inside = ((index >= 0) & (index < [columns, rows])).all(axis=1)
     strength = np.searchsorted(STRENGTHS, np.abs(edges.contrast) / edges.grey_range, side="right").astype(np.uint8)
-    orientation = orientation_bin(np.stack([-edges.normal[:, 1], edges.normal[:, 0]], axis=1))
+    orientation = bin_orientations(np.stack([-edges.normal[:, 1], edges.normal[:, 0]], axis=1))
     use = inside & (strength > 0)
     strongest = np.zeros((ORIENTATIONS, rows, columns), np.uint8)
     np.maximum.at(strongest, (orientation[use], index[use, 1], index[use, 0]), strength[use])

@@ -13,9 +13,9 @@ import numpy as np
 
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Prior, Rig
-from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
+from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, bin_orientations, build_evidence
 from vision.localisation.scene import Floats, Ints, Scene
-from vision.localisation.visibility import VisibleArcs, in_picture, visible_arcs
+from vision.localisation.visibility import VisibleArcs, are_in_picture, find_visible_arcs
 
 SEED = 1989
 # Predicted samples along an arc closer than this see the same picture: that length counts as one observation.
@@ -55,7 +55,7 @@ def predict(scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_p
     rig_from_world = np.linalg.inv(world_from_rig)
     seen: list[VisibleArcs] = []
     for name, camera in rig.cameras.items():
-        arcs = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
+        arcs = find_visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
         seen.append(arcs.take(~arcs.smooth))
     camera_from_rig = [np.linalg.inv(rig.rig_from_camera[name]) for name in rig.cameras]
     rotation, translation = rig_from_world[:3, :3], rig_from_world[:3, 3]
@@ -71,7 +71,7 @@ def predict(scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_p
     )
 
 
-def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tuple[Floats, Floats]:
+def project_with_jacobians(prediction: Prediction, delta: Floats | None = None) -> tuple[Floats, Floats]:
     """Pixels (n, 2) of the samples and their derivatives (n, 2, 6) by a right perturbation (t, r) of the rig's pose."""
     point = prediction.point
     if delta is not None:
@@ -89,7 +89,7 @@ def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tupl
     return pixel, np.concatenate([-by_point, by_point @ skew(point)], axis=2)
 
 
-def image_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
+def project_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
     """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
     delta = np.zeros(6) if delta is None else delta
     turn = rotation_matrix(delta[3:])
@@ -110,63 +110,66 @@ class Candidates:
     score: Floats
 
 
-def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
+def select_samples(scene: Scene, rig: Rig, prior: Prior) -> Scene:
     """The scene with only those samples of arcs and silhouettes that may come into a picture under the prior, those of
     far rivals included, thinned to about SELECT_SPACING_PX."""
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    margin_px = min(SELECT_SIGMA * shift_sigma(scene, rig, prior), 2.0 * width)
+    margin_px = min(SELECT_SIGMA * predict_shift_sigma(scene, rig, prior), 2.0 * width)
     length = np.zeros(len(scene.sample_length))
     scale = np.zeros(len(scene.sample_length))
     keep = np.zeros(len(scene.curved_triangles), bool)
     middle = scene.vertices[scene.triangles[scene.curved_triangles]].mean(axis=1)
     for name, camera in rig.cameras.items():
         pose = prior.world_from_rig @ rig.rig_from_camera[name]
-        rows = np.flatnonzero(in_picture(scene.sample_point, camera, pose, margin_px))
+        rows = np.flatnonzero(are_in_picture(scene.sample_point, camera, pose, margin_px))
         depth = np.einsum("ij,j->i", scene.sample_point[rows] - pose[:3, 3], pose[:3, 2])
         scale[rows] = np.maximum(scale[rows], camera.matrix[0, 0] / depth)
-        keep |= in_picture(middle, camera, pose, margin_px)
-    # Walk along each arc and keep a sample whenever the next mark of the spacing is passed.
+        keep |= are_in_picture(middle, camera, pose, margin_px)
+    # Walk along each arc and keep a sample whenever the next multiple of the spacing is passed.
     along = np.cumsum(scene.sample_length * scale) / SELECT_SPACING_PX
     first = np.diff(scene.sample_arc, prepend=-1) != 0
-    mark = np.diff(np.floor(along), prepend=-1) > 0
-    rows = np.flatnonzero((first | mark) & (scale > 0))
-    run = np.cumsum(first | mark) - 1
+    passed = np.diff(np.floor(along), prepend=-1) > 0
+    rows = np.flatnonzero((first | passed) & (scale > 0))
+    run = np.cumsum(first | passed) - 1
     length = np.bincount(run, scene.sample_length * (scale > 0))[run[rows]] if len(rows) else np.zeros(0)
     return scene.select(rows, length, scene.curved_triangles[keep])
 
 
-def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior) -> Candidates:
-    """The best distinct poses within the prior's volume; scene as `select`, fine as `fine_evidence` gives them."""
+def search_poses(
+    scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior
+) -> Candidates:
+    """The best distinct poses within the prior's volume; scene as `select_samples`, fine as `build_fine_evidence` gives
+    them."""
     information = np.asarray(np.linalg.inv(prior.covariance), float)
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    margin_px = min(SCAN_SIGMA * shift_sigma(scene, rig, prior), 0.5 * width)
+    margin_px = min(SCAN_SIGMA * predict_shift_sigma(scene, rig, prior), 0.5 * width)
     prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
     if not len(prediction.point):
         return Candidates(np.zeros((0, 6)), np.zeros(0))
-    coarse = [evidence(edges[name], SCAN_CELL, SCAN_REACH, SCAN_WINDOW) for name in rig.cameras]
+    coarse = [build_evidence(edges[name], SCAN_CELL, SCAN_REACH, SCAN_WINDOW) for name in rig.cameras]
     delta, score = _scan(prediction, coarse, prior)
-    kept = distinct(prediction, delta, score, SCAN_DISTINCT_PX, SCAN_KEPT)
+    kept = keep_distinct(prediction, delta, score, SCAN_DISTINCT_PX, SCAN_KEPT)
     delta, score = climb(prediction, fine, delta[kept], information, CLIMB_FIRST, CLIMB_LAST)
-    kept = distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
+    kept = keep_distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
     return Candidates(delta[kept], score[kept])
 
 
-def fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:
-    """The evidence that poses climb on and are judged by."""
-    return [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
+def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:
+    """The evidence that poses climb on and are assessed by."""
+    return [build_evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
 
 
-def shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
+def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
     """How far (px) one sigma of the prior may shift a picture, by turning and by moving sideways together."""
     focal = max(float(c.matrix[0, 0]) for c in rig.cameras.values())
     pose = prior.world_from_rig @ next(iter(rig.rig_from_camera.values()))
     depth = (scene.sample_point - pose[:3, 3]) @ pose[:3, 2]
-    ahead = depth[in_picture(scene.sample_point, next(iter(rig.cameras.values())), pose, 0.5 * focal)]
+    ahead = depth[are_in_picture(scene.sample_point, next(iter(rig.cameras.values())), pose, 0.5 * focal)]
     distance = float(np.median(ahead)) if len(ahead) else float(np.median(np.abs(depth))) if len(depth) else 1.0
     return focal * float(np.hypot(prior.sigma_rotation, prior.sigma_translation_mm / max(distance, 1.0)))
 
 
-def flat(fields: list[Evidence]) -> tuple[Floats, ...]:
+def flatten_evidence(fields: list[Evidence]) -> tuple[Floats, ...]:
     """What the kernels take of the evidence: flat field, start, shape, origin of each camera."""
     start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
     return (
@@ -187,7 +190,7 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
     from vision.localisation import _search_kernels as kernels
 
     sigma = np.sqrt(np.diag(prior.covariance))
-    _, jacobian = image_jacobians(prediction)
+    _, jacobian = project_with_jacobians(prediction)
     views = [jacobian[prediction.view == c] for c in range(len(fields))]
     # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
     inner = np.concatenate([j - j.mean(axis=0) for j in views if len(j)])
@@ -207,7 +210,7 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
     distance = (delta[:, None, :3] / sigma[:3]) ** 2
     penalty = 0.5 * (distance.sum(axis=2) + ((shifted / sigma[3:]) ** 2).sum(axis=2))
     score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
-    field, start, shape, origin = flat(fields)
+    field, start, shape, origin = flatten_evidence(fields)
     run: Any = kernels.scan
     run(
         *_samples(prediction), field, start, shape, origin, SCAN_CELL, SCAN_WINDOW, ORIENTATIONS,
@@ -223,11 +226,11 @@ def climb(
     """Perturbations (k, 6) led uphill by steps of `first` to `last` px, and their scores (k,)."""
     from vision.localisation import _search_kernels as kernels
 
-    _, jacobian = image_jacobians(prediction)
+    _, jacobian = project_with_jacobians(prediction)
     hessian = np.einsum("nij,nik->jk", jacobian, jacobian) / max(len(jacobian), 1) + information
     value, vector = np.linalg.eigh(hessian)
     delta, score = delta.copy(), np.empty(len(delta))
-    field, start, shape, origin = flat(fields)
+    field, start, shape, origin = flatten_evidence(fields)
     run: Any = kernels.climb
     run(
         *_samples(prediction), field, start, shape, origin, fields[0].cell, ORIENTATIONS,
@@ -236,10 +239,10 @@ def climb(
     return delta, score
 
 
-def evidence_at(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
+def look_up_evidence(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
     """The evidence (n,) of a prediction's samples at their pixels (n, 2) and image directions (n, 2), unweighted."""
     out = np.zeros(len(pixel))
-    b = orientation_bin(direction)
+    b = bin_orientations(direction)
     for number, e in enumerate(fields):
         at = np.rint((pixel - e.origin) / e.cell).astype(np.int64)
         inside = (at >= 0) & (at < np.array(e.field.shape[:0:-1]))
@@ -248,9 +251,9 @@ def evidence_at(prediction: Prediction, fields: list[Evidence], pixel: Floats, d
     return out
 
 
-def distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:
+def keep_distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:
     """The best rows, at most `count`, no two of which show the samples less than `apart_px` (rms) apart."""
-    _, jacobian = image_jacobians(prediction)
+    _, jacobian = project_with_jacobians(prediction)
     some = jacobian[:: max(len(jacobian) // 60, 1)]
     flow = np.einsum("nij,kj->kni", some, delta).reshape(len(delta), -1) / np.sqrt(len(some))
     kept: list[int] = []

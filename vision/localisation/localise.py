@@ -12,22 +12,28 @@ from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction
-from vision.localisation.alternatives import ArcShapes, arc_shapes, displacements, shifted_poses
+from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements, shift_poses
 from vision.localisation.correspondence import Correspondences, correspond
-from vision.localisation.evidence import Evidence, edge_points
+from vision.localisation.evidence import Evidence, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
-    candidates,
+    build_fine_evidence,
     climb,
-    fine_evidence,
-    image_jacobians,
     predict,
-    select,
+    project_with_jacobians,
+    search_poses,
+    select_samples,
 )
-from vision.localisation.judge import MAX_SIGMA, Hypothesis, hypothesis, rivals, verdict
 from vision.localisation.refine import EdgeIndex, Refined, refine
 from vision.localisation.scene import Floats, Scene
-from vision.localisation.views import EdgeMeasurements, ViewArcs, edge_measurements, pose_sigma, view_arcs
+from vision.localisation.verdict import MAX_SIGMA, Hypothesis, assess_pose, decide, find_rivals
+from vision.localisation.views import (
+    EdgeMeasurements,
+    ViewArcs,
+    collect_edge_measurements,
+    find_view_arcs,
+    propagate_pose_sigma,
+)
 
 # Poses nearer than this (px, rms over what is seen) are one.
 SAME_PX = 1.5
@@ -75,12 +81,14 @@ def localise(
 ) -> Localisation:
     """The pose of the rig, from its pictures (rows, columns) and what was extracted from them, by camera."""
     clock = Clock()
-    points = {name: edge_points(extractions[name].edges, images[name], camera) for name, camera in rig.cameras.items()}
+    points = {
+        name: collect_edge_points(extractions[name].edges, images[name], camera) for name, camera in rig.cameras.items()
+    }
     indexes = {name: EdgeIndex(p) for name, p in points.items()}
-    near = select(scene, rig, prior)
+    near = select_samples(scene, rig, prior)
     clock.lap("select")
-    fine = fine_evidence(rig, points)
-    found = candidates(near, rig, points, fine, prior)
+    fine = build_fine_evidence(rig, points)
+    found = search_poses(near, rig, points, fine, prior)
     clock.lap("search")
     if not len(found.score):
         return Localisation("refused", "no arc of the model is in view near the prior", None, [], [], {}, clock.laps)
@@ -88,23 +96,25 @@ def localise(
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")
     # Where the pictures leave several, the one nearest the prior is given first.
-    near_best = [hypotheses[0], *rivals(hypotheses[0], hypotheses[1:])]
+    near_best = [hypotheses[0], *find_rivals(hypotheses[0], hypotheses[1:])]
     near_best.sort(key=lambda h: h.prior_sigma)
     hypotheses = near_best + [h for h in hypotheses if h not in near_best]
     best = near_best[0]
     alone = [solver.alone(name, best.refined.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
-    answer, reason = verdict(best, near_best[1:], list(rig.cameras), alone)
-    clock.lap("judge")
+    answer, reason = decide(best, near_best[1:], list(rig.cameras), alone)
+    clock.lap("verdict")
     views = {name: _view(scene, rig, name, best.refined, extractions[name].arcs, indexes[name]) for name in rig.cameras}
     clock.lap("correspond")
     return Localisation(answer, reason, best, hypotheses, alone, views, clock.laps)
 
 
 def _view(scene: Scene, rig: Rig, name: str, refined: Refined, arcs: Arcs, index: EdgeIndex) -> View:
-    seen = view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name])
+    seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name])
     number = list(rig.cameras).index(name)
-    sigma = pose_sigma(refined, number, seen.samples)
-    return View(seen, correspond(seen, arcs, index.edges, sigma), edge_measurements(refined, number, seen, index))
+    sigma = propagate_pose_sigma(refined, number, seen.samples)
+    return View(
+        seen, correspond(seen, arcs, index.edges, sigma), collect_edge_measurements(refined, number, seen, index)
+    )
 
 
 @dataclass(frozen=True)
@@ -126,7 +136,7 @@ class _Solver:
         done = [best]
         worthy = found.score[1 : 1 + FOLLOWED] > FOLLOW_SHARE * found.score[0]
         self._follow([pose for pose, w in zip(start[1:], worthy, strict=True) if w], done)
-        shapes = arc_shapes(self.scene)
+        shapes = describe_arc_shapes(self.scene)
         asked: list[Hypothesis] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.
         for _ in range(3):
@@ -141,15 +151,15 @@ class _Solver:
         return refine(self.near, self.rig.only(name), self.indexes, self.prior, pose)
 
     def _refine(self, pose: Floats) -> Hypothesis:
-        return hypothesis(refine(self.near, self.rig, self.indexes, self.prior, pose), self.fine, self.prior)
+        return assess_pose(refine(self.near, self.rig, self.indexes, self.prior, pose), self.fine, self.prior)
 
     def _shifted(self, h: Hypothesis, shapes: ArcShapes) -> list[Floats]:
         p = h.refined.prediction
         sharp = p.arc < len(self.scene.arc_occurrence)
         depth = float(np.median(np.linalg.norm(p.point, axis=1))) if len(p.point) else 0.0
         reach = MAX_SIGMA * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * depth)
-        shifts = displacements(shapes, p.arc[sharp], p.weight[sharp], reach)
-        return list(shifted_poses(self.prior, h.refined.world_from_rig, shifts, MAX_SIGMA + 1))
+        shifts = find_displacements(shapes, p.arc[sharp], p.weight[sharp], reach)
+        return list(shift_poses(self.prior, h.refined.world_from_rig, shifts, MAX_SIGMA + 1))
 
     def _follow(self, poses: list[Floats], done: list[Hypothesis]) -> None:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
@@ -176,5 +186,5 @@ class _Solver:
         """Whether a pose shows what the hypothesis shows at the same place."""
         there = perturbation(h.refined.world_from_rig, pose)
         p = h.refined.prediction
-        _, jacobian = image_jacobians(p)
+        _, jacobian = project_with_jacobians(p)
         return bool(np.sqrt(np.mean((jacobian[:: max(len(jacobian) // 100, 1)] @ there) ** 2) * 2) < SAME_PX)

@@ -10,7 +10,7 @@ from sqlalchemy import Connection
 
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
-from vision.localisation.coverage import coverage
+from vision.localisation.coverage import measure_coverage
 from vision.localisation.scene import Floats, Ints
 from vision.localisation.stored_scene import StoredScene
 
@@ -43,7 +43,7 @@ class PartsInView:
         ]
 
 
-def parts_in_view(
+def find_parts_in_view(
     store: Store, connection: Connection, stored: StoredScene, rig: Rig, world_from_rig: Floats
 ) -> PartsInView:
     """What the cameras of a rig see at a pose, parts first, each kind in the order of occurrences."""
@@ -70,10 +70,12 @@ def parts_in_view(
     groups, surfaces = np.concatenate(group), np.concatenate(surface)
     visible, covered = np.zeros(len(paths)), np.zeros(len(paths))
     for name, camera in rig.cameras.items():
-        found = coverage(scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths))
+        found = measure_coverage(
+            scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths)
+        )
         visible += found.visible
         covered += found.covered
-    # Rays through the middles of squares may hit where no square's middle is covered: sharp rims, by a ray or two.
+    # Rays through the middles of squares may hit where no square's middle is covered: sharp outlines, by a ray or two.
     covered = np.maximum(covered, visible)
     seen = np.flatnonzero(visible > 0)
     return PartsInView(

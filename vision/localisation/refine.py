@@ -10,7 +10,7 @@ import numpy as np
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
-from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
+from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
 from vision.localisation.scene import Bools, Floats, Ints, Scene
 
 # Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
@@ -18,7 +18,7 @@ ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
 STEPS = 6
 # Consensus: draws, arcs in each, and how near (px) a measurement agrees.
 SEED, DRAWS, DRAWN_ARCS, CONSENSUS_PX = 1981, 300, 5, 1.5
-# A body loses its vote when it pulls the pose by more than this many sigma of the pose without it.  Were it where the
+# A component is excluded when it pulls the pose by more than this many sigma of the pose without it.  Were it where the
 # model says, one that knows as much as all others together would pull by less in 98 of 100 cases.  To first order,
 # robust weights hide most of a pull.
 MAX_PULL_SIGMA, SUSPECT_SIGMA = 2.0, 0.5
@@ -30,7 +30,7 @@ SYSTEMATIC_PX = 0.08
 TEXTURE_PX = 0.5
 # A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast:
 # 0.35 px at 190 grey levels on metal.  Each camera gets one unknown for it, px at a contrast of the whole range of
-# grey: nought for a linear camera, a half at gamma 1/2.
+# grey: zero for a linear camera, a half at gamma 1/2.
 RESPONSE_PX, RESPONSE_SIGMA_PX = 0.25, 0.25
 # How well a good calibration holds: each camera's principal point gets two unknowns.
 CALIBRATION_PX = 0.02
@@ -74,7 +74,7 @@ class Measurements:
     """Edge measurements of the samples of a prediction, as columns of equal length n.
 
     pixel (n, 2), direction (n, 2): predicted at the pose; offset (n,) px along (-dy, dx) to the edge element `found`
-    (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, nought where the sample's body has no vote;
+    (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, zero where the sample's component is excluded;
     jacobian (n, 6 + 3c) of the offset's prediction by the pose and the c cameras' own unknowns.
     """
 
@@ -91,7 +91,7 @@ class Measurements:
 class Refined:
     """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 3), and what it rests on.
 
-    silent (b,): which of the scene's bodies have no vote, for they do not stand where the model says.
+    excluded (b,): which of the scene's components are left out because they are not where the model says.
     """
 
     world_from_rig: Floats
@@ -99,21 +99,20 @@ class Refined:
     cameras: Floats
     prediction: Prediction
     measurements: Measurements
-    silent: Bools
+    excluded: Bools
 
 
 def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, world_from_rig: Floats) -> Refined:
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
-    Bodies of the model that stand elsewhere in the world pull the pose however robust the loss.  So a body that
-    contradicts the others is silenced, where the others fix the pose better than it does.
-    """
+    Components of the model that stand elsewhere in the world pull the pose however robust the loss.  So a component
+    that contradicts the others is excluded, where the others determine the pose better than it does."""
     cameras = [indexes[n] for n in rig.cameras]
-    refined = _fit(scene, rig, cameras, prior, world_from_rig, np.zeros(scene.body_count, bool))
-    while (suspect := _suspect(scene, refined, prior)) is not None:
-        silent = refined.silent.copy()
-        silent[suspect] = True
-        without = _fit(scene, rig, cameras, prior, refined.world_from_rig, silent)
+    refined = _fit(scene, rig, cameras, prior, world_from_rig, np.zeros(scene.component_count, bool))
+    while (suspect := _find_outlier(scene, refined, prior)) is not None:
+        excluded = refined.excluded.copy()
+        excluded[suspect] = True
+        without = _fit(scene, rig, cameras, prior, refined.world_from_rig, excluded)
         pull = perturbation(without.world_from_rig, refined.world_from_rig)
         if pull @ np.linalg.solve(without.covariance, pull) < MAX_PULL_SIGMA**2:
             break
@@ -122,18 +121,18 @@ def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, 
 
 
 def _fit(
-    scene: Scene, rig: Rig, cameras: list[EdgeIndex], prior: Prior, world_from_rig: Floats, silent: Bools
+    scene: Scene, rig: Rig, cameras: list[EdgeIndex], prior: Prior, world_from_rig: Floats, excluded: Bools
 ) -> Refined:
-    """The best pose by the votes of all bodies but the silent."""
+    """The best pose from all components that are not excluded."""
     pose = world_from_rig
     own = np.tile(CAMERA_MEAN, (len(cameras), 1))
     for reach, scale in ROUNDS:
         prediction = predict(scene, rig, pose, SAMPLES)
-        votes = ~silent[scene.body_of_arc[prediction.arc]]
+        votes = ~excluded[scene.component_of_arc[prediction.arc]]
         delta = np.zeros(6)
         if (reach, scale) != ROUNDS[0]:
             m = measure(prediction, cameras, delta, own, reach, scale, votes)
-            delta = _consensus(m, prediction, prior, pose)
+            delta = _find_consensus(m, prediction, prior, pose)
         for _ in range(STEPS):
             m = measure(prediction, cameras, delta, own, reach, scale, votes)
             here = perturb(pose, delta)
@@ -145,17 +144,18 @@ def _fit(
                 break
         pose = perturb(pose, delta)
     prediction = predict(scene, rig, pose, SAMPLES)
-    votes = ~silent[scene.body_of_arc[prediction.arc]]
+    votes = ~excluded[scene.component_of_arc[prediction.arc]]
     m = measure(prediction, cameras, np.zeros(6), own, *ROUNDS[-1], votes)
     hessian, _ = _normal_equations(m, prior, pose, own)
-    return Refined(pose, _covariance(m, prediction, hessian), own, prediction, m, silent)
+    return Refined(pose, _covariance(m, prediction, hessian), own, prediction, m, excluded)
 
 
-def _suspect(scene: Scene, refined: Refined, prior: Prior) -> int | None:
-    """The body that, to first order, pulls the pose furthest of those that know less of it than the others together."""
+def _find_outlier(scene: Scene, refined: Refined, prior: Prior) -> int | None:
+    """The component that, to first order, pulls the pose furthest of those that know less of it than the others
+    together."""
     m = refined.measurements
-    body, group = np.unique(scene.body_of_arc[refined.prediction.arc], return_inverse=True)
-    if len(body) < 2:
+    component, group = np.unique(scene.component_of_arc[refined.prediction.arc], return_inverse=True)
+    if len(component) < 2:
         return None
     hessian, _ = _normal_equations(m, prior, refined.world_from_rig, refined.cameras)
     gradients, hessians = _by_group(m, group.ravel())
@@ -164,10 +164,10 @@ def _suspect(scene: Scene, refined: Refined, prior: Prior) -> int | None:
     pulls = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
     sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls) * lesser
     worst = int(np.argmax(sigmas))
-    return int(body[worst]) if sigmas[worst] > SUSPECT_SIGMA**2 else None
+    return int(component[worst]) if sigmas[worst] > SUSPECT_SIGMA**2 else None
 
 
-def _consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats) -> Floats:
+def _find_consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats) -> Floats:
     """The step (6,) on which most of the measured length agrees, of steps that few arcs make and of none.
 
     Where a structure of the model stands elsewhere in the world, least squares lies between it and the rest however
@@ -215,8 +215,8 @@ def measure(
 ) -> Measurements:
     """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own`, and which
     samples vote (n,)."""
-    pixel, jacobian = image_jacobians(prediction, delta)
-    direction = image_directions(prediction, delta)
+    pixel, jacobian = project_with_jacobians(prediction, delta)
+    direction = project_directions(prediction, delta)
     normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
     offset, found = np.zeros(len(pixel)), np.full(len(pixel), -1)
     sigma = np.ones(len(pixel))

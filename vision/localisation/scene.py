@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# A dihedral under 20 degrees is a blend's rim: it shows as shading, not as an edge.
+# A dihedral under 20 degrees is where a blend begins: it shows as shading, not as an edge.
 SMOOTH_COSINE = float(np.cos(np.radians(20)))
 
 
@@ -22,16 +22,13 @@ class Scene:
     """The world's surfaces and arcs as columns, everything in the world frame, mm.
 
     vertices (v, 3), vertex_normals (v, 3): the exact outward normals, for silhouettes; a mesh without exact normals
-    gives each facet its own vertices.
-    triangles (f, 3), triangle_surface (f,): indices of vertices and of the surface that each triangle belongs to.
-    surface_occurrence (s,): the occurrence of each surface.
-    sample_point, sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points
-    along arcs, the unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of
-    an arc stand together.  An arc with one face only (an open mesh) repeats its normal.
-    arc_occurrence (a,): the occurrence of each arc.
-    surface_body (s,), arc_body (a,): which connected body each belongs to, counted from 0: what is rigid for sure.
-    inspected (o,): which occurrences are the reference for the pose; all of them occlude.
-    """
+    gives each facet its own vertices. triangles (f, 3), triangle_surface (f,): indices of vertices and of the surface
+    that each triangle belongs to. surface_occurrence (s,): the occurrence of each surface. sample_point,
+    sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points along arcs, the
+    unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of an arc stand
+    together.  An arc with one face only (an open mesh) repeats its normal. arc_occurrence (a,): the occurrence of each
+    arc. surface_component (s,), arc_component (a,): which connected component each belongs to, counted from 0: what is
+    rigid for sure. inspected (o,): which occurrences are the reference for the pose; all of them occlude."""
 
     vertices: Floats
     vertex_normals: Floats
@@ -45,18 +42,18 @@ class Scene:
     sample_arc: Ints
     sample_length: Floats
     arc_occurrence: Ints
-    surface_body: Ints
-    arc_body: Ints
+    surface_component: Ints
+    arc_component: Ints
     inspected: Bools
 
     @cached_property
-    def body_of_arc(self) -> Ints:
-        """Bodies of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
-        return np.concatenate([self.arc_body, self.surface_body])
+    def component_of_arc(self) -> Ints:
+        """Components of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
+        return np.concatenate([self.arc_component, self.surface_component])
 
     @property
-    def body_count(self) -> int:
-        return int(self.body_of_arc.max(initial=-1)) + 1
+    def component_count(self) -> int:
+        return int(self.component_of_arc.max(initial=-1)) + 1
 
     @cached_property
     def sample_smooth(self) -> Bools:

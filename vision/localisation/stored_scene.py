@@ -37,9 +37,7 @@ class StoredScene:
     sample_parameter: NDArray[np.float64]
 
 
-def scene_from_store(
-    store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None
-) -> StoredScene:
+def read_scene(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:
     """Scene of the placed parts of a world; `among` names the occurrences that matter, all where it is None.
 
     Raises InputError where no part is the reference (role inspected).
@@ -65,7 +63,7 @@ def scene_from_store(
         if shape in arcs_of:
             arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
     mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
-    surface_body, arc_body = _bodies(mesh, arc)
+    surface_component, arc_component = _bodies(mesh, arc)
     scene = Scene(
         vertices=mesh["vertices"],
         vertex_normals=mesh["normals"],
@@ -79,8 +77,8 @@ def scene_from_store(
         sample_arc=arc["sample_arc"],
         sample_length=arc["length"],
         arc_occurrence=arc["arc_occurrence"],
-        surface_body=surface_body,
-        arc_body=arc_body,
+        surface_component=surface_component,
+        arc_component=arc_component,
         inspected=inspected,
     )
     return StoredScene(

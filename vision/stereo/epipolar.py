@@ -18,7 +18,7 @@ Integers = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class StereoArcs:
-    """What stereo takes of the arcs of one picture: their courses, packed, and what is known of each.
+    """What stereo takes of the arcs of one picture: their polylines, packed, and what is known of each.
 
     Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
     step there, grey levels, positive where the bright side lies left of the walk.  `sigma` (n,): lateral standard
@@ -148,7 +148,7 @@ def cross_rows(
 _TANGENT_REACH = 4  # points to both sides whose chord is the tangent at a crossing
 
 
-def common_row_range(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
+def find_common_rows(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
     """First row and number of rows that arcs of both pictures reach."""
     spans = []
     for view, arcs in ((rectification.left, left), (rectification.right, right)):
@@ -158,7 +158,7 @@ def common_row_range(rectification: Rectification, left: StereoArcs, right: Ster
     return (int(first), int(last - first) + 1) if last >= first else (0, 0)
 
 
-def signed_log(contrast: Floats) -> Floats:
+def compress_contrast(contrast: Floats) -> Floats:
     """Contrast on a scale on which its logarithm counts and its sign stays; steps below 8 grey levels count little."""
     return np.asarray(np.arcsinh(contrast / 8.0))
 
@@ -176,8 +176,8 @@ def vote(
     from vision.stereo import _epipolar_kernels
 
     match = _epipolar_kernels.match_rows(
-        left.start, left.x, left.angle, signed_log(left.contrast), low, high,
-        right.start, right.x, right.angle, signed_log(right.contrast),
+        left.start, left.x, left.angle, compress_contrast(left.contrast), low, high,
+        right.start, right.x, right.angle, compress_contrast(right.contrast),
         parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
     )  # fmt: skip
     i = np.flatnonzero(match >= 0)

@@ -1,8 +1,7 @@
 """Stereo by arcs: steps 1 and 2 of Pong's matcher, and the matched arcs in space.
 
-Step 3, the relational distance over arcs and regions together, starts from what step 2 leaves: `candidates` with their
-similarity S, whose unary cost there is round(2 (1 - S)).
-"""
+Step 3, the relational distance over arcs and regions together, starts from what step 2 leaves: `select_candidates` with
+their similarity S, whose unary cost there is round(2 (1 - S))."""
 
 from __future__ import annotations
 
@@ -21,12 +20,12 @@ from vision.stereo.epipolar import (
     Integers,
     StereoArcs,
     Votes,
-    common_row_range,
     cross_rows,
+    find_common_rows,
     vote,
 )
 from vision.stereo.rectification import Rectification, rectify
-from vision.stereo.segments import Candidates, SegmentParameters, assign, candidates
+from vision.stereo.segments import Candidates, SegmentParameters, assign, select_candidates
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
 
 Flags = npt.NDArray[np.bool_]
@@ -90,10 +89,10 @@ def match_stereo(
     `depth_range` bounds how far off the things seen may be; maps from a predicted view match more, and more rightly,
     than two numbers.  Raises InputError where the cameras make no stereo pair.
     """
-    return match_arcs(rig, stereo_arcs(left), stereo_arcs(right), depth_range, parameters)
+    return match_arcs(rig, pack_arcs(left), pack_arcs(right), depth_range, parameters)
 
 
-def stereo_arcs(extraction: Extraction) -> StereoArcs:
+def pack_arcs(extraction: Extraction) -> StereoArcs:
     """The arcs of an extraction as stereo takes them."""
     arcs = extraction.arcs
     straight = arcs.kind == KINDS.index("line")
@@ -122,7 +121,7 @@ def match_arcs(
     """Match the arcs of the cameras `left` and `right` of the rig, for things seen within `depth_range`."""
     parameters = parameters or StereoParameters()
     rectification = rectify(rig)
-    first_row, rows = common_row_range(rectification, left, right)
+    first_row, rows = find_common_rows(rectification, left, right)
     rise = parameters.epipolar.least_rise
     left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, rise)
     right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, rise)
@@ -138,7 +137,7 @@ def match_arcs(
         len(right),
         parameters.epipolar,
     )
-    found = candidates(votes, parameters.segments)
+    found = select_candidates(votes, parameters.segments)
     assignment, reason = assign(found, len(left), len(right), parameters.segments)
     made = assignment.label[found.left] == found.right
     least = parameters.segments.least_votes

@@ -35,16 +35,16 @@ class Candidates:
     cost: Floats
 
 
-def similarity(votes: Votes) -> Floats:
+def compute_similarity(votes: Votes) -> Floats:
     """S = votes/overlap * overlap/longer extent of each pair, 0..1: the share of the longer arc's rows that agree."""
     longer = np.maximum(votes.left_extent[votes.left], votes.right_extent[votes.right])
     return np.asarray(votes.votes / votes.overlap * (votes.overlap / longer))
 
 
-def candidates(votes: Votes, parameters: SegmentParameters) -> Candidates:
+def select_candidates(votes: Votes, parameters: SegmentParameters) -> Candidates:
     """The pairs with votes enough."""
     pair = np.flatnonzero(votes.votes >= parameters.least_votes)
-    s = similarity(votes)[pair]
+    s = compute_similarity(votes)[pair]
     return Candidates(pair, votes.left[pair], votes.right[pair], s, 1 - s)
 
 

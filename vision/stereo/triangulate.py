@@ -15,7 +15,7 @@ class Triangulated:
     """Matched arcs in the rig's frame, mm, in the order of `left`, the arcs of the left picture.
 
     `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the left arc; `sigma` (k,): standard
-    deviation of the ends along the line of sight (the greater of the two).  The course between them is packed:
+    deviation of the ends along the line of sight (the greater of the two).  The polyline between them is packed:
     points[offsets[i] .. offsets[i + 1]] (m, 3) with `point_sigma` (m,).
     """
 

@@ -15,7 +15,7 @@ from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
 from vision.cameras.cameras import Camera, Prior, Rig, perturb
 from vision.cameras.record import record_rig
-from vision.cameras.view_volume import sampled_views, select, view_volume
+from vision.cameras.view_volume import build_view_volume, sample_views, select_in_view
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
 NEAR, FAR = 60.0, 900.0
@@ -65,8 +65,8 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             record_rig(run, connection, rig)
             camera_id = int(connection.execute(store.table("camera").select()).one().id)
-        found = [in_volume(store, view_volume(camera, pose, NEAR, FAR)) for pose in poses]
-        plain = [in_volume(store, view_volume(Camera(640, 480, MATRIX), pose, NEAR, FAR)) for pose in poses]
+        found = [in_volume(store, build_view_volume(camera, pose, NEAR, FAR)) for pose in poses]
+        plain = [in_volume(store, build_view_volume(Camera(640, 480, MATRIX), pose, NEAR, FAR)) for pose in poses]
     statements = []
     for pose in poses:
         numbers = ", ".join(f"CAST({x!r} AS DOUBLE PRECISION)" for x in [*pose[:3].ravel().tolist(), NEAR, FAR])
@@ -93,9 +93,9 @@ def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, t
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
             prior = Prior(pose, sigma, sigma / 1000)
-            views = sampled_views(rig, prior, NEAR, FAR)
+            views = sample_views(rig, prior, NEAR, FAR)
             for level in ("part", "feature"):
-                held = select(store, rig, prior, NEAR, FAR, level=level)
+                held = select_in_view(store, rig, prior, NEAR, FAR, level=level)
                 union = set().union(*(oracle.in_view(view, level) for view in views))
                 assert held.shown.sum() == len(union)
                 assert held.superfluous == len(held.shown) - len(union)

@@ -7,17 +7,17 @@ from scipy.special import ndtr
 
 from tests.vision.extraction.synthetic import FloatArray, disc, linked, render, step
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
-from vision.extraction.cutting import fit_arcs
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
 from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.extract import extract
 from vision.extraction.linking import Chains, fill_gaps
+from vision.extraction.segmentation import fit_arcs
 
 ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
 
 
 def arcs_of(image: FloatArray) -> Arcs:
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     chains = linked(edges, image.shape)
     return fit_arcs(edges, fill_gaps(edges, chains, image), scale=1.4)
 
@@ -78,8 +78,8 @@ def test_a_line_that_light_draws_aside_halfway_is_one_line_and_a_kink_two() -> N
 @pytest.mark.parametrize(("waver", "kind"), [(0.0, CIRCULAR), (0.35, LINE)])
 def test_an_edge_that_wavers_as_much_as_it_bows_is_no_curve(waver: float, kind: int) -> None:
     y, x = np.mgrid[:100, :200] - np.array([49.5, 99.5])[:, None, None]
-    course = 1.1 * (1 - (x / 100.0) ** 2) + waver * np.sin(x / 6.0)
-    arcs = arcs_of(noisy(60 + 100 * ndtr((y - course) / 0.8), 2.0))
+    polyline = 1.1 * (1 - (x / 100.0) ** 2) + waver * np.sin(x / 6.0)
+    arcs = arcs_of(noisy(60 + 100 * ndtr((y - polyline) / 0.8), 2.0))
     assert set(arcs.kind.tolist()) == {kind}
     assert arcs.length.sum() > 150
 
@@ -183,7 +183,7 @@ def test_a_square_corner_parts_two_lines() -> None:
 
 def test_a_circular_arc_that_lost_its_bow_is_a_line() -> None:
     """Eight elements on a vertical line, as trimming may leave them, determine no circle; nor do they spoil others."""
-    edges = edge_elements(step(0.0, 0.25, (40, 40)))
+    edges = detect_edges(step(0.0, 0.25, (40, 40)))
     rows = np.flatnonzero(np.abs(edges.x - 19.75) < 0.1).astype(np.int32)[10:18]
     arcs = measure_arcs(
         edges,

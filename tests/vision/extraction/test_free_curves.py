@@ -8,12 +8,12 @@ from scipy.special import ndtr
 
 from tests.vision.extraction.synthetic import FloatArray, linked
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
-from vision.extraction.courses import Deviations
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import fill_gaps
-from vision.extraction.local_curves import local_curves
+from vision.extraction.osculating_circles import find_osculating_circles
+from vision.extraction.refined_polylines import Deviations
 
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
 
@@ -29,7 +29,7 @@ def _wave() -> FloatArray:
 
 
 def _free_curve(image: FloatArray) -> Arcs:
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     chains = fill_gaps(edges, linked(edges, image.shape), image)
     chains = chains.take(np.arange(len(chains)) == np.argmax(chains.counts))
     return measure_arcs(edges, chains, np.array([FREE], np.int32), np.zeros(len(edges), np.bool_), scale=1.4)
@@ -123,7 +123,7 @@ def test_the_ends_of_a_free_curve_lead_on_along_it() -> None:
     clean = _wave()
     for seed in range(3):
         arcs = _free_curve(clean + np.random.default_rng(seed).normal(0, 5, clean.shape))
-        ends = local_curves(arcs, np.array([0, len(arcs.x) - 1]), arcs.x[[0, -1]], arcs.y[[0, -1]])
+        ends = find_osculating_circles(arcs, np.array([0, len(arcs.x) - 1]), arcs.x[[0, -1]], arcs.y[[0, -1]])
         beyond = ends.points(np.array([[-4.0], [4.0]]))[:, 0]
         assert np.abs(_offsets(*beyond.T)).max() < 0.7
         assert np.all(ends.curvature * [-1, 1] > 0.02)  # 0.04 at the one, falling to nothing at the other

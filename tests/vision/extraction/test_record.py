@@ -95,9 +95,9 @@ def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
         with store.read() as connection:
             points = connection.execute(sa.select(store.table("image_arc_point")).order_by("point_no")).all()
     assert [point.point_no for point in points] == list(range(len(found.arcs.x)))
-    course = np.array([(point.x, point.y, point.sigma) for point in points], float)
-    np.testing.assert_allclose(np.hypot(*(course[:, :2] - (60.3, 58.8)).T), 30.0, atol=0.05)
-    assert (course[:, 2] < 0.1).all()
+    polyline = np.array([(point.x, point.y, point.sigma) for point in points], float)
+    np.testing.assert_allclose(np.hypot(*(polyline[:, :2] - (60.3, 58.8)).T), 30.0, atol=0.05)
+    assert (polyline[:, 2] < 0.1).all()
 
 
 def crowded_picture() -> npt.NDArray[np.float64]:

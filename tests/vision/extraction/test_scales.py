@@ -6,15 +6,15 @@ import pytest
 from relmodel.errors import UsageError
 from tests.vision.extraction.synthetic import FloatArray, step
 from vision.extraction.edges import EdgeElements
-from vision.extraction.noise import noise_curve
-from vision.extraction.scales import elements_over_scales
+from vision.extraction.noise import estimate_noise
+from vision.extraction.scales import detect_edges_over_scales
 
 _ANGLE = 0.4
 
 
 def _elements(image: FloatArray, *scales: float) -> EdgeElements:
-    return elements_over_scales(
-        image, scales, min_contrast=5.0, significance=1e-3, max_sigma=1.0, noise=noise_curve(image)
+    return detect_edges_over_scales(
+        image, scales, min_contrast=5.0, significance=1e-3, max_sigma=1.0, noise=estimate_noise(image)
     )
 
 

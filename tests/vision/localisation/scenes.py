@@ -67,8 +67,8 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
         np.concatenate(arcs),
         np.concatenate(lengths),
         arc_occurrence=np.repeat(np.arange(len(boxes)), 12),
-        surface_body=np.repeat(np.arange(len(boxes)), 6),
-        arc_body=np.repeat(np.arange(len(boxes)), 12),
+        surface_component=np.repeat(np.arange(len(boxes)), 6),
+        arc_component=np.repeat(np.arange(len(boxes)), 12),
         inspected=np.ones(len(boxes), bool),
     )
 

@@ -16,7 +16,7 @@ from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.stereo.epipolar import DepthRange, StereoArcs
-from vision.stereo.match import StereoMatches, match_stereo, stereo_arcs
+from vision.stereo.match import StereoMatches, match_stereo, pack_arcs
 
 Floats = npt.NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def test_arcs_on_metal_find_their_partners(data_dir: Path, part: str, pair: int)
     rig, pictures, uv, z, depth = read_pair(data_dir / "bulkhead" / part / "pairs", pair)
     left, right = (extract(picture) for picture in pictures)
     found = match_stereo(rig, left, right, depth_maps(depth, 60.0))
-    got = score(rig, stereo_arcs(left), stereo_arcs(right), found, uv, z)
+    got = score(rig, pack_arcs(left), pack_arcs(right), found, uv, z)
     print(f"{part}{pair}: precision {got.precision:.3f}, recall {got.recall:.3f}")
     assert found.assignment.cost == pytest.approx(found.assignment.bound, abs=1e-9)
     assert got.precision > 0.75

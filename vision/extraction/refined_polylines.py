@@ -1,4 +1,4 @@
-"""The course of an arc at measuring grade: its elements moved across it to where their neighbours along it agree.
+"""Refined polylines of arcs: each edge element moved across its arc to where its neighbours along the arc agree.
 
 An element sees 2 sqrt(pi) times the facet's scale along the edge; once an arc is known, what lies further along tells
 as much about it.  The deviations of its elements from the fitted curve are averaged along it under a Gaussian window,
@@ -25,7 +25,7 @@ PRIOR_FREEDOM = 5.0  # degrees of freedom that the elements' own standard deviat
 
 
 @dataclass(frozen=True)
-class Course:
+class RefinedPolylines:
     """Points (px) of all arcs packed, beside their elements, and the standard deviation (px) of each across its arc."""
 
     x: FloatArray
@@ -37,7 +37,7 @@ class Course:
 class Deviations:
     """Of each member of an arc: signed distance (px) from the fitted curve along the unit normal (nx, ny), and how far
     (px) smoothing has drawn the curve against that normal; NaN where the members determine none.  `sigma` (px) is the
-    standard deviation of a curve that bends freely enough to be the course itself, NaN on others."""
+    standard deviation of a curve that bends freely enough to be the polyline itself, NaN on others."""
 
     distance: FloatArray
     nx: FloatArray
@@ -46,14 +46,14 @@ class Deviations:
     sigma: FloatArray
 
 
-def from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
+def measure_from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
     """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
     nx, ny = -fit[:, 3], fit[:, 2]
     distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
     return Deviations(distance, nx, ny, np.zeros_like(x), np.full_like(x, np.nan))
 
 
-def drawn_inwards(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
+def compute_curvature_bias(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
     """By how much (px) discs are larger than the circles of `radius` px that are seen of them through a blur whose
     variance, as their steps show it, is twice `half_spread` px^2.
 
@@ -74,7 +74,7 @@ def drawn_inwards(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
     return np.asarray(np.where(sound, np.maximum(disc - seen, 0.0), 0.0))
 
 
-def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray) -> Deviations:
+def measure_from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray) -> Deviations:
     """Deviations of points (m,) from circles; `fit` (m, 3) centre and radius as seen, `bias` (m,) how far these are
     drawn inwards."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
@@ -82,7 +82,7 @@ def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray
     return Deviations(away - radius, u / away, v / away, bias, np.full_like(x, np.nan))
 
 
-def from_ellipses(
+def measure_from_ellipses(
     x: FloatArray, y: FloatArray, ellipses: Ellipses, which: npt.NDArray[np.intp], half_spread: FloatArray
 ) -> Deviations:
     """Deviations, to first order (Sampson), of points (m,) from the ellipses `which` (m,) names."""
@@ -99,19 +99,18 @@ def from_ellipses(
     return Deviations(distance, nx, ny, half_spread * curvature, np.full_like(x, np.nan))
 
 
-def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> Course:
+def refine_polylines(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> RefinedPolylines:
     """Courses of arcs of edge elements found at facet scale `scale` px; what has no deviation stays where it was seen.
 
     The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
     ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
-    course than their own standard deviations say, as they do where noise is no longer small beside the step, it follows
-    the scatter, the more the longer the arc is.
-    """
+    polyline than their own standard deviations say, as they do where noise is no longer small beside the step, it
+    follows the scatter, the more the longer the arc is."""
     from vision.extraction import _course_kernels
 
     x, y, sigma = members.beside(edges.x, edges.y, edges.sigma)
     if len(members) == 0:
-        return Course(x, y, sigma)
+        return RefinedPolylines(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
     steps[members.offsets[:-1]] = 0.0
     known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
@@ -129,7 +128,7 @@ def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: 
     shrunk *= np.sqrt(np.repeat(excess, members.counts))
     distance = np.where(itself, 0.0, distance)
     move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)
-    return Course(
+    return RefinedPolylines(
         x=x + move * np.where(known, deviations.nx, 0.0),
         y=y + move * np.where(known, deviations.ny, 0.0),
         sigma=np.where(itself, deviations.sigma, np.where(known, shrunk, sigma)),

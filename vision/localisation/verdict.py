@@ -14,7 +14,13 @@ import numpy as np
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Prior, perturbation
 from vision.localisation.evidence import Evidence
-from vision.localisation.hypotheses import CORRELATION_PX, Prediction, evidence_at, image_directions, image_jacobians
+from vision.localisation.hypotheses import (
+    CORRELATION_PX,
+    Prediction,
+    look_up_evidence,
+    project_directions,
+    project_with_jacobians,
+)
 from vision.localisation.refine import Refined
 from vision.localisation.scene import Floats
 
@@ -57,12 +63,12 @@ class Support:
         return np.asarray(np.where(self.expected > 0, self.found / np.maximum(self.expected, 1e-9), 0.0))
 
 
-def support(prediction: Prediction, fields: list[Evidence]) -> Support:
+def measure_support(prediction: Prediction, fields: list[Evidence]) -> Support:
     """What a prediction gathers of the pictures' evidence at its own pose, and what the right one would."""
-    pixel, _ = image_jacobians(prediction)
-    direction = image_directions(prediction)
+    pixel, _ = project_with_jacobians(prediction)
+    direction = project_directions(prediction)
     w = prediction.weight
-    found = evidence_at(prediction, fields, pixel, direction)
+    found = look_up_evidence(prediction, fields, pixel, direction)
     mean, variance = np.zeros(len(w)), np.zeros(len(w))
     for number, e in enumerate(fields):
         rows = prediction.view == number
@@ -91,13 +97,13 @@ class Hypothesis:
         return 0.5 * self.prior_sigma**2 - self.evidence
 
 
-def hypothesis(refined: Refined, fields: list[Evidence], prior: Prior) -> Hypothesis:
+def assess_pose(refined: Refined, fields: list[Evidence], prior: Prior) -> Hypothesis:
     delta = perturbation(prior.world_from_rig, refined.world_from_rig)
     distance = float(np.sqrt(delta @ np.linalg.solve(prior.covariance, delta)))
-    return Hypothesis(refined, support(refined.prediction, fields), distance)
+    return Hypothesis(refined, measure_support(refined.prediction, fields), distance)
 
 
-def rivals(best: Hypothesis, others: list[Hypothesis]) -> list[Hypothesis]:
+def find_rivals(best: Hypothesis, others: list[Hypothesis]) -> list[Hypothesis]:
     """Those of the others that pictures and prior leave about as likely as the best."""
     margin = max(RIVAL_SHARE * best.evidence, MIN_MARGIN)
 
@@ -108,8 +114,9 @@ def rivals(best: Hypothesis, others: list[Hypothesis]) -> list[Hypothesis]:
     return [h for h in others if rivals_best(h)]
 
 
-def precision(refined: Refined) -> tuple[float, float]:
-    """Standard deviations along the worst directions: of the point amid what is seen (mm) and of rotation (rad)."""
+def compute_precision(refined: Refined) -> tuple[float, float]:
+    """Standard deviations along the worst directions: of the point in the middle of what is seen (mm) and of rotation
+    (rad)."""
     seen = refined.prediction.point
     middle = np.median(seen, axis=0)
     jacobian = np.concatenate([-np.eye(3), skew(middle)], axis=1)
@@ -118,14 +125,14 @@ def precision(refined: Refined) -> tuple[float, float]:
     return float(np.sqrt(worst[0])), float(np.sqrt(worst[1]))
 
 
-def agreement(refined: Refined) -> float:
+def compute_agreement(refined: Refined) -> float:
     """Share of the voters' length on which edges were found that lies within AGREEMENT_PX of its prediction."""
     m, w = refined.measurements, refined.prediction.weight
     found = m.weight > 0
     return float(w[found & (np.abs(m.offset) < AGREEMENT_PX)].sum() / max(w[found].sum(), 1e-9))
 
 
-def apart(poses: list[Refined]) -> float:
+def compute_disagreement(poses: list[Refined]) -> float:
     """How far the poses that single cameras give lie apart: the largest distance of two, in sigmas."""
     worst = 0.0
     for i, a in enumerate(poses):
@@ -135,14 +142,14 @@ def apart(poses: list[Refined]) -> float:
     return worst
 
 
-def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alone: list[Refined]) -> tuple[str, str]:
+def decide(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alone: list[Refined]) -> tuple[str, str]:
     """`accepted`, `ambiguous` or `refused`, and why in one sentence.
 
     rivals: the other hypotheses that are about as likely; alone: the poses that single cameras give, where they can.
     """
     s = best.support
     share = float(s.found.sum() / max(s.expected.sum(), 1e-9))
-    sd_mm, sd_rad = precision(best.refined)
+    sd_mm, sd_rad = compute_precision(best.refined)
     if best.evidence < MIN_EVIDENCE:
         return (
             "refused",
@@ -151,15 +158,15 @@ def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alon
     if share < MIN_SHARE:
         return (
             "refused",
-            f"the best pose finds {share:.0%} of the edge evidence that a right one would ({MIN_SHARE:.0%} needed)",
+            f"the best pose finds {share:.0%} of the edge evidence expected of a correct one ({MIN_SHARE:.0%} needed)",
         )
     for name, found, expected in zip(cameras, s.found, s.expected, strict=True):
         if expected > 0.5 * MIN_EVIDENCE and found < MIN_SHARE_CAMERA * expected:
             return (
                 "refused",
-                f"camera {name} finds only {found / expected:.0%} of the edge evidence that a right pose would",
+                f"camera {name} finds only {found / expected:.0%} of the edge evidence expected of a correct pose",
             )
-    agreeing = agreement(best.refined)
+    agreeing = compute_agreement(best.refined)
     if agreeing < MIN_AGREEMENT:
         return "refused", f"only {agreeing:.0%} of the edges found lie on the model's arcs ({MIN_AGREEMENT:.0%} needed)"
     if best.prior_sigma > MAX_SIGMA:
@@ -171,14 +178,16 @@ def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alon
     most_rad = MAX_ROTATION_ALONE if one else MAX_ROTATION
     if sd_mm > most_mm or sd_rad > most_rad:
         return "refused", (
-            f"what is seen fixes the pose only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma; "
+            f"the pose is determined only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma; "
             f"{most_mm:g} mm and {np.degrees(most_rad):.2g} degrees needed)"
         )
-    sigmas = apart(alone)
+    sigmas = compute_disagreement(alone)
     if sigmas > MAX_APART_SIGMA:
         return "refused", f"the cameras solved apart disagree by {sigmas:.0f} sigma"
-    silent = int(best.refined.silent.sum())
-    elsewhere = f"; {silent} of the model's bodies not where the model says, and not trusted" if silent else ""
+    excluded = int(best.refined.excluded.sum())
+    elsewhere = (
+        f"; {excluded} components of the model are not where the model says and were left out" if excluded else ""
+    )
     return "accepted", (
         f"{share:.0%} of the expected edge evidence found, no rival pose, {best.prior_sigma:.1f} sigma from the prior"
         + elsewhere

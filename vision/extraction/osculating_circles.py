@@ -1,4 +1,5 @@
-"""Arcs near a point of theirs: each as the circle that touches it there, with what is known of it across."""
+"""Osculating circles of arcs: each arc near one of its points as the circle that touches it there, with its lateral
+variance."""
 
 from dataclasses import dataclass, fields
 
@@ -7,8 +8,8 @@ import numpy.typing as npt
 
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
-from vision.extraction.courses import from_ellipses
 from vision.extraction.ellipses import Ellipses
+from vision.extraction.refined_polylines import measure_from_ellipses
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.intp]
@@ -18,7 +19,7 @@ _TANGENT = 6  # points to an end, or to either side, that give a free curve its 
 
 
 @dataclass(frozen=True)
-class LocalCurves:
+class OsculatingCircles:
     """Circles that touch arcs, columns of one length n: a point (`x`, `y`) of each, the unit tangent (`tx`, `ty`)
     there, and the `curvature` (1/px) towards the normal (-ty, tx).  `variance` (n, 3): that across the curve, s px
     further on, is c0 + c1 s + c2 s^2 (px^2)."""
@@ -33,15 +34,15 @@ class LocalCurves:
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "LocalCurves":
+    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "OsculatingCircles":
         """The curves that `rows` (indices or a mask) selects."""
-        return LocalCurves(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+        return OsculatingCircles(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
-    def flipped(self, rows: npt.NDArray[np.bool_]) -> "LocalCurves":
+    def flipped(self, rows: npt.NDArray[np.bool_]) -> "OsculatingCircles":
         """The same curves, those of the mask `rows` walked the other way."""
         sign = np.where(rows, -1.0, 1.0)
         variance = self.variance * np.column_stack([np.ones_like(sign), sign, np.ones_like(sign)])
-        return LocalCurves(self.x, self.y, sign * self.tx, sign * self.ty, sign * self.curvature, variance)
+        return OsculatingCircles(self.x, self.y, sign * self.tx, sign * self.ty, sign * self.curvature, variance)
 
     def points(self, s: FloatArray) -> FloatArray:
         """(n, k, 2) points of the curves, `s` (n, k) px along them from where they touch."""
@@ -73,8 +74,8 @@ class LocalCurves:
         return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), _LEAST_SIGMA**2)))
 
 
-def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) -> LocalCurves:
-    """Arcs beside places (`x`, `y`) on their courses, `point` (n,) the nearest of these; walked from start to end."""
+def find_osculating_circles(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) -> OsculatingCircles:
+    """Arcs beside places (`x`, `y`) on their polylines, `point` (n,) the nearest of these; walked from start to end."""
     n, arc = len(point), arcs.chains.chain_of_member[point]
     first, last = arcs.offsets[arc], arcs.offsets[arc + 1] - 1
     x, y = x.copy(), y.copy()
@@ -111,13 +112,15 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
         *(getattr(arcs, name)[which] for name in ("centre_x", "centre_y", "radius", "radius2", "axis_angle", "sigma"))
     )
     each = np.arange(len(which))
-    seen = from_ellipses(x[oval], y[oval], ellipses, each, np.ones(len(which)))
+    seen = measure_from_ellipses(x[oval], y[oval], ellipses, each, np.ones(len(which)))
     normal = np.column_stack([seen.nx, seen.ny])
     x[oval], y[oval] = x[oval] - seen.distance * seen.nx, y[oval] - seen.distance * seen.ny
     tangent[oval] = _along(normal, tangent[oval])
     curvature[oval] = _towards(normal, tangent[oval]) * seen.bias
     ahead = [
-        covariances.of_ellipses(px, py, from_ellipses(px, py, ellipses, each, np.ones(len(which))), ellipses, each)
+        covariances.of_ellipses(
+            px, py, measure_from_ellipses(px, py, ellipses, each, np.ones(len(which))), ellipses, each
+        )
         for px, py in ((x[oval] + step * tangent[oval].T) for step in (-1.0, 0.0, 1.0))
     ]
     variance[oval] = _quadratic(arcs.covariance[which][:, :5, :5], ahead[1], 0.5 * (ahead[2] - ahead[0]))
@@ -149,7 +152,7 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
     unknown = ~np.isfinite(variance).all(axis=1)
     sigma, lean = arcs.sigma[arc[unknown]], arcs.angle_sigma[arc[unknown]]
     variance[unknown] = np.column_stack([sigma**2, 0.0 * sigma, lean**2])
-    return LocalCurves(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
+    return OsculatingCircles(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
 
 
 def _along(normal: FloatArray, roughly: FloatArray) -> FloatArray:

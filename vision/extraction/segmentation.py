@@ -18,13 +18,13 @@ from vision.extraction.arcs import (
     FREE,
     LINE,
     Arcs,
-    correlation_at,
-    ellipses_of,
+    compute_correlation,
+    fit_group_ellipses,
     measure_arcs,
-    weight_of,
+    weigh_elements,
 )
 from vision.extraction.edges import EdgeElements
-from vision.extraction.linking import Chains, pairs_within
+from vision.extraction.linking import Chains, find_pairs_within
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -53,11 +53,11 @@ _ROUNDS = 4  # of joining
 def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0) -> Arcs:
     """Arcs of the chains of edge elements found at facet scale `scale` px: cut, then measured."""
     return measure_arcs(
-        edges, *cut_arcs(edges, chains, scale=scale, min_elements=min_elements, reach=reach), scale=scale
+        edges, *segment_chains(edges, chains, scale=scale, min_elements=min_elements, reach=reach), scale=scale
     )
 
 
-def cut_arcs(
+def segment_chains(
     edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0
 ) -> tuple[Chains, IntArray, BoolArray]:
     """The members of the arcs of the chains, in order, the kind of each arc, and of all edge elements which have their
@@ -68,9 +68,9 @@ def cut_arcs(
     """
     from vision.extraction import _arc_kernels
 
-    chains = _start_straight(edges, chains)
-    correlation, weight = correlation_at(scale), np.zeros(len(edges))
-    weight[chains.elements] = weight_of(edges, chains, scale)
+    chains = _start_loops_on_straights(edges, chains)
+    correlation, weight = compute_correlation(scale), np.zeros(len(edges))
+    weight[chains.elements] = weigh_elements(edges, chains, scale)
 
     def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
         x, y, w = what.beside(edges.x, edges.y, weight)
@@ -90,24 +90,28 @@ def cut_arcs(
         anew = np.logical_or.reduceat(bent, chains.offsets[:-1])
         others = np.logical_and.reduceat(~np.isin(members.elements, chains.take(anew).elements), members.offsets[:-1])
         conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _PRICE))
-        members, kinds = _strung(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
-    fresh, turned = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
+        members, kinds = _concatenate(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
+    fresh, bright_right = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
     for _ in range(_ROUNDS):
-        members, kinds, turned, fresh = _join(edges, weight, members, kinds, turned, fresh, correlation, reach)
+        members, kinds, bright_right, fresh = _join(
+            edges, weight, members, kinds, bright_right, fresh, correlation, reach
+        )
         if not fresh.any():
             break
     if len(curves):
-        members, kinds, turned = _take_free(edges, weight, members, kinds, turned, curves, prices, correlation)
-    members, turned = _turned_round(members, members.mean(turned.astype(np.float64)) > 0.5, turned)
-    return members, kinds, turned
+        members, kinds, bright_right = _prefer_free_curves(
+            edges, weight, members, kinds, bright_right, curves, prices, correlation
+        )
+    members, bright_right = _reverse(members, members.mean(bright_right.astype(np.float64)) > 0.5, bright_right)
+    return members, kinds, bright_right
 
 
-def _take_free(
+def _prefer_free_curves(
     edges: EdgeElements,
     weight: FloatArray,
     members: Chains,
     kinds: IntArray,
-    turned: BoolArray,
+    bright_right: BoolArray,
     curves: Chains,
     prices: FloatArray,
     correlation: float,
@@ -122,25 +126,25 @@ def _take_free(
     within = of_arc[0] == of_arc[1]
     x, y, w = members.beside(edges.x, edges.y, weight)
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    apart = _PRICE[kinds] + _misfits(x, y, w, members, kinds, alone, within, correlation)
+    apart = _PRICE[kinds] + _compute_misfits(x, y, w, members, kinds, alone, within, correlation)
     paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
     cheaper = paid > prices
     leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
     cheaper[leading_out[leading_out >= 0]] = False
     kept = ~(within & (of_arc[0] >= 0) & cheaper[of_arc[0]])
-    taken, turned = curves.take(cheaper), turned.copy()
-    turned[taken.elements] = False
+    taken, bright_right = curves.take(cheaper), bright_right.copy()
+    bright_right[taken.elements] = False
     kinds = np.concatenate([kinds[kept], np.full(len(taken), FREE, kinds.dtype)])
-    return _strung(members.take(kept), taken), kinds, turned
+    return _concatenate(members.take(kept), taken), kinds, bright_right
 
 
-def _strung(one: Chains, other: Chains) -> Chains:
+def _concatenate(one: Chains, other: Chains) -> Chains:
     """The chains of both, one after the other."""
     offsets = np.concatenate([one.offsets, one.offsets[-1] + other.offsets[1:]]).astype(np.int32)
     return Chains(np.concatenate([one.elements, other.elements]), offsets, np.concatenate([one.closed, other.closed]))
 
 
-def _start_straight(edges: EdgeElements, chains: Chains) -> Chains:
+def _start_loops_on_straights(edges: EdgeElements, chains: Chains) -> Chains:
     """Loops begun where they turn least over ten elements: begun at a corner, they would leave a stub there."""
     long = np.flatnonzero(chains.closed & (chains.counts > 20))
     if len(long) == 0:
@@ -191,7 +195,7 @@ def _join(
     weight: FloatArray,
     members: Chains,
     kinds: IntArray,
-    turned: BoolArray,
+    bright_right: BoolArray,
     fresh: BoolArray,
     correlation: float,
     reach: float,
@@ -199,13 +203,13 @@ def _join(
     """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
 
     Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
-    do the next time that did not do now.  `turned` says of each edge element whether its bright side is on the right.
-    """
+    do the next time that did not do now.  `bright_right` says of each edge element whether its bright side is on the
+    right."""
     from vision.extraction import _arc_kernels
 
     x, y, w = members.beside(edges.x, edges.y, weight)
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    tail, head, turn, distance = _in_line(edges, members, kinds, alone[:, 2:4], turned, fresh, reach)
+    tail, head, turn, distance = _find_continuations(edges, members, kinds, alone[:, 2:4], bright_right, fresh, reach)
     straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
     likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
     tail, head, turn = tail[likely], head[likely], turn[likely]
@@ -216,7 +220,7 @@ def _join(
     end, start = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
     between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
     bend = own[tail] + between + own[head]
-    saving, kind = _savings(
+    saving, kind = _compute_savings(
         x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], bend, correlation
     )
     partner = np.full(len(members), -1, np.intp)
@@ -232,7 +236,7 @@ def _join(
         kinds[a] = kind[at]
         if turn[at] >= 0:
             against[turn[at]] = True
-    members, turned = _turned_round(members, against, turned)
+    members, bright_right = _reverse(members, against, bright_right)
     is_head = np.zeros(len(members), np.bool_)
     is_head[partner[partner >= 0]] = True
     kept = np.flatnonzero(~is_head)
@@ -241,15 +245,15 @@ def _join(
     strung = _gather(members.elements, members.offsets[sequence], members.counts[sequence], np.zeros(0, np.bool_))
     counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    return Chains(strung.elements, offsets, members.closed[kept]), kinds[kept], turned, partner[kept] >= 0
+    return Chains(strung.elements, offsets, members.closed[kept]), kinds[kept], bright_right, partner[kept] >= 0
 
 
-def _in_line(
+def _find_continuations(
     edges: EdgeElements,
     members: Chains,
     kinds: IntArray,
     direction: FloatArray,
-    turned: BoolArray,
+    bright_right: BoolArray,
     fresh: BoolArray,
     reach: float,
 ) -> tuple[IndexArray, IndexArray, IndexArray, FloatArray]:
@@ -264,12 +268,12 @@ def _in_line(
     arc, at_end = np.tile(usable, 2), np.arange(2 * n) >= n
     element = members.elements[np.where(at_end, members.offsets[arc + 1] - 1, members.offsets[arc])]
     place = np.column_stack([edges.x[element], edges.y[element]])
-    way = np.where(at_end ^ turned[element], 1.0, -1.0)
+    way = np.where(at_end ^ bright_right[element], 1.0, -1.0)
     outward = np.column_stack([-way * edges.ny[element], way * edges.nx[element]])
     chord = np.tile(place[n:] - place[:n], (2, 1)) * np.where(at_end, 1.0, -1.0)[:, None]
     along = direction[arc] * np.where(np.sum(chord * direction[arc], axis=1) < 0.0, -1.0, 1.0)[:, None]
     outward = np.where((kinds[arc] == LINE)[:, None], along, outward)
-    one, other = np.ascontiguousarray(pairs_within(place, reach, fresh[arc]).T)
+    one, other = np.ascontiguousarray(find_pairs_within(place, reach, fresh[arc]).T)
     opposed = outward[one, 0] * outward[other, 0] + outward[one, 1] * outward[other, 1] < -0.5
     opposed &= arc[one] != arc[other]
     one, other = one[opposed], other[opposed]
@@ -286,7 +290,7 @@ def _in_line(
     return arc[tail], arc[head], turn, distance[likely]
 
 
-def _savings(
+def _compute_savings(
     x: FloatArray,
     y: FloatArray,
     w: FloatArray,
@@ -305,7 +309,7 @@ def _savings(
 
     looked = np.zeros(len(members), np.bool_)
     looked[pairs] = True
-    misfit = _misfits(x, y, w, members, kinds, alone, looked, correlation)
+    misfit = _compute_misfits(x, y, w, members, kinds, alone, looked, correlation)
     apart = (_PRICE[kinds] + misfit)[pairs].sum(axis=1)
     total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation)
@@ -318,7 +322,7 @@ def _savings(
     bent = (kinds[pairs] != LINE).all(axis=1) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
     bent |= ~straight & (bend > _MIN_SLENDER_TURN)
     bent &= (circle > apart) & (distance < 0.5 * together)
-    tried = ellipses_of(x, y, w, members, pairs[bent])
+    tried = fit_group_ellipses(x, y, w, members, pairs[bent])
     oval = np.full(len(pairs), np.inf)
     price = tried.square * total[bent] / (2.0 * correlation) + _PRICE[ELLIPTIC]
     oval[bent] = np.where(tried.minor > _MIN_ASPECT * tried.major, price, np.inf)
@@ -329,7 +333,7 @@ def _savings(
     return np.where(fits, apart - least - _GAP_PRICE * distance, -np.inf), kind
 
 
-def _misfits(
+def _compute_misfits(
     x: FloatArray,
     y: FloatArray,
     w: FloatArray,
@@ -343,16 +347,16 @@ def _misfits(
     theirs."""
     square = fit[:, 4].copy()
     ovals = np.flatnonzero((kinds == ELLIPTIC) & looked)
-    square[ovals] = np.nan_to_num(ellipses_of(x, y, w, members, ovals[:, None]).square, nan=np.inf)
+    square[ovals] = np.nan_to_num(fit_group_ellipses(x, y, w, members, ovals[:, None]).square, nan=np.inf)
     return np.asarray(square * fit[:, 5] / (2.0 * correlation))
 
 
-def _turned_round(members: Chains, which: BoolArray, turned: BoolArray) -> tuple[Chains, BoolArray]:
+def _reverse(members: Chains, which: BoolArray, bright_right: BoolArray) -> tuple[Chains, BoolArray]:
     """The arcs of the mask `which` walked the other way, and of which elements the bright side is on the right then."""
     if not which.any():
-        return members, turned
+        return members, bright_right
     mine, at = np.repeat(which, members.counts), np.arange(len(members.elements))
     mirrored = np.repeat(members.offsets[:-1] + members.offsets[1:] - 1, members.counts) - at
-    turned = turned.copy()
-    turned[members.elements[mine]] ^= True
-    return Chains(members.elements[np.where(mine, mirrored, at)], members.offsets, members.closed), turned
+    bright_right = bright_right.copy()
+    bright_right[members.elements[mine]] ^= True
+    return Chains(members.elements[np.where(mine, mirrored, at)], members.offsets, members.closed), bright_right
