@@ -15,21 +15,11 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import Arcs
 from vision.extraction.edges import EdgeElements
+from vision.extraction.parameters import QualityParameters
 
 FloatArray = npt.NDArray[np.float64]
 
-# Log odds of an arc being an edge, by logistic regression on pictures A1, A4, B1, C1, C2, C3 of the rendered bulkheads;
-# of the mean step 2 and 4 px beside the arc over its contrast, the log of parallels around, the width in px.
-_ODDS_STEP_NEAR, _ODDS_STEP_FAR, _ODDS_PARALLEL, _ODDS_WIDTH, _ODDS = 3.1, 9.2, -2.7, -2.2, -7.7
-# Log odds of a ridge or ravine running along an edge, sharp or smooth, by regression on pictures A1-A4, A6, B1, C1-C3;
-# of the log of its height in grey and of parallel ridges around.
-_ODDS_HEIGHT, _ODDS_PARALLEL_CREST, _ODDS_CREST = 3.3, -1.6, -6.9
-_NEAR, _FAR = 2.0, 4.0  # px
-_CELL = 8  # px: parallels are counted in 3 x 3 such cells
-_ORIENTATIONS = 12  # modulo pi; neighbours count as parallel
-_GRADES, _FAINTER = 12, 3  # of contrast, two an octave; elements up to three grades fainter count
-_SATURATED = 250.0
-_BESIDE = 3.0  # px from an edge element to where the bright side is read
+_DEFAULTS = QualityParameters()
 
 
 @dataclass(frozen=True)
@@ -48,39 +38,41 @@ class ArcQuality:
         return ArcQuality(self.texture[kept], self.highlight[kept])
 
 
-def assess_arcs(grey: FloatArray, edges: EdgeElements, arcs: Arcs) -> ArcQuality:
+def assess_arcs(grey: FloatArray, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS) -> ArcQuality:
     """Quality of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
     from vision.extraction import _mark_kernels
 
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
-    chains, distances = arcs.chains, np.array([_NEAR, -_NEAR, _FAR, -_FAR, _BESIDE])
+    chains, distances = arcs.chains, np.array([p.near, -p.near, p.far, -p.far, p.highlight_distance])
     x, y, nx, ny = chains.beside(edges.x, edges.y, edges.nx, edges.ny)
     beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, distances)
     per_arc = np.add.reduceat(
-        np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= _SATURATED]),
+        np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= p.saturation]),
         arcs.offsets[:-1],
     )
     near, far, saturated = (per_arc / chains.counts[:, None]).T
-    parallel = np.add.reduceat(_count_parallels(edges, grey.shape, arcs.elements), arcs.offsets[:-1]) / chains.counts
+    parallel = np.add.reduceat(_count_parallels(edges, grey.shape, arcs.elements, p), arcs.offsets[:-1]) / chains.counts
     odds = (
-        _ODDS_STEP_NEAR * near / arcs.contrast
-        + _ODDS_STEP_FAR * far / arcs.contrast
-        + _ODDS_PARALLEL * np.log(parallel / (3 * _CELL))
-        + _ODDS_WIDTH * arcs.width
-        + _ODDS
+        p.step_near * near / arcs.contrast
+        + p.step_far * far / arcs.contrast
+        + p.parallels * np.log(parallel / (3 * p.cell))
+        + p.width * arcs.width
+        + p.offset
     )
     return ArcQuality(_against(odds), saturated)
 
 
-def assess_ridge_arcs(grey: FloatArray, ridges: EdgeElements, arcs: Arcs) -> ArcQuality:
+def assess_ridge_arcs(
+    grey: FloatArray, ridges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS
+) -> ArcQuality:
     """Quality of the arcs along ridges and ravines found in `grey` (rows, columns; 0..255) among all their elements."""
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
     first, counts = arcs.offsets[:-1], arcs.chains.counts
-    parallel = np.add.reduceat(_count_parallels(ridges, grey.shape, arcs.elements), first) / counts
-    saturated = grey.reshape(-1)[ridges.pixel[arcs.elements]] >= _SATURATED
-    odds = _ODDS_HEIGHT * np.log(arcs.contrast) + _ODDS_PARALLEL_CREST * np.log(parallel / (3 * _CELL)) + _ODDS_CREST
+    parallel = np.add.reduceat(_count_parallels(ridges, grey.shape, arcs.elements, p), first) / counts
+    saturated = grey.reshape(-1)[ridges.pixel[arcs.elements]] >= p.saturation
+    odds = p.ridge_height * np.log(arcs.contrast) + p.ridge_parallels * np.log(parallel / (3 * p.cell)) + p.ridge_offset
     return ArcQuality(_against(odds), np.add.reduceat(saturated.astype(np.float64), first) / counts)
 
 
@@ -89,22 +81,24 @@ def _against(odds: FloatArray) -> FloatArray:
     return np.asarray(1.0 / (1.0 + np.exp(np.clip(odds, -30.0, 30.0))))
 
 
-def _count_parallels(edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32]) -> FloatArray:
+def _count_parallels(
+    edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32], p: QualityParameters
+) -> FloatArray:
     """How many elements of like orientation and no less than a third of its contrast, itself among them, lie in the
     3 x 3 cells around each element of `which`."""
     from vision.extraction import _mark_kernels
 
     angle = np.arctan2(edges.ny, edges.nx)
-    turn = np.rint(angle * (_ORIENTATIONS / np.pi)).astype(np.int32) % _ORIENTATIONS
-    grade = np.clip(2.0 * np.log2(edges.contrast / 4.0), 0, _GRADES - 1).astype(np.int32)
-    kinds = _ORIENTATIONS * _GRADES
-    columns = -(-shape[1] // _CELL) + 2  # with a frame of empty cells around
-    cell = ((edges.pixel // shape[1] // _CELL + 1) * columns + edges.pixel % shape[1] // _CELL + 1) * kinds
+    turn = np.rint(angle * (p.orientations / np.pi)).astype(np.int32) % p.orientations
+    grade = np.clip(2.0 * np.log2(edges.contrast / 4.0), 0, p.grades - 1).astype(np.int32)
+    kinds = p.orientations * p.grades
+    columns = -(-shape[1] // p.cell) + 2  # with a frame of empty cells around
+    cell = ((edges.pixel // shape[1] // p.cell + 1) * columns + edges.pixel % shape[1] // p.cell + 1) * kinds
     around = np.array([-1, 0, 1])
     near = np.add.outer(around * columns, around).ravel() * kinds
-    alike = np.add.outer(np.arange(_ORIENTATIONS), around).ravel() % _ORIENTATIONS * _GRADES
+    alike = np.add.outer(np.arange(p.orientations), around).ravel() % p.orientations * p.grades
     # a cell of 8 x 8 px holds at most 64 elements
-    grid = np.zeros((-(-shape[0] // _CELL) + 2) * columns * kinds, np.uint8)
+    grid = np.zeros((-(-shape[0] // p.cell) + 2) * columns * kinds, np.uint8)
     out = np.empty(len(which))
-    _mark_kernels.parallels(cell, turn * _GRADES + grade, near, alike, _GRADES, which, _FAINTER, grid, out)
+    _mark_kernels.parallels(cell, turn * p.grades + grade, near, alike, p.grades, which, p.fainter, grid, out)
     return out

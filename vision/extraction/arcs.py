@@ -12,6 +12,7 @@ from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import Chains
+from vision.extraction.parameters import FittingParameters
 from vision.extraction.refined_polylines import (
     Deviations,
     compute_curvature_bias,
@@ -26,14 +27,11 @@ IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.intp]
 
+_DEFAULTS = FittingParameters()
+
 KINDS = ("line", "circular", "free", "elliptic")
 LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 
-_MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
-_UNEVEN = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
-_FLAT = 0.1  # px that a circular arc, trimmed at its corners, has to bow out by still
-_ROUND = 0.7  # of an ellipse that an arc has to go round to be closed, if its ends are near each other
-_UNBENDING = 2  # rounds of moving the elements of an ellipse out of its bend and fitting it again
 _PACKED = ("elements", "bright_left", "x", "y", "point_sigma")
 
 
@@ -116,23 +114,23 @@ def compute_correlation(scale: float) -> float:
     return float(2.0 * np.sqrt(np.pi) * scale)
 
 
-def weigh_elements(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
+def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> FloatArray:
     """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
     beside it give."""
     contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
     slope = contrast / np.sqrt(2.0 * np.pi * (width**2 + scale**2))
-    return np.asarray(1.0 / (sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
+    return np.asarray(1.0 / (sigma**2 + p.model_sigma**2 + (p.unevenness / slope) ** 2))
 
 
 def fit_group_ellipses(
-    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer]
+    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer], p: FittingParameters
 ) -> Ellipses:
     """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
     arcs = groups.ravel()
     counts = members.counts[arcs]
     begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
     rows = np.repeat(members.offsets[arcs] - begins, counts) + np.arange(counts.sum())
-    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
+    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1), p)
 
 
 def _unbiased_ellipses(
@@ -143,16 +141,17 @@ def _unbiased_ellipses(
     ovals: IndexArray,
     half_spread: FloatArray,
     scale: float,
+    p: FittingParameters,
 ) -> Ellipses:
     """Ellipses through the members of the arcs `ovals`, each moved out of the curve to where smoothing drew it from;
     most, by far, where the ellipse is most bent, so that no parameter of it could be corrected for all."""
-    found = fit_group_ellipses(x, y, w, members, ovals[:, None])
+    found = fit_group_ellipses(x, y, w, members, ovals[:, None], p)
     rows = np.flatnonzero(np.isin(members.chain_of_member, ovals))
     which = np.searchsorted(ovals, members.chain_of_member[rows])
-    for _ in range(_UNBENDING):
+    for _ in range(p.bias_rounds):
         seen = _seen_of_ellipses(x[rows], y[rows], found, which, half_spread[ovals], scale)
         out_x, out_y = np.nan_to_num(seen.bias * seen.nx), np.nan_to_num(seen.bias * seen.ny)
-        moved = fit_ellipses(x[rows] + out_x, y[rows] + out_y, w[rows], members.counts[ovals])
+        moved = fit_ellipses(x[rows] + out_x, y[rows] + out_y, w[rows], members.counts[ovals], p)
         columns = ((getattr(moved, field.name), getattr(found, field.name)) for field in fields(Ellipses))
         found = Ellipses(*(np.where(np.isfinite(moved.square), new, old) for new, old in columns))
     return found
@@ -168,17 +167,23 @@ def _seen_of_ellipses(
 
 
 def measure_arcs(
-    edges: EdgeElements, members: Chains, kinds: IntArray, bright_right: BoolArray, *, scale: float
+    edges: EdgeElements,
+    members: Chains,
+    kinds: IntArray,
+    bright_right: BoolArray,
+    *,
+    scale: float,
+    p: FittingParameters = _DEFAULTS,
 ) -> Arcs:
     """Final fits of arcs with these members and of these kinds, as `segmentation.segment_chains` gives them, and the
     columns that follow from them; `bright_right` says of each edge element whether its bright side is on the right of
     the walk."""
     from vision.extraction import _arc_kernels
 
-    correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale)
+    correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
     x, y = members.beside(edges.x, edges.y)
     fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * _FLAT * fit[:, 2])  # or no circle at all
+    flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * p.min_sagitta * fit[:, 2])  # or no circle at all
     if flat.any():
         kinds = np.where(flat, LINE, kinds).astype(kinds.dtype)
         fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
@@ -189,7 +194,7 @@ def measure_arcs(
     width = members.mean(edges.width)
     half_spread = 0.5 * (scale**2 + width**2)  # of operator and blur together, which draw a curved edge inwards
     ovals = np.flatnonzero(kinds == ELLIPTIC)
-    found = _unbiased_ellipses(x, y, w, members, ovals, half_spread, scale)
+    found = _unbiased_ellipses(x, y, w, members, ovals, half_spread, scale, p)
     good = np.isfinite(found.square)
     columns = np.stack([found.centre_x, found.centre_y, found.major, found.square, found.square], axis=1)
     fit[ovals[good, None], np.array([0, 1, 2, 4, 7])] = columns[good]
@@ -213,14 +218,14 @@ def measure_arcs(
     major, minor = radius, np.where(kinds == ELLIPTIC, radius2, radius)
     # of the whole ellipse, after Ramanujan
     whole = np.pi * (3.0 * (major + minor) - np.sqrt((3.0 * major + minor) * (major + 3.0 * minor)))
-    round_trip = curved & (end_gap < 0.15 * walked) & (walked > _ROUND * whole)
+    round_trip = curved & (end_gap < p.max_closed_gap * walked) & (walked > p.min_closed_turn * whole)
     closed = members.closed | round_trip
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, end_gap, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     deviations, covariance = _deviations(
-        x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale
+        x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale, p
     )
-    polyline = refine_polylines(edges, members, deviations, scale)
+    polyline = refine_polylines(edges, members, deviations, scale, p)
     if (kinds == FREE).any():
         bends = kinds == FREE
         own = bends[members.chain_of_member]
@@ -272,6 +277,7 @@ def _deviations(
     ellipses: Ellipses,
     half_spread: FloatArray,
     scale: float,
+    p: FittingParameters,
 ) -> tuple[Deviations, FloatArray]:
     """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
     those of the elliptic ones, in order; `drawn` (n,) by how much (px) circles are drawn inwards."""
@@ -284,7 +290,7 @@ def _deviations(
         at, px, py = arc[rows], x[rows], y[rows]
         if kind == FREE:
             found, covariance[own] = fit_free_curves(
-                px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale
+                px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale, p
             )
         elif kind == LINE:
             line = fit[:, :4].take(at, axis=0)
@@ -302,6 +308,6 @@ def _deviations(
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]
             covariance[own, :size, :size] = covariances.of_parameters(
-                jacobian, found.distance, w[rows], sigma[rows], first, compute_correlation(scale)
+                jacobian, found.distance, w[rows], sigma[rows], first, compute_correlation(scale), p
             )
     return Deviations(*columns), covariance

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.ellipses import Ellipses
-from vision.extraction.refined_polylines import PRIOR_FREEDOM, Deviations
+from vision.extraction.parameters import FittingParameters
+from vision.extraction.refined_polylines import Deviations
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.intp]
@@ -61,6 +62,7 @@ def of_parameters(
     sigma: FloatArray,
     first: IndexArray,
     correlation: float,
+    p: FittingParameters,
 ) -> FloatArray:
     """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing.
 
@@ -75,7 +77,7 @@ def of_parameters(
     seen = np.add.reduceat(weight * distance**2, first) / total
     foretold = np.add.reduceat(weight * sigma**2, first) / total
     independent = counts / correlation
-    together = (PRIOR_FREEDOM * foretold + independent * seen) / (PRIOR_FREEDOM + independent - size)
+    together = (p.prior_freedom * foretold + independent * seen) / (p.prior_freedom + independent - size)
     error = np.maximum(seen * counts / np.maximum(counts - size, 1), together)
     normal = np.add.reduceat(weight[:, None, None] * jacobian[:, :, None] * jacobian[:, None, :], first)
     scale = np.sqrt(np.einsum("nii->ni", normal))

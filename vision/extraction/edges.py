@@ -20,9 +20,12 @@ import numpy.typing as npt
 from relmodel.errors import InputError
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import EdgeParameters
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
+
+_DEFAULTS = EdgeParameters()
 
 
 @dataclass(frozen=True)
@@ -84,24 +87,21 @@ def to_grey(image: npt.ArrayLike) -> FloatArray:
 def detect_edges(
     image: npt.ArrayLike,
     sigma: float = 1.4,
+    p: EdgeParameters = _DEFAULTS,
     *,
-    min_contrast: float = 4.0,
-    significance: float = 1e-3,
-    max_sigma: float = 0.5,
     noise: FloatArray | None = None,
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
-    Kept: contrast at least `min_contrast` grey, F-test of the gradient below `significance`, predicted position sigma
-    at most `max_sigma` px.  `noise` (256,) is the curve of `estimate_noise`, estimated when not given.  No element lies
-    within two and a half sigma of the border, where the mirrored picture would displace it.
-    """
+    Kept is what `p` says (of its scales, `sigma` alone).  `noise` (256,) is the curve of `estimate_noise`, estimated
+    when not given.  No element lies within two and a half sigma of the border, where the mirrored picture would
+    displace it."""
     from vision.extraction import _edge_kernels
 
     grey = to_grey(image)
     rows, columns = grey.shape
     kernels = gaussian_kernels(sigma)
-    kappa, operator_variance = _calibration(sigma)
+    kappa, operator_variance = _calibration(sigma, p.calibration_blur)
     curve = estimate_noise(grey) if noise is None else np.asarray(noise, dtype=np.float64)
     covariance = kernels.moment_covariance
     variances = np.array(
@@ -113,15 +113,15 @@ def detect_edges(
         ],
         dtype=np.float32,
     )
-    no_shade = (min_contrast / (sqrt(2.0 * pi) * _MAX_SPREAD * sigma)) ** 2
+    no_shade = (p.min_contrast / (sqrt(2.0 * pi) * p.max_spread * sigma)) ** 2
     # F on (2, infinity), as the noise comes from the whole picture
-    no_chance = 2.0 * covariance[1, 1] * -log(significance)
+    no_chance = 2.0 * covariance[1, 1] * -log(p.significance)
 
     def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
         _edge_kernels.steps(
             moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
-            _MAX_OFFSET, min_contrast, max_sigma, found, seen,
+            p.max_offset, p.min_contrast, p.max_sigma, found, seen,
         )  # fmt: skip
         within = seen.reshape(-1, columns)
         within[:, :border], within[:, columns - border :] = False, False
@@ -130,7 +130,7 @@ def detect_edges(
         pixel = np.flatnonzero(seen)
         return found.take(pixel, axis=1), (first + pixel).astype(np.int32)
 
-    border = ceil(_BORDER * sigma)
+    border = ceil(p.border * sigma)
     values, pixels = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
     )
@@ -150,19 +150,16 @@ def detect_edges(
 
 
 _BEYOND = 1000.0  # grey: noise reaches beyond 0..255, another scale farther than this
-_MAX_OFFSET = 0.75  # px along the gradient: more than half a pixel, so that noise opens no gaps; thinning follows
-_BORDER = 2.5  # scales: further in, the mirrored picture displaces no edge by more than 0.01 px
-_MAX_SPREAD = 4.0  # scales: what slopes less than the least step, spread over so many, is a shade
 
 
 @cache
-def _calibration(sigma: float) -> tuple[float, float]:
+def _calibration(sigma: float, calibration_blur: float) -> tuple[float, float]:
     """What truncating the Gaussian does: the factor kappa of the offset and the variance that the operator adds to the
-    spread, from the closed form of a step of blur 0.75 px seen at up to half a pixel."""
+    spread, from the closed form of a step of that blur (px) seen at up to half a pixel."""
     from scipy.special import ndtr
 
     kernels = gaussian_kernels(sigma)
-    blur, offsets = 0.75, np.linspace(0.05, 0.5, 10)
+    blur, offsets = calibration_blur, np.linspace(0.05, 0.5, 10)
     t = np.arange(-kernels.radius, kernels.radius + 1)
     first, second, third = (kernels.one_d[1:] @ ndtr((t - offsets[:, None]) / blur).T) * [[1.0], [2.0], [6.0]]
     q = second**2 - first * third

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vision.extraction.parameters import FittingParameters
+
 FloatArray = npt.NDArray[np.float64]
 
-_ROUNDS = 3
+_DEFAULTS = FittingParameters()
+
 # Which of the fifteen products of two terms of a conic is that of terms i and j.
 _PRODUCT = np.array(
     [
@@ -20,6 +23,7 @@ _PRODUCT = np.array(
         [9, 10, 11, 12, 13, 14],
     ]
 )
+
 _QUADRATIC, _LINEAR = slice(0, 3), slice(3, 6)
 
 
@@ -37,7 +41,9 @@ class Ellipses:
     square: FloatArray
 
 
-def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.NDArray[np.integer]) -> Ellipses:
+def fit_ellipses(
+    x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.NDArray[np.integer], p: FittingParameters = _DEFAULTS
+) -> Ellipses:
     """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
     if len(counts) == 0:
         return Ellipses(*np.zeros((6, 0)))
@@ -63,7 +69,7 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     weight_sum = total(weight)
     gain, gradient = weight / spread(weight_sum), one
     conic = np.zeros((len(counts), 6))
-    for _ in range(_ROUNDS):
+    for _ in range(p.ellipse_rounds):
         conic, found = _direct(total(gain * products)[_PRODUCT].transpose(2, 0, 1))
         a, b, c, d, e, f = spread(conic.T)
         gradient = (2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2

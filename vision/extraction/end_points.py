@@ -7,11 +7,12 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.junctions import END, START, Junctions
+from vision.extraction.parameters import JunctionParameters
 from vision.extraction.refined_polylines import RefinedPolylines
 
 IntArray = npt.NDArray[np.int32]
 
-_OVERRUN = 6  # points, at most, that a polyline runs on beyond the junction
+_DEFAULTS = JunctionParameters()
 
 
 def snap_end_points(arcs: Arcs, junctions: Junctions) -> Arcs:
@@ -45,7 +46,9 @@ def snap_end_points(arcs: Arcs, junctions: Junctions) -> Arcs:
     )
 
 
-def snap_polylines(arcs: Arcs, junctions: Junctions) -> tuple[RefinedPolylines, IntArray]:
+def snap_polylines(
+    arcs: Arcs, junctions: Junctions, p: JunctionParameters = _DEFAULTS
+) -> tuple[RefinedPolylines, IntArray]:
     """The polylines of the arcs, and their offsets (n + 1,), from junction to junction: what runs on beyond one left
     out, the place itself put in."""
     kept = np.ones(len(arcs.x), np.bool_)
@@ -57,7 +60,7 @@ def snap_polylines(arcs: Arcs, junctions: Junctions) -> tuple[RefinedPolylines, 
         first, behind = arcs.offsets[junctions.arc[met]], arcs.offsets[junctions.arc[met] + 1]
         last = first if which == START else behind - 1
         beyond = np.ones(len(met), np.bool_)
-        for step in range(_OVERRUN):
+        for step in range(p.overrun_points):
             point = np.clip(last + inward * step, first, behind - 1)
             gap = np.column_stack([arcs.x[point], arcs.y[point]]) - place[met]
             beyond &= np.sum(gap * away[met], axis=1) <= 0.0

@@ -1,16 +1,14 @@
 """The fused pass: from a picture to edge elements, arcs, regions, topography and relations."""
 
 import hashlib
-import json
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, replace
-from math import isfinite
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import InputError
 from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
 from vision.extraction.edges import EdgeElements, to_grey
@@ -18,6 +16,7 @@ from vision.extraction.end_points import snap_end_points
 from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.regions import Regions, draw_edge_mask, find_leak_proof_regions, find_plain_regions
 from vision.extraction.relations import RegionArcs, Relations, find_region_arcs, find_relations
 from vision.extraction.scales import detect_edges_over_scales
@@ -28,49 +27,6 @@ from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, l
 FloatArray = npt.NDArray[np.float64]
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
-
-
-@dataclass(frozen=True)
-class ExtractionParameters:
-    """What an extraction depends on besides the picture.
-
-    `scales` (px) of the facets for edges, ascending: of several, a finer one needs a coarser to confirm what it sees;
-    `topography_scale` for the labels; `min_contrast` (grey 0..255), `significance` of the gradient and `max_sigma` (px)
-    of edge elements; elements of at least `link_contrast` are linked; chains shorter than `min_elements` are cleared,
-    and arcs below `min_significance`, minus the decimal logarithm of the number of false alarms a megapixel;
-    `fill_reach` (px) of bridges, `join_reach` (px) of arcs; `regions` is `leak-proof` or `plain`; ridges and ravines of
-    height `min_ridge_height` and `min_ridge_elements` become arcs; `relation_radius` in px. `mask`: SHA-256 of the
-    region of interest, set by `extract`; empty where the whole picture is looked at."""
-
-    scales: tuple[float, ...] = (1.4,)
-    topography_scale: float = 2.0
-    min_contrast: float = 4.0
-    significance: float = 1e-3
-    max_sigma: float = 0.5
-    link_contrast: float = 12.0
-    min_elements: int = 5
-    min_significance: float = -1.5
-    fill_reach: float = 25.0
-    join_reach: float = 40.0
-    regions: str = "leak-proof"
-    min_region_area: int = 40
-    min_ridge_height: float = 6.0
-    min_ridge_elements: int = 20
-    relation_radius: float = 80.0
-    mask: str = ""
-
-    def __post_init__(self) -> None:
-        amiss = [name for name, value in asdict(self).items() if isinstance(value, float) and not isfinite(value)]
-        if amiss:
-            raise UsageError(f"the extraction's {amiss[0]} is {getattr(self, amiss[0])}: give a finite number")
-        if not 0.0 < self.significance <= 1.0:
-            raise UsageError(f"a significance of {self.significance} is no probability: give one of 0 to 1")
-        if self.regions not in ("leak-proof", "plain"):
-            raise UsageError(f"there are no regions of kind {self.regions}: choose leak-proof or plain")
-
-    def to_json(self) -> str:
-        """All parameters, defaults included, keys sorted."""
-        return json.dumps(asdict(self), sort_keys=True)
 
 
 @dataclass(frozen=True)
@@ -138,53 +94,47 @@ def extract(
         if not mask.any():
             raise InputError("the mask leaves nothing of the picture: paint part of it white")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
-    noise = estimate_noise(grey)
+    noise = estimate_noise(grey, p.noise)
     lap("noise")
-    edges = detect_edges_over_scales(
-        grey,
-        p.scales,
-        min_contrast=p.min_contrast,
-        significance=p.significance,
-        max_sigma=p.max_sigma,
-        noise=noise,
-    )
+    edges = detect_edges_over_scales(grey, p.edges, noise=noise)
     if mask is not None:
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
-    shape = (grey.shape[0], grey.shape[1])
+    shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scales[0]
     # Beside the way from edges over arcs to regions goes what that way does not need, or not yet.
     with ThreadPoolExecutor(1) as beside:
-        # Cleared is only when the arcs are known: a bridge or a join can make significant what alone is not.
-        chains = link(edges, shape, min_contrast=p.link_contrast)
-        chains = chains.take(chains.counts >= p.min_elements)
-        scoring = beside.submit(compute_false_alarm_terms, grey, edges, chains.elements)
+        # Weak ones are dropped only when the arcs are known: a bridge or a join can make significant what alone is not.
+        chains = link(edges, shape, min_contrast=p.linking.min_contrast)
+        chains = chains.take(chains.counts >= p.linking.min_elements)
+        scoring = beside.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)
         labelling = beside.submit(_topography, grey, noise, mask, p)
-        chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
+        chains = fill_gaps(edges, chains, grey, p.linking)
         lap("linking")
-        members, kinds, turned = segment_chains(edges, chains, scale=p.scales[0], reach=p.join_reach)
+        members, kinds, bright_right = segment_chains(edges, chains, scale=scale, p=p.segmentation, fitting=p.fitting)
         terms = scoring.result()
-        kept, keeping = select_significant(terms, members, chains, min_significance=p.min_significance)
+        kept, keeping = select_significant(terms, members, chains, p.significance)
         members, chains = members.take(kept), chains.take(keeping)
-        arcs = measure_arcs(edges, members, kinds[kept], turned, scale=p.scales[0])
-        arcs = replace(arcs, significance=compute_significance(terms, members))
+        arcs = measure_arcs(edges, members, kinds[kept], bright_right, scale=scale, p=p.fitting)
+        arcs = replace(arcs, significance=compute_significance(terms, members, p.significance))
         lap("arcs")
-        junctions = find_junctions(grey, arcs)
+        junctions = find_junctions(grey, arcs, p.junctions)
         arcs = snap_end_points(arcs, junctions)
-        assessing = beside.submit(assess_arcs, grey, edges, arcs)
+        assessing = beside.submit(assess_arcs, grey, edges, arcs, p.quality)
         lap("junctions")
-        barrier, linked = draw_edge_mask(edges, chains, arcs, junctions, shape), edges.take(np.unique(chains.elements))
-        if p.regions == "leak-proof":
-            regions = find_leak_proof_regions(grey, barrier, min_area=p.min_region_area, inside=mask, edges=linked)
+        barrier = draw_edge_mask(edges, chains, arcs, junctions, shape, p.regions)
+        linked = edges.take(np.unique(chains.elements))
+        if p.regions.kind == "leak-proof":
+            regions = find_leak_proof_regions(grey, barrier, p.regions, inside=mask, edges=linked)
         else:
-            regions = find_plain_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
+            regions = find_plain_regions(grey, barrier, p.regions, inside=mask)
         lap("regions")
-        labels, ridges, polylines, quality_of_ridges = labelling.result()
+        labels, ridges, ridge_arcs, ridge_quality = labelling.result()
         mark_inflections(labels, linked.pixel)
         quality = assessing.result()
         lap("topography and quality")
     histogram = count_labels(labels, regions.labels, len(regions))
-    borders = find_region_arcs(edges, arcs, regions)
-    found = find_relations(arcs, junctions, regions, borders, radius=p.relation_radius)
+    borders = find_region_arcs(edges, arcs, regions, p.relations)
+    found = find_relations(arcs, junctions, regions, borders, p.relations)
     lap("relations")
     return Extraction(
         shape,
@@ -200,8 +150,8 @@ def extract(
         labels,
         histogram,
         ridges,
-        polylines,
-        quality_of_ridges,
+        ridge_arcs,
+        ridge_quality,
         found,
         timings,
     )
@@ -210,15 +160,9 @@ def extract(
 def _topography(
     grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
 ) -> tuple[npt.NDArray[np.uint8], Ridges, Arcs, ArcQuality]:
-    """Labels without inflections, ridges, the arcs along these and their marks."""
-    labels, ridges = label_topography(grey, noise, sigma=p.topography_scale)
+    """Labels without inflections, ridges, the arcs along these and their quality."""
+    labels, ridges = label_topography(grey, noise, p.topography)
     if mask is not None:
         ridges = ridges.take(mask.reshape(-1)[ridges.elements.pixel])
-    polylines = fit_ridge_arcs(
-        ridges,
-        (grey.shape[0], grey.shape[1]),
-        scale=p.topography_scale,
-        min_height=p.min_ridge_height,
-        min_elements=p.min_ridge_elements,
-    )
-    return labels, ridges, polylines, assess_ridge_arcs(grey, ridges.elements, polylines)
+    ridge_arcs = fit_ridge_arcs(ridges, (grey.shape[0], grey.shape[1]), p.topography, p.segmentation, p.fitting)
+    return labels, ridges, ridge_arcs, assess_ridge_arcs(grey, ridges.elements, ridge_arcs, p.quality)

@@ -1,6 +1,6 @@
 """Free curves: uniform cubic splines of least squares through edge elements, with their covariance.
 
-A spline with a knot every eight pixels follows what an edge detector can see of a bend.  Its covariance is that of the
+A spline with a knot every few pixels follows what an edge detector can see of a bend.  Its covariance is that of the
 elements carried through the fit: their own standard deviations, correlated along the curve as their windows overlap,
 exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the spline than that explains.
 """
@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.covariances import STATIONS
-from vision.extraction.refined_polylines import PRIOR_FREEDOM, Deviations
+from vision.extraction.parameters import FittingParameters
+from vision.extraction.refined_polylines import Deviations
 
 FloatArray = npt.NDArray[np.float64]
-
-_KNOTS_APART = 8.0  # px
 
 
 def fit_free_curves(
@@ -24,6 +23,7 @@ def fit_free_curves(
     counts: npt.NDArray[np.integer],
     half_spread: FloatArray,
     scale: float,
+    p: FittingParameters,
 ) -> tuple[Deviations, FloatArray]:
     """How members (m,) lie to the n curves through them, and the covariances (n, `STATIONS`, `STATIONS`) of these.
 
@@ -38,18 +38,24 @@ def fit_free_curves(
     ends = np.cumsum(counts)
     for i, (first, last) in enumerate(zip(ends - counts, ends, strict=True)):  # rare, and of a size each
         own = slice(int(first), int(last))
-        columns[:, own], found = _fit(x[own], y[own], sigma[own], weight[own], float(half_spread[i]), scale)
+        columns[:, own], found = _fit(x[own], y[own], sigma[own], weight[own], float(half_spread[i]), scale, p)
         covariance[i, : len(found), : len(found)] = found
     return Deviations(*columns), covariance
 
 
 def _fit(
-    x: FloatArray, y: FloatArray, sigma: FloatArray, weight: FloatArray, half_spread: float, scale: float
+    x: FloatArray,
+    y: FloatArray,
+    sigma: FloatArray,
+    weight: FloatArray,
+    half_spread: float,
+    scale: float,
+    p: FittingParameters,
 ) -> tuple[FloatArray, FloatArray]:
     """Deviations (5, m) of the members of one curve, and its covariance at its stations."""
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     length, count = float(place[-1]), len(x)
-    intervals = int(np.clip(round(length / _KNOTS_APART), 1, max(count // 2 - 3, 1)))
+    intervals = int(np.clip(round(length / p.knot_spacing), 1, max(count // 2 - 3, 1)))
     value, slope, bend = _basis(place, length, intervals)
     # a curve that no element holds anywhere is kept from bending there
     stiff = 1e-6 * weight.mean() * np.diff(np.eye(intervals + 3), 2, axis=0)
@@ -74,7 +80,7 @@ def _fit(
     square += -4.0 * np.sum(_banded(place, root * sigma, scale, u) * m)
     square += 2.0 * (np.sum((u.T @ u) * (m.T @ m)) + np.sum((m.T @ u) * (m.T @ u).T))
     freedom = expected**2 / square
-    excess = (PRIOR_FREEDOM + freedom * np.sum(weight * across**2) / expected) / (PRIOR_FREEDOM + freedom)
+    excess = (p.prior_freedom + freedom * np.sum(weight * across**2) / expected) / (p.prior_freedom + freedom)
     at = np.linspace(0.0, length, min(STATIONS, intervals + 3))
     station = _basis(at, length, intervals)[0]
     curve_sigma = np.sqrt(excess * np.sum(value @ of_control * value, axis=1))

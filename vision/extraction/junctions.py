@@ -13,6 +13,7 @@ import numpy.typing as npt
 from vision.extraction.arcs import Arcs
 from vision.extraction.linking import find_pairs_within, interpolate_grey, label_components
 from vision.extraction.osculating_circles import OsculatingCircles, find_osculating_circles
+from vision.extraction.parameters import JunctionParameters
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -24,17 +25,7 @@ L, T, Y, X, SMOOTH = range(5)
 AT = ("start", "end", "course")
 START, END, INTERIOR = range(3)
 
-_REACH = 8.0  # px that an end is prolonged
-_OVERRUN = 3.0  # px that it may have run on beyond the junction
-_END_SIGMA = 3.0  # px along an arc: where linking stopped says little of where the edge ends
-_SAME = 1.5  # px between two junctions that are one
-_OFF, _OFF_SIGMAS = 0.6, 3.0  # px, standard deviations: an arc that passes by farther than both has no part in it
-_CROSS = np.sin(np.deg2rad(20.0))  # an end that meets a polyline more aslant runs beside it
-_STRAIGHT_ON = np.cos(np.deg2rad(160.0))  # two ways that run on into each other
-_BESIDE = 1.5  # px from a prolongation at which grey is read
-_BLURRED = 1.5  # px before the junction in which no step is asked for
-_SUPPORT = 0.25  # of the arc's contrast that its prolongation must show
-_ROUNDS = 3  # of leaving out what has no part in a junction
+_DEFAULTS = JunctionParameters()
 
 
 @dataclass(frozen=True)
@@ -87,9 +78,9 @@ class _Polylines:
     shape: tuple[int, ...]
 
 
-def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
-    """Where free ends of the arcs found in `grey` (rows, columns; 0..255) meet, within 8 px of each, another's end or
-    polyline.
+def find_junctions(grey: FloatArray, arcs: Arcs, p: JunctionParameters = _DEFAULTS) -> Junctions:
+    """Where free ends of the arcs found in `grey` (rows, columns; 0..255) meet, within `p.reach` px of each, another's
+    end or polyline.
 
     Of all that an end can reach it takes the nearest; no end goes across another arc.  Ends and polylines that meet in
     one place make one junction.
@@ -97,11 +88,11 @@ def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
     opened = np.flatnonzero(~arcs.closed)
     arc, at = np.tile(opened, 2), np.repeat([START, END], len(opened))
     point = np.where(at == START, arcs.offsets[arc], arcs.offsets[arc + 1] - 1)
-    ends = _Ends(arc, at, find_osculating_circles(arcs, point, arcs.x[point], arcs.y[point]).flipped(at == START))
+    ends = _Ends(arc, at, find_osculating_circles(arcs, point, arcs.x[point], arcs.y[point], p).flipped(at == START))
     polylines = _sample_polylines(arcs, grey.shape)
-    hit, way = _find_first_polylines(arcs, ends, polylines)
-    one, other, near = _find_ends_that_meet(grey, arcs, ends, polylines, hit, way)
-    end, met, far = _find_ends_on_polylines(grey, arcs, ends, polylines, hit, way)
+    hit, way = _find_first_polylines(arcs, ends, polylines, p)
+    one, other, near = _find_ends_that_meet(grey, arcs, ends, polylines, hit, way, p)
+    end, met, far = _find_ends_on_polylines(grey, arcs, ends, polylines, hit, way, p)
 
     # each end takes the nearest of what it can reach
     chosen = np.full(len(arc), -1, np.intp)
@@ -112,7 +103,7 @@ def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
     picked = chosen[chosen >= 0]
     pairs, on = picked[picked < len(one)], picked[picked >= len(one)] - len(one)
     couples = np.column_stack([one[pairs], other[pairs]])
-    return _merge_meetings(arcs, ends, polylines, couples, end[on], met[on], _find_crossings(arcs, polylines))
+    return _merge_meetings(arcs, ends, polylines, couples, end[on], met[on], _find_crossings(arcs, polylines, p), p)
 
 
 def _sample_polylines(arcs: Arcs, shape: tuple[int, ...]) -> _Polylines:
@@ -134,11 +125,13 @@ def _pixels(place: FloatArray, shape: tuple[int, ...]) -> IndexArray:
     return np.asarray(row * shape[1] + column)
 
 
-def _find_first_polylines(arcs: Arcs, ends: _Ends, polylines: _Polylines) -> tuple[IndexArray, FloatArray]:
+def _find_first_polylines(
+    arcs: Arcs, ends: _Ends, polylines: _Polylines, p: JunctionParameters
+) -> tuple[IndexArray, FloatArray]:
     """The place on another polyline that each end comes by first, not running beside it, and how far on; -1,
     infinity."""
     count = len(ends.arc)
-    way = np.arange(-_OVERRUN, _REACH + 1.0)
+    way = np.arange(-p.overrun, p.reach + 1.0)
     ray = ends.curve.points(np.tile(way, (count, 1)))
     around = np.add.outer(np.array([-1, 0, 1]) * polylines.shape[1], [-1, 0, 1]).ravel()
     at = polylines.holder.take(_pixels(ray, polylines.shape)[..., None] + around)
@@ -148,7 +141,9 @@ def _find_first_polylines(arcs: Arcs, ends: _Ends, polylines: _Polylines) -> tup
     end, step, at = end[other], step[other], at[other]
     chord, normal = _chords(arcs, polylines.point[at]), ends.curve.take(end).normals(way[step][:, None])[:, 0]
     distance = np.hypot(*(polylines.place[at] - ray[end, step]).T)
-    met = (np.abs(np.sum(chord * normal, axis=1)) > _CROSS * np.hypot(*chord.T)) & (distance < 1.0)
+    met = (np.abs(np.sum(chord * normal, axis=1)) > np.sin(p.min_crossing_angle) * np.hypot(*chord.T)) & (
+        distance < 1.0
+    )
     end, step, at, distance = end[met], step[met], at[met], distance[met]
     order = np.lexsort((at, distance, step, end))
     found, first = np.unique(end[order], return_index=True)
@@ -165,30 +160,36 @@ def _chords(arcs: Arcs, point: IndexArray) -> FloatArray:
 
 
 def _find_ends_that_meet(
-    grey: FloatArray, arcs: Arcs, ends: _Ends, polylines: _Polylines, hit: IndexArray, way: FloatArray
+    grey: FloatArray,
+    arcs: Arcs,
+    ends: _Ends,
+    polylines: _Polylines,
+    hit: IndexArray,
+    way: FloatArray,
+    p: JunctionParameters,
 ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Pairs of ends, both ways, and the greater of the distances (px) to where they meet."""
     curve = ends.curve
     nothing = np.zeros(0, np.intp)
     if len(ends.arc) < 2:
         return nothing, nothing, np.zeros(0)
-    pairs = find_pairs_within(np.column_stack([curve.x, curve.y]), 1.5 * _REACH)
+    pairs = find_pairs_within(np.column_stack([curve.x, curve.y]), 1.5 * p.reach)
     pairs = pairs[ends.arc[pairs[:, 0]] != ends.arc[pairs[:, 1]]]
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     if len(pairs) == 0:
         return nothing, nothing, np.zeros(0)
     member = curve.take(pairs.ravel())
     group = np.repeat(np.arange(len(pairs)), 2)
-    place, _ = _places(member, np.ones(len(group), np.bool_), group, len(pairs))
+    place, _ = _places(member, np.ones(len(group), np.bool_), group, len(pairs), p)
     along, across = member.locate(*place[group].T)
     met, beyond = hit[pairs], way[pairs] - along.reshape(-1, 2)
     stranger = (met >= 0) & (polylines.arc[met] != ends.arc[pairs[:, ::-1]])
     freely = ~stranger | (beyond > -2.0)
     # two ends on both sides of a polyline that runs through meet this, not each other
-    through = stranger & (beyond < 2.0) & _inner(arcs, polylines)[met]
+    through = stranger & (beyond < 2.0) & _inner(arcs, polylines, p)[met]
     freely &= ~(through.all(axis=1) & (polylines.arc[met[:, 0]] == polylines.arc[met[:, 1]]))[:, None]
-    fits = _takes_part(arcs, ends.arc[pairs.ravel()], member, along, across)
-    fits &= _supported(grey, arcs, ends.arc[pairs.ravel()], ends.at[pairs.ravel()], member, along)
+    fits = _takes_part(arcs, ends.arc[pairs.ravel()], member, along, across, p)
+    fits &= _supported(grey, arcs, ends.arc[pairs.ravel()], ends.at[pairs.ravel()], member, along, p)
     good = (fits.reshape(-1, 2) & freely).all(axis=1)
     farther = np.abs(along).reshape(-1, 2).max(axis=1)
     a, b = pairs[good].T
@@ -196,33 +197,40 @@ def _find_ends_that_meet(
 
 
 def _find_ends_on_polylines(
-    grey: FloatArray, arcs: Arcs, ends: _Ends, polylines: _Polylines, hit: IndexArray, way: FloatArray
+    grey: FloatArray,
+    arcs: Arcs,
+    ends: _Ends,
+    polylines: _Polylines,
+    hit: IndexArray,
+    way: FloatArray,
+    p: JunctionParameters,
 ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Ends that meet the polyline of another arc, the place on the polyline, and the distance (px)."""
     end = np.flatnonzero(hit >= 0)
     if len(end) == 0:
         return end, end, np.zeros(0)
     met = hit[end]
-    member = _stacked(ends.curve.take(end), _curves_at(arcs, polylines, met))
+    member = _stacked(ends.curve.take(end), _curves_at(arcs, polylines, met, p))
     group = np.tile(np.arange(len(end)), 2)
     is_end = np.repeat([True, False], len(end))
-    place, _ = _places(member, is_end, group, len(end), ends.curve.take(end).points(way[end, None])[:, 0])
+    place, _ = _places(member, is_end, group, len(end), p, ends.curve.take(end).points(way[end, None])[:, 0])
     along, across = member.locate(*place[group].T)
     owner = np.concatenate([ends.arc[end], polylines.arc[met]])
-    fits = _takes_part(arcs, owner, member, along, across) & (is_end | (np.abs(along) <= _OVERRUN))
-    fits[: len(end)] &= _supported(grey, arcs, ends.arc[end], ends.at[end], ends.curve.take(end), along[: len(end)])
+    fits = _takes_part(arcs, owner, member, along, across, p) & (is_end | (np.abs(along) <= p.overrun))
+    fits[: len(end)] &= _supported(grey, arcs, ends.arc[end], ends.at[end], ends.curve.take(end), along[: len(end)], p)
     good = fits[: len(end)] & fits[len(end) :]
     return end[good], met[good], np.abs(along[: len(end)])[good] + 1.0
 
 
-def _curves_at(arcs: Arcs, polylines: _Polylines, at: IndexArray) -> OsculatingCircles:
-    return find_osculating_circles(arcs, polylines.point[at], *polylines.place[at].T)
+def _curves_at(arcs: Arcs, polylines: _Polylines, at: IndexArray, p: JunctionParameters) -> OsculatingCircles:
+    x, y = polylines.place[at].T
+    return find_osculating_circles(arcs, polylines.point[at], x, y, p)
 
 
-def _find_crossings(arcs: Arcs, polylines: _Polylines) -> IndexArray:
+def _find_crossings(arcs: Arcs, polylines: _Polylines, p: JunctionParameters) -> IndexArray:
     """(n, 2) places where polylines cross, well within both; of two arcs that cross twice, where they come nearer."""
     point, arc = polylines.point, polylines.arc
-    inner = _inner(arcs, polylines)
+    inner = _inner(arcs, polylines, p)
     found = []
     for around in (0, 1, polylines.shape[1] - 1, polylines.shape[1], polylines.shape[1] + 1):
         other = polylines.holder.take(polylines.pixel + around)
@@ -233,7 +241,7 @@ def _find_crossings(arcs: Arcs, polylines: _Polylines) -> IndexArray:
     pair = pair[inner[pair].all(axis=1)]
     one, two = (_chords(arcs, point[pair[:, i]]) for i in (0, 1))
     cross = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    pair = pair[cross > _CROSS * np.hypot(*one.T) * np.hypot(*two.T)]
+    pair = pair[cross > np.sin(p.min_crossing_angle) * np.hypot(*one.T) * np.hypot(*two.T)]
     apart = np.hypot(*(polylines.place[pair[:, 0]] - polylines.place[pair[:, 1]]).T)
     low, high = np.sort(arc[pair], axis=1).T
     order = np.lexsort((pair[:, 1], pair[:, 0], apart, high, low))
@@ -241,16 +249,21 @@ def _find_crossings(arcs: Arcs, polylines: _Polylines) -> IndexArray:
     return np.asarray(pair[order[new]])
 
 
-def _inner(arcs: Arcs, polylines: _Polylines) -> BoolArray:
+def _inner(arcs: Arcs, polylines: _Polylines, p: JunctionParameters) -> BoolArray:
     """Which places are well within their polyline."""
     from_end = np.minimum(
         polylines.point - arcs.offsets[polylines.arc], arcs.offsets[polylines.arc + 1] - 1 - polylines.point
     )
-    return np.asarray((from_end > _OVERRUN) | arcs.closed[polylines.arc])
+    return np.asarray((from_end > p.overrun) | arcs.closed[polylines.arc])
 
 
 def _places(
-    curve: OsculatingCircles, is_end: BoolArray, group: IndexArray, count: int, begin: FloatArray | None = None
+    curve: OsculatingCircles,
+    is_end: BoolArray,
+    group: IndexArray,
+    count: int,
+    p: JunctionParameters,
+    begin: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Places (count, 2) where the curves of each group meet, and their covariances (count, 2, 2): Gauss and Newton from
     `begin`, or from the middle of the curves' own places."""
@@ -262,9 +275,9 @@ def _places(
         along, across = curve.locate(*place[group].T)
         normal = curve.normals(along[:, None])[:, 0]
         tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-        sigma = curve.sigma(np.clip(along, -_OVERRUN, _REACH))
+        sigma = curve.sigma(np.clip(along, -p.overrun, p.reach), p.min_sigma)
         information, pull = np.zeros((count, 2, 2)), np.zeros((count, 2))
-        for axis, distance, weight in ((normal, across, sigma**-2), (tangent, along, is_end * _END_SIGMA**-2)):
+        for axis, distance, weight in ((normal, across, sigma**-2), (tangent, along, is_end * p.end_sigma**-2)):
             for i in range(2):
                 pull[:, i] += np.bincount(group, weight * distance * axis[:, i], count)
                 for j in range(i, 2):
@@ -272,31 +285,39 @@ def _places(
         (xx, xy), (_, yy) = np.moveaxis(information, 0, -1)
         covariance = np.moveaxis(np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy), -1, 0)
         move = np.einsum("nij,nj->ni", covariance, pull)
-        place = place - move / np.maximum(np.linalg.norm(move, axis=1, keepdims=True) / _REACH, 1.0)
+        place = place - move / np.maximum(np.linalg.norm(move, axis=1, keepdims=True) / p.reach, 1.0)
     return place, covariance
 
 
 def _takes_part(
-    arcs: Arcs, arc: IndexArray, curve: OsculatingCircles, along: FloatArray, across: FloatArray
+    arcs: Arcs, arc: IndexArray, curve: OsculatingCircles, along: FloatArray, across: FloatArray, p: JunctionParameters
 ) -> BoolArray:
     """Whether curves pass by a place `along` and `across` from them, and that lies where ends may be prolonged to."""
-    near = np.abs(across) <= np.maximum(_OFF, _OFF_SIGMAS * curve.sigma(along))
-    return np.asarray(near & (along <= _REACH) & (along >= -np.minimum(_OVERRUN, 0.4 * arcs.length[arc])))
+    near = np.abs(across) <= np.maximum(p.max_off, p.max_off_sigmas * curve.sigma(along, p.min_sigma))
+    return np.asarray(
+        near & (along <= p.reach) & (along >= -np.minimum(p.overrun, p.max_overrun_share * arcs.length[arc]))
+    )
 
 
 def _supported(
-    grey: FloatArray, arcs: Arcs, arc: IndexArray, at: IndexArray, curve: OsculatingCircles, along: FloatArray
+    grey: FloatArray,
+    arcs: Arcs,
+    arc: IndexArray,
+    at: IndexArray,
+    curve: OsculatingCircles,
+    along: FloatArray,
+    p: JunctionParameters,
 ) -> BoolArray:
-    """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign a quarter as high."""
-    shown = np.maximum(along - _BLURRED, 0.0)
+    """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign."""
+    shown = np.maximum(along - p.blurred, 0.0)
     s = shown[:, None] * np.linspace(0.1, 1.0, 8)
     places, normals = curve.points(s), curve.normals(s)
-    sides = [interpolate_grey(grey, places + side * normals) for side in (_BESIDE, -_BESIDE)]
+    sides = [interpolate_grey(grey, places + side * normals) for side in (p.support_distance, -p.support_distance)]
     # where the bright side is on the left of who walks from start to end, it is against the normal
     left = arcs.bright_left[np.where(at == END, arcs.offsets[arc + 1] - 1, arcs.offsets[arc])]
     bright = np.where((at == END) == left, -1.0, 1.0)[:, None]
     height = (bright * (sides[0] - sides[1])).mean(axis=1)
-    return np.asarray((shown <= 1.0) | (height >= _SUPPORT * arcs.contrast[arc]))
+    return np.asarray((shown <= 1.0) | (height >= p.min_support * arcs.contrast[arc]))
 
 
 def _stacked(first: OsculatingCircles, second: OsculatingCircles) -> OsculatingCircles:
@@ -328,13 +349,13 @@ class _Meetings:
         group = np.unique(self.group[rows], return_inverse=True)[1]
         return _Meetings(group.astype(np.intp), self.arc[rows], self.at[rows], self.curve.take(rows))
 
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        return _places(self.curve, self.at != INTERIOR, self.group, self.count)
+    def places(self, p: JunctionParameters) -> tuple[FloatArray, FloatArray]:
+        return _places(self.curve, self.at != INTERIOR, self.group, self.count, p)
 
-    def misses(self, arcs: Arcs, place: FloatArray) -> FloatArray:
+    def misses(self, arcs: Arcs, place: FloatArray, p: JunctionParameters) -> FloatArray:
         """By how far (px) each passes its group's place, zero where it takes part there."""
         along, across = self.curve.locate(*place[self.group].T)
-        return np.where(_takes_part(arcs, self.arc, self.curve, along, across), 0.0, np.abs(across) + 1e-9)
+        return np.where(_takes_part(arcs, self.arc, self.curve, along, across, p), 0.0, np.abs(across) + 1e-9)
 
 
 def _merge_meetings(
@@ -345,6 +366,7 @@ def _merge_meetings(
     end: IndexArray,
     met: IndexArray,
     crossings: IndexArray,
+    p: JunctionParameters,
 ) -> Junctions:
     """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of polylines, and of polylines that cross at
     places `crossings` (n, 2); those in one place as one."""
@@ -356,13 +378,13 @@ def _merge_meetings(
         np.concatenate([component[used], component[end], crossing]),
         np.concatenate([ends.arc[used], polylines.arc[met]]),
         np.concatenate([ends.at[used], np.full(len(met), INTERIOR)]),
-        _stacked(ends.curve.take(used), _curves_at(arcs, polylines, met)),
+        _stacked(ends.curve.take(used), _curves_at(arcs, polylines, met, p)),
     ).take(np.arange(len(used) + len(met)))
-    meetings = _once_each(_one_a_place(meetings))
+    meetings = _once_each(_one_a_place(meetings, p), p)
     alone = np.bincount(meetings.group, minlength=meetings.count) < 2
     meetings = meetings.take(~alone[meetings.group])
-    for _ in range(_ROUNDS):
-        off = meetings.misses(arcs, meetings.places()[0])
+    for _ in range(p.rounds):
+        off = meetings.misses(arcs, meetings.places(p)[0], p)
         worst = np.zeros(meetings.count)
         np.maximum.at(worst, meetings.group, off)
         if not worst.any():
@@ -371,9 +393,9 @@ def _merge_meetings(
         enough = np.bincount(meetings.group[fits], minlength=meetings.count) > 1
         meetings = meetings.take(fits & enough[meetings.group])
     sound = np.ones(meetings.count, np.bool_)
-    np.logical_and.at(sound, meetings.group, meetings.misses(arcs, meetings.places()[0]) == 0.0)
+    np.logical_and.at(sound, meetings.group, meetings.misses(arcs, meetings.places(p)[0], p) == 0.0)
     meetings = meetings.take(sound[meetings.group])
-    place, covariance = meetings.places()
+    place, covariance = meetings.places(p)
     along, _ = meetings.curve.locate(*place[meetings.group].T)
     normal = meetings.curve.normals(along[:, None])[:, 0]
     away = np.where(meetings.at == INTERIOR, 1.0, -1.0)[:, None] * np.column_stack([normal[:, 1], -normal[:, 0]])
@@ -381,7 +403,7 @@ def _merge_meetings(
         x=place[:, 0],
         y=place[:, 1],
         covariance=covariance,
-        kind=_kinds(meetings, away),
+        kind=_kinds(meetings, away, p),
         junction=meetings.group.astype(np.int32),
         arc=meetings.arc.astype(np.int32),
         at=meetings.at.astype(np.int8),
@@ -390,23 +412,23 @@ def _merge_meetings(
     )
 
 
-def _one_a_place(meetings: _Meetings) -> _Meetings:
+def _one_a_place(meetings: _Meetings, p: JunctionParameters) -> _Meetings:
     if meetings.count < 2:
         return meetings
-    pairs = find_pairs_within(meetings.places()[0], _SAME)
+    pairs = find_pairs_within(meetings.places(p)[0], p.same)
     group = label_components(pairs, meetings.count)[meetings.group]
     return replace(meetings, group=group).take(np.arange(len(group)))
 
 
-def _once_each(meetings: _Meetings) -> _Meetings:
+def _once_each(meetings: _Meetings, p: JunctionParameters) -> _Meetings:
     """An arc takes part once: with its nearer end, else with its polyline."""
-    along, _ = meetings.curve.locate(*meetings.places()[0][meetings.group].T)
+    along, _ = meetings.curve.locate(*meetings.places(p)[0][meetings.group].T)
     order = np.lexsort((np.abs(along), meetings.at == INTERIOR, meetings.arc, meetings.group))
     again = (np.diff(meetings.group[order]) == 0) & (np.diff(meetings.arc[order]) == 0)
     return meetings.take(np.delete(order, 1 + np.flatnonzero(again)))
 
 
-def _kinds(meetings: _Meetings, away: FloatArray) -> npt.NDArray[np.int8]:
+def _kinds(meetings: _Meetings, away: FloatArray, p: JunctionParameters) -> npt.NDArray[np.int8]:
     """Kind of each junction, by its number of ways and whether two of them run on into each other."""
     through, count = meetings.at == INTERIOR, meetings.count
     group = np.concatenate([meetings.group, meetings.group[through]])
@@ -417,7 +439,7 @@ def _kinds(meetings: _Meetings, away: FloatArray) -> npt.NDArray[np.int8]:
     straight_on = np.zeros(count, np.bool_)
     for step in range(1, 3):
         a, b = away[:-step], away[step:]
-        opposite = (group[:-step] == group[step:]) & (np.sum(a * b, axis=1) < _STRAIGHT_ON)
+        opposite = (group[:-step] == group[step:]) & (np.sum(a * b, axis=1) < np.cos(p.min_straight_angle))
         straight_on[group[:-step][opposite]] = True
     return np.select([ways > 3, ways == 3], [X, np.where(straight_on, T, Y)], np.where(straight_on, SMOOTH, L)).astype(
         np.int8

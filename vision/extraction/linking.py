@@ -9,11 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.edges import EdgeElements
+from vision.extraction.parameters import LinkingParameters
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 IndexArray = npt.NDArray[np.intp]
+
+_DEFAULTS = LinkingParameters()
 
 
 @dataclass(frozen=True)
@@ -67,35 +70,35 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
     return Chains(used[order].astype(np.int32), offsets, closed)
 
 
-def fill_gaps(
-    edges: EdgeElements, chains: Chains, grey: FloatArray, *, reach: float = 25.0, max_angle: float = np.deg2rad(35.0)
-) -> Chains:
-    """Join chains end to start across gaps: up to 3 px, or up to `reach` px where both tangents lie within `max_angle`
-    of the chord and the picture shows a step of the same sign, at least a quarter as high, along the bridge.
+def fill_gaps(edges: EdgeElements, chains: Chains, grey: FloatArray, p: LinkingParameters = _DEFAULTS) -> Chains:
+    """Join chains end to start across gaps: up to `p.near_reach` px, or up to `p.fill_reach` px where both tangents lie
+    within `p.fill_angle` of the chord and the picture shows a step of the same sign along the bridge.
 
-    One to one, cheapest d (1 + 2 (a1 + a2)) first where each is the other's best.
+    One to one, cheapest d (1 + `p.bend_price` (a1 + a2)) first where each is the other's best.
     """
     opened = np.flatnonzero(~chains.closed)
     if len(opened) < 2:
         return chains
     first, last = chains.elements[chains.offsets[opened]], chains.elements[chains.offsets[opened + 1] - 1]
     starts, ends = np.column_stack([edges.x[first], edges.y[first]]), np.column_stack([edges.x[last], edges.y[last]])
-    pairs = find_pairs_within(np.concatenate([ends, starts]), reach)
+    pairs = find_pairs_within(np.concatenate([ends, starts]), p.fill_reach)
     pairs = pairs[(pairs[:, 0] < len(ends)) & (pairs[:, 1] >= len(ends))]
     tail, head = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].T
     head = head - len(ends)
     gap = starts[head] - ends[tail]
     distance = np.sqrt(gap[:, 0] ** 2 + gap[:, 1] ** 2)
     chord = gap / np.maximum(distance, 1e-9)[:, None]
-    a1 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=True)[tail].T)
-    a2 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=False)[head].T)
-    likely = (distance <= 3.0) & (a1 < np.pi / 3) & (a2 < np.pi / 3) | (a1 < max_angle) & (a2 < max_angle)
-    likely &= ~((tail == head) & (chains.counts[opened][tail] < 12))
+    a1 = _angle_to(chord, *_end_tangents(edges, chains, opened, p.tangent_elements, last_end=True)[tail].T)
+    a2 = _angle_to(chord, *_end_tangents(edges, chains, opened, p.tangent_elements, last_end=False)[head].T)
+    near = distance <= p.near_reach
+    likely = near & (a1 < p.near_angle) & (a2 < p.near_angle) | (a1 < p.fill_angle) & (a2 < p.fill_angle)
+    likely &= ~((tail == head) & (chains.counts[opened][tail] < p.min_loop_elements))
     tail, head, distance, chord = tail[likely], head[likely], distance[likely], chord[likely]
-    cost = distance * (1.0 + 2.0 * (a1 + a2)[likely])
-    height = _bridge_contrast(grey, ends[tail], chord, distance)
-    held = (distance <= 3.0) | (height >= 0.25 * np.minimum(edges.contrast[last][tail], edges.contrast[first][head]))
-    tail, head, cost = tail[held], head[held], cost[held]
+    cost = distance * (1.0 + p.bend_price * (a1 + a2)[likely])
+    height = _bridge_contrast(grey, ends[tail], chord, distance, p)
+    lesser = np.minimum(edges.contrast[last][tail], edges.contrast[first][head])
+    supported = (distance <= p.near_reach) | (height >= p.min_support * lesser)
+    tail, head, cost = tail[supported], head[supported], cost[supported]
 
     next_chain = np.full(len(opened), -1, np.int32)
     previous = np.full(len(opened), -1, np.int32)
@@ -147,11 +150,13 @@ def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArr
     return Chains(elements, bounds, np.concatenate([looped, np.ones(len(loops), np.bool_)]))
 
 
-def _end_tangents(edges: EdgeElements, chains: Chains, which: npt.NDArray[np.intp], *, last_end: bool) -> FloatArray:
-    """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to five elements."""
-    reach = np.minimum(5, chains.counts[which])
+def _end_tangents(
+    edges: EdgeElements, chains: Chains, which: npt.NDArray[np.intp], most: int, *, last_end: bool
+) -> FloatArray:
+    """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to `most` elements."""
+    reach = np.minimum(most, chains.counts[which])
     total = np.zeros((len(which), 2))
-    for back in range(5):
+    for back in range(most):
         member = chains.offsets[which + 1] - 1 - back if last_end else chains.offsets[which] + back
         element = chains.elements[np.where(back < reach, member, chains.offsets[which])]
         total += np.where(back < reach, 1.0, 0.0)[:, None] * np.column_stack([-edges.ny[element], edges.nx[element]])
@@ -170,10 +175,12 @@ def interpolate_grey(grey: FloatArray, place: FloatArray) -> FloatArray:
     return _mark_kernels.grey_between(grey, x.reshape(-1), y.reshape(-1)).reshape(x.shape)
 
 
-def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray) -> FloatArray:
-    """Mean over nine points of each bridge of the grey 2 px to its left less that 2 px to its right."""
-    share = np.linspace(0.1, 0.9, 9)
+def _bridge_contrast(
+    grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray, p: LinkingParameters
+) -> FloatArray:
+    """Mean over some points of each bridge of the grey to its left less that to its right."""
+    share = np.linspace(0.1, 0.9, p.support_samples)
     points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]
     left = np.column_stack([chord[:, 1], -chord[:, 0]])[:, None, :]
-    grey_at = [interpolate_grey(grey, points + side * left) for side in (2.0, -2.0)]
+    grey_at = [interpolate_grey(grey, points + side * left) for side in (p.support_distance, -p.support_distance)]
     return np.asarray((grey_at[0] - grey_at[1]).mean(axis=1))

@@ -9,13 +9,11 @@ import numpy.typing as npt
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
 from vision.extraction.ellipses import Ellipses
+from vision.extraction.parameters import JunctionParameters
 from vision.extraction.refined_polylines import measure_from_ellipses
 
 FloatArray = npt.NDArray[np.float64]
 IndexArray = npt.NDArray[np.intp]
-
-_LEAST_SIGMA = 0.02  # px across an arc
-_TANGENT = 6  # points to an end, or to either side, that give a free curve its direction
 
 
 @dataclass(frozen=True)
@@ -68,18 +66,20 @@ class OsculatingCircles:
         along = np.where(bent, np.arctan2(k * u, 1.0 - k * v) / np.where(bent, k, 1.0), u)
         return along, across
 
-    def sigma(self, s: FloatArray) -> FloatArray:
-        """Standard deviation (n,) across the curves, `s` (n,) px along them."""
+    def sigma(self, s: FloatArray, least: float) -> FloatArray:
+        """Standard deviation (n,) across the curves, `s` (n,) px along them, `least` px at least."""
         c0, c1, c2 = self.variance.T
-        return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), _LEAST_SIGMA**2)))
+        return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), least**2)))
 
 
-def find_osculating_circles(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) -> OsculatingCircles:
+def find_osculating_circles(
+    arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray, p: JunctionParameters
+) -> OsculatingCircles:
     """Arcs beside places (`x`, `y`) on their polylines, `point` (n,) the nearest of these; walked from start to end."""
     n, arc = len(point), arcs.chains.chain_of_member[point]
     first, last = arcs.offsets[arc], arcs.offsets[arc + 1] - 1
     x, y = x.copy(), y.copy()
-    before, after = np.maximum(point - _TANGENT, first), np.minimum(point + _TANGENT, last)
+    before, after = np.maximum(point - p.tangent_points, first), np.minimum(point + p.tangent_points, last)
     tangent = np.column_stack([arcs.x[after] - arcs.x[before], arcs.y[after] - arcs.y[before]])
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
     curvature, variance = np.zeros(n), np.zeros((n, 3))
@@ -128,10 +128,10 @@ def find_osculating_circles(arcs: Arcs, point: IndexArray, x: FloatArray, y: Flo
     # a free curve as the parabola through three of its points
     free = kind == FREE
     at, low, high = point[free], first[free], last[free]
-    middle = np.clip(at, np.minimum(low + _TANGENT, high), np.maximum(high - _TANGENT, low))
+    middle = np.clip(at, np.minimum(low + p.tangent_points, high), np.maximum(high - p.tangent_points, low))
     three = [
-        np.column_stack([arcs.x[p], arcs.y[p]])
-        for p in (np.maximum(middle - _TANGENT, low), middle, np.minimum(middle + _TANGENT, high))
+        np.column_stack([arcs.x[q], arcs.y[q]])
+        for q in (np.maximum(middle - p.tangent_points, low), middle, np.minimum(middle + p.tangent_points, high))
     ]
     to, on = three[1] - three[0], three[2] - three[1]
     a, b = np.hypot(*to.T), np.hypot(*on.T)

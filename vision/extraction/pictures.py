@@ -65,7 +65,7 @@ def _edges(grey: FloatArray, found: Extraction) -> Picture:
 
 
 def _linked(found: Extraction) -> Chains:
-    return link(found.edges, found.shape, min_contrast=found.parameters.link_contrast)
+    return link(found.edges, found.shape, min_contrast=found.parameters.linking.min_contrast)
 
 
 def _draw_chains(grey: FloatArray, found: Extraction, chains: Chains) -> Picture:
@@ -105,7 +105,7 @@ def _junctions(grey: FloatArray, found: Extraction) -> Picture:
     import cv2
 
     canvas = np.ascontiguousarray(_faded(grey))
-    polyline, offsets = snap_polylines(found.arcs, found.junctions)
+    polyline, offsets = snap_polylines(found.arcs, found.junctions, found.parameters.junctions)
     points = np.rint(np.column_stack([polyline.x, polyline.y]) * 2**_SHIFT).astype(np.int32)
     cv2.polylines(canvas, np.split(points, offsets[1:-1]), False, _TEXTURE_COLOUR, 2, cv2.LINE_AA, _SHIFT)
     places = np.rint(np.column_stack([found.junctions.x, found.junctions.y]) * 2**_SHIFT).astype(np.int32)

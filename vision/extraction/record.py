@@ -15,13 +15,13 @@ from vision.extraction import junctions as junction_columns
 from vision.extraction import relations as relation_columns
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.end_points import snap_polylines
-from vision.extraction.extract import VERSION, Extraction, ExtractionParameters
+from vision.extraction.extract import VERSION, Extraction
+from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.topography import LABELS
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_LEAST_SHARE = 0.05  # a lower value is not worth its row
 _SIDES = np.array(["left", "right"], dtype=object)
 
 
@@ -188,7 +188,7 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
 
 def _points(extraction: Extraction, arcs: Arcs) -> Columns:
     """Courses of the free arcs; those of other kinds have a formula."""
-    polyline, offsets = snap_polylines(arcs, extraction.junctions)
+    polyline, offsets = snap_polylines(arcs, extraction.junctions, extraction.parameters.junctions)
     arc_no, point_no = _members(offsets)
     free = arcs.kind[arc_no] == arc_columns.FREE
     return {
@@ -211,7 +211,9 @@ def _covariances(arcs: Arcs) -> Columns:
 def _quality(extraction: Extraction) -> Columns:
     both = extraction.quality, extraction.ridge_quality
     quality = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
-    noted = {name: np.flatnonzero(value >= _LEAST_SHARE) for name, value in quality.items()}
+    noted = {
+        name: np.flatnonzero(value >= extraction.parameters.quality.min_recorded) for name, value in quality.items()
+    }
     return {
         "image_arc_no": np.concatenate(list(noted.values())).astype(np.int32),
         "name": np.repeat(np.array(list(noted), dtype=object), [len(arcs) for arcs in noted.values()]),

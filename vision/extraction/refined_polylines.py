@@ -14,14 +14,9 @@ import numpy.typing as npt
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.linking import Chains
+from vision.extraction.parameters import FittingParameters
 
 FloatArray = npt.NDArray[np.float64]
-
-_WINDOW = 5.0  # facet scales: standard deviation of the window along the arc
-_SCATTER = (
-    1.0 - 2.0 / (1.0 + 0.5 * _WINDOW**2) ** 0.5 + 1.0 / (1.0 + _WINDOW**2) ** 0.5
-)  # of elements about it, sigma^2
-PRIOR_FREEDOM = 5.0  # degrees of freedom that the elements' own standard deviations count for, beside their scatter
 
 
 @dataclass(frozen=True)
@@ -99,7 +94,9 @@ def measure_from_ellipses(
     return Deviations(distance, nx, ny, half_spread * curvature, np.full_like(x, np.nan))
 
 
-def refine_polylines(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> RefinedPolylines:
+def refine_polylines(
+    edges: EdgeElements, members: Chains, deviations: Deviations, scale: float, p: FittingParameters
+) -> RefinedPolylines:
     """Courses of arcs of edge elements found at facet scale `scale` px; what has no deviation stays where it was seen.
 
     The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
@@ -115,16 +112,17 @@ def refine_polylines(edges: EdgeElements, members: Chains, deviations: Deviation
     steps[members.offsets[:-1]] = 0.0
     known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
     distance, concentration, variance = _course_kernels.average_along(
-        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, _WINDOW * scale
+        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, p.window * scale
     )
     spacing = np.add.reduceat(steps, members.offsets[:-1]) / np.maximum(members.counts - 1, 1)
     shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
     part = shared * concentration
     shrunk = np.sqrt(variance * part / np.sqrt(1.0 + part**2))
     about = np.where(known, deviations.distance - distance, 0.0) ** 2 / sigma**2
+    scatter = 1.0 - 2.0 / (1.0 + 0.5 * p.window**2) ** 0.5 + 1.0 / (1.0 + p.window**2) ** 0.5  # of elements, in sigma^2
     freedom = members.counts * np.maximum(spacing, 0.5) / (2.0 * np.sqrt(np.pi) * scale)
-    squares = np.add.reduceat(about, members.offsets[:-1]) / (_SCATTER * members.counts)
-    excess = (PRIOR_FREEDOM + freedom * squares) / (PRIOR_FREEDOM + freedom)
+    squares = np.add.reduceat(about, members.offsets[:-1]) / (scatter * members.counts)
+    excess = (p.prior_freedom + freedom * squares) / (p.prior_freedom + freedom)
     shrunk *= np.sqrt(np.repeat(excess, members.counts))
     distance = np.where(itself, 0.0, distance)
     move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)

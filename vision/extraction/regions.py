@@ -15,28 +15,19 @@ from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import END, START, Junctions
 from vision.extraction.linking import Chains, label_components
+from vision.extraction.parameters import RegionParameters
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 BoolArray = npt.NDArray[np.bool_]
 CountArray = npt.NDArray[np.int64]
 
-_SATURATED = 250.0
-_BALLS = (12.0, 5.0, 2.0, 0.9)  # px: radii of the trapped balls
+_DEFAULTS = RegionParameters()
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
-_LARGE = 6.0  # px: inradius from which a region stands by itself
-_ROUNDS = 3  # of merging
-_NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
-_ENDS = 4  # px of edge that a border across a strip meets at its two ends
-_BORDER_REACH = 10.0  # px that an end is prolonged to reach the border of the picture,
-_LINE_REACH = 80.0  # and that a free end of a straight arc is prolonged to the next edge, of significance no less than
-_DOUBTFUL = -1.0
 _RING = [
     *((-2, i) for i in range(-2, 2)), *((i, 2) for i in range(-2, 2)),
     *((2, -i) for i in range(-2, 2)), *((-i, -2) for i in range(-2, 2)),
 ]  # fmt: skip
-_BESIDE = 1.5  # px from an edge to where the region beside it is read
-_MEETING = 6  # px within which another arc's point leaves an end no need to be prolonged
 
 
 @dataclass(frozen=True)
@@ -72,13 +63,17 @@ class Regions:
 
 
 def draw_edge_mask(
-    edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Junctions, shape: tuple[int, int]
+    edges: EdgeElements,
+    chains: Chains,
+    arcs: Arcs,
+    junctions: Junctions,
+    shape: tuple[int, int],
+    p: RegionParameters = _DEFAULTS,
 ) -> BoolArray:
-    """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is within 10 px;
-    arcs, whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
-    doubtful are prolonged to the next edge, as far as the arc is long, up to 80 px: where an edge loses its contrast it
-    still runs on.
-    """
+    """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is near; arcs,
+    whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
+    doubtful are prolonged to the next edge, as far as the arc is long, up to `p.line_reach` px: where an edge loses its
+    contrast it still runs on."""
     import cv2
 
     canvas = np.zeros(shape, np.uint8)
@@ -105,15 +100,15 @@ def draw_edge_mask(
         np.concatenate([-edges.nx[first], edges.nx[last]]),
     )
     outward = np.column_stack([outward_x, outward_y])
-    doubtless = ~(arcs.significance[straight] < _DOUBTFUL)
+    doubtless = ~(arcs.significance[straight] < p.min_line_significance)
     which, at = np.repeat(straight[doubtless], 2), np.tile([START, END], np.count_nonzero(doubtless))
     ends = lines[doubtless].reshape(-1, 2)
-    free = ~junctions.contains(which, at) & _lonely(arcs, ends, which, shape)
+    free = ~junctions.contains(which, at) & _lonely(arcs, ends, which, shape, p)
     away = np.where(at == END, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
-    reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
+    reach = np.minimum(arcs.length[which[free]], p.line_reach)
     running_on = np.concatenate(
         [
-            _meetings(np.zeros(shape, np.bool_), place, outward, np.full(len(place), _BORDER_REACH)),
+            _meetings(np.zeros(shape, np.bool_), place, outward, np.full(len(place), p.border_reach)),
             _meetings(canvas > 0, ends[free], away, reach),
         ]
     )
@@ -121,13 +116,15 @@ def draw_edge_mask(
     return canvas > 0
 
 
-def _lonely(arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer], shape: tuple[int, int]) -> BoolArray:
-    """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within 6 px."""
+def _lonely(
+    arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer], shape: tuple[int, int], p: RegionParameters
+) -> BoolArray:
+    """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within `p.meeting` px."""
     holder = np.zeros(shape, np.int32)  # one more than the arc that runs through a pixel
     at = np.round(np.column_stack([arcs.y, arcs.x])).astype(np.intp).clip(0, np.subtract(shape, 1))
     holder[at[:, 0], at[:, 1]] = arcs.chains.chain_of_member + 1
-    span = np.arange(-_MEETING, _MEETING + 1)
-    disc = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1)[np.hypot(span[:, None], span) <= _MEETING]
+    span = np.arange(-p.meeting, p.meeting + 1)
+    disc = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1)[np.hypot(span[:, None], span) <= p.meeting]
     near = (np.round(ends[:, ::-1]).astype(np.intp)[:, None, :] + disc).clip(0, np.subtract(shape, 1))
     found = holder[near[..., 0], near[..., 1]]
     return np.asarray(~((found > 0) & (found != arc[:, None] + 1)).any(axis=1))
@@ -148,24 +145,23 @@ def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: np
 
 
 def find_plain_regions(
-    grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None
+    grey: FloatArray, mask: BoolArray, p: RegionParameters = _DEFAULTS, *, inside: BoolArray | None = None
 ) -> Regions:
-    """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large, where `inside` is true."""
+    """Maximal 4-connected sets of non-edge pixels, at least `p.min_area` px large, where `inside` is true."""
     import cv2
 
     if inside is not None:
         mask = mask | ~inside
     _, labels = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-    labels = _renumber(np.asarray(labels, dtype=np.int32) - 1, min_area)
-    return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32)))
+    labels = _renumber(np.asarray(labels, dtype=np.int32) - 1, p.min_area)
+    return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32), p))
 
 
 def find_leak_proof_regions(
     grey: FloatArray,
     mask: BoolArray,
+    p: RegionParameters = _DEFAULTS,
     *,
-    min_area: int = 40,
-    max_step: float = 12.0,
     inside: BoolArray | None = None,
     edges: EdgeElements | None = None,
 ) -> Regions:
@@ -173,25 +169,24 @@ def find_leak_proof_regions(
     shared out between them: those of `edges` by the side of the edge that their centre lies on.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
-    at most `max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no gap
-    in an edge, as all edges beside it run on.
-    """
+    at most `p.max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no
+    gap in an edge, as all edges beside it run on."""
     import cv2
 
     if inside is not None:
         mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
-    labels = _flooded(depth)
+    labels = _flooded(depth, p)
     if edges is not None:
-        _share_out(labels, edges)
-    labels, totals = _merge(grey, labels, mask, depth, min_area, max_step)
+        _share_out(labels, edges, p)
+    labels, totals = _merge(grey, labels, mask, depth, p)
     if inside is not None:
         labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
-        totals = _totals(grey, labels, depth)
+        totals = _totals(grey, labels, depth, p)
     return _describe(labels, totals)
 
 
-def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
+def _flooded(depth: npt.NDArray[np.float32], p: RegionParameters) -> IntArray:
     """Labels 0.. of the trapped balls, grown over the picture."""
     from vision.extraction import _region_kernels
 
@@ -199,7 +194,7 @@ def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
     cells, deep = np.zeros((rows + 2, columns + 2), np.int32), np.zeros((rows + 2, columns + 2), np.bool_)
     cells[[0, -1]], cells[:, [0, -1]] = -1, -1
     count, flat, flags = 0, cells.reshape(-1), deep.reshape(-1)
-    for radius in _BALLS:
+    for radius in p.balls:
         np.greater(depth, np.float32(radius), out=deep[1:-1, 1:-1])
         runs = np.flatnonzero(flags[1:] != flags[:-1]) + 1
         count = _region_kernels.trap(runs, columns + 2, flat, count)
@@ -211,12 +206,12 @@ def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
     return labels
 
 
-def _share_out(labels: IntArray, edges: EdgeElements) -> None:
+def _share_out(labels: IntArray, edges: EdgeElements, p: RegionParameters) -> None:
     """Give the pixels of edge elements, which the flood gave to whom came first, to the region on their side of the
     edge, where they touch it."""
     rows, columns = labels.shape
     row, column = np.divmod(edges.pixel, columns)
-    side = np.where((column - edges.x) * edges.nx + (row - edges.y) * edges.ny > 0.0, _BESIDE, -_BESIDE)
+    side = np.where((column - edges.x) * edges.nx + (row - edges.y) * edges.ny > 0.0, p.edge_distance, -p.edge_distance)
     flat = labels.reshape(-1)
     c = np.rint(edges.x + side * edges.nx).astype(np.intp).clip(0, columns - 1)
     r = np.rint(edges.y + side * edges.ny).astype(np.intp).clip(0, rows - 1)
@@ -227,11 +222,11 @@ def _share_out(labels: IntArray, edges: EdgeElements) -> None:
     flat[edges.pixel[touches]] = there[touches]
 
 
-def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) -> FloatArray:
+def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32], p: RegionParameters) -> FloatArray:
     """Sums over the regions of the label image and extremes, the columns of `_region_kernels.sums`."""
     from vision.extraction import _region_kernels
 
-    return _region_kernels.sums(labels, grey, depth, int(labels.max(initial=-1)) + 1, _SATURATED)
+    return _region_kernels.sums(labels, grey, depth, int(labels.max(initial=-1)) + 1, p.saturation)
 
 
 def _merge(
@@ -239,18 +234,17 @@ def _merge(
     labels: IntArray,
     mask: BoolArray,
     depth: npt.NDArray[np.float32],
-    min_area: int,
-    max_step: float,
+    p: RegionParameters,
 ) -> tuple[IntArray, FloatArray]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
     from vision.extraction import _region_kernels
 
-    totals = _totals(grey, labels, depth)
-    a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask))
+    totals = _totals(grey, labels, depth, p)
+    a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask, p))
     final = np.arange(len(totals), dtype=np.int32)
     borders = _Borders(a, b, sums.astype(np.float64))
-    for _ in range(_ROUNDS):
-        component = _components(borders, totals, min_area, max_step)
+    for _ in range(p.rounds):
+        component = _components(borders, totals, p)
         if component is None:
             break
         borders, totals = _contract(borders, totals, component)
@@ -270,13 +264,17 @@ def sum_borders(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[Co
     return a, b, sums[order]
 
 
-def _near_loose_ends(mask: BoolArray) -> BoolArray:
-    """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5."""
+def _near_loose_ends(mask: BoolArray, p: RegionParameters) -> BoolArray:
+    """Pixels within `p.loose_end_reach` px of where an edge ends: from there it runs on to one place, at most, on a
+    ring of 5 x 5."""
     import cv2
 
     from vision.extraction import _border_kernels
 
-    disc = np.ascontiguousarray(np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))) - 4)
+    size = 2 * p.loose_end_reach + 1
+    disc = np.ascontiguousarray(
+        np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) - p.loose_end_reach
+    )
     return _border_kernels.near_loose_ends(mask, np.array(_RING), disc)
 
 
@@ -305,7 +303,7 @@ def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tu
     return _Borders(key // count, key % count, totals), merged
 
 
-def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step: float) -> IntArray | None:
+def _components(borders: _Borders, regions: FloatArray, p: RegionParameters) -> IntArray | None:
     """Which regions one round makes one; None where there is nothing to merge."""
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
@@ -320,17 +318,17 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     open_length = length - edge_length
     # Large regions: only where hardly any of a wide border is edge.
     inradius = regions[:, 15]
-    large = inradius >= _LARGE
+    large = inradius >= p.large
     # what only edges that run on leave free is no gap in them
-    wide = (open_length >= _NECK * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
-    hardly_edge = edge_length <= np.maximum(0.1 * length, _ENDS * borders.totals[:, 4])
-    joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * max_step)
+    wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
+    hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * borders.totals[:, 4])
+    joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * p.max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.
-    sliver = regions[:, 0] < min_area
+    sliver = regions[:, 0] < p.min_area
     pair = np.concatenate([np.arange(len(a)), np.arange(len(a))])
     one, other = np.concatenate([a, b]), np.concatenate([b, a])
-    opens = (open_length >= 0.3 * length) & (step <= max_step)
+    opens = (open_length >= p.min_open_share * length) & (step <= p.max_step)
     affinity = np.where(opens, open_length, 0.0)[pair] + np.where(sliver[one], 1e-3 * length[pair], 0.0)
     candidate = np.flatnonzero(~large[one] & (affinity > 0.0))
     candidate = candidate[np.lexsort((other[candidate], -affinity[candidate], one[candidate]))]

@@ -16,6 +16,7 @@ from vision.extraction.arcs import (
     CIRCULAR,
     ELLIPTIC,
     FREE,
+    KINDS,
     LINE,
     Arcs,
     compute_correlation,
@@ -25,63 +26,59 @@ from vision.extraction.arcs import (
 )
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains, find_pairs_within
+from vision.extraction.parameters import FittingParameters, SegmentationParameters
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 IndexArray = npt.NDArray[np.intp]
 BoolArray = npt.NDArray[np.bool_]
 
-_PRICE = np.array([8.0, 11.0, 20.0, 15.0])  # of a line, a circular arc, a free curve, an elliptic arc
-_KNOTS_APART = np.array([8.0, 16.0, 24.0])  # members between the knots of a free curve: as few knots as it needs,
-_KNOT_PRICE = 3.0  # each as dear as the third parameter of a circular arc
-_GAP_PRICE = 0.1  # of each px between two arcs that are joined
-# An arc that bows out by less than this is a wavering line: in px, in standard deviations of an element, and in rms
-# distances of its elements, which show how far this edge wavers.
-_MIN_SAGITTA, _MIN_BOW, _MIN_RISE = 0.8, 2.0, 7.0
-_LIGHT_SIGMA = 0.25  # px: how far light draws the parts of an edge from their common line
-# A line of less, in elements that count as one, is not known to lie in line with one whose bright side is another.
-_MIN_TURNED = 3.0
-# rad: what turns less determines no ellipse, by the circle through it, or by its tangents where it holds the end of a
-# slender one.
-_MIN_ELLIPSE_TURN, _MIN_SLENDER_TURN = 1.2, 2.2
-_MIN_ASPECT = 0.05  # of an ellipse: a narrower one is two edges side by side
-_TRIM = 2  # elements next to a corner are drawn towards its inside by the smoothing: left out of the fit
-_ABOUT, _CORNER = 4, np.cos(np.deg2rad(25.0))  # elements to both sides of a break between which a corner turns by more
-_ROUNDS = 4  # of joining
+_DEFAULTS, _FITTING = SegmentationParameters(), FittingParameters()
 
 
-def fit_arcs(edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0) -> Arcs:
+def fit_arcs(
+    edges: EdgeElements,
+    chains: Chains,
+    *,
+    scale: float,
+    p: SegmentationParameters = _DEFAULTS,
+    fitting: FittingParameters = _FITTING,
+) -> Arcs:
     """Arcs of the chains of edge elements found at facet scale `scale` px: cut, then measured."""
     return measure_arcs(
-        edges, *segment_chains(edges, chains, scale=scale, min_elements=min_elements, reach=reach), scale=scale
+        edges, *segment_chains(edges, chains, scale=scale, p=p, fitting=fitting), scale=scale, p=fitting
     )
 
 
 def segment_chains(
-    edges: EdgeElements, chains: Chains, *, scale: float, min_elements: int = 5, reach: float = 40.0
+    edges: EdgeElements,
+    chains: Chains,
+    *,
+    scale: float,
+    p: SegmentationParameters = _DEFAULTS,
+    fitting: FittingParameters = _FITTING,
 ) -> tuple[Chains, IntArray, BoolArray]:
     """The members of the arcs of the chains, in order, the kind of each arc, and of all edge elements which have their
     bright side on the right of who walks along their arc; most of an arc has it on the left.
 
-    Pieces of fewer than `min_elements` are dropped; arcs whose ends lie within `reach` px are joined where that is the
-    shorter description.
-    """
+    Pieces of fewer than `p.min_elements` are dropped; arcs whose ends lie within `p.join_reach` px are joined where
+    that is the shorter description."""
     from vision.extraction import _arc_kernels
 
-    chains = _start_loops_on_straights(edges, chains)
+    chains = _start_loops_on_straights(edges, chains, p)
     correlation, weight = compute_correlation(scale), np.zeros(len(edges))
-    weight[chains.elements] = weigh_elements(edges, chains, scale)
+    weight[chains.elements] = weigh_elements(edges, chains, scale, fitting)
 
     def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
         x, y, w = what.beside(edges.x, edges.y, weight)
-        bow = (_MIN_SAGITTA, _MIN_BOW, _MIN_RISE)
+        bow = (p.min_sagitta, p.min_bow, p.min_rise)
         pieces, kinds, costs = _arc_kernels.segment(
-            x, y, w, what.offsets, correlation, price, _KNOTS_APART, _KNOT_PRICE, *bow
+            x, y, w, what.offsets, correlation, price, np.array(p.knot_spacings), p.knot_price, *bow
         )
-        members, kept = _pieces_to_members(edges, what, pieces, min_elements)
+        members, kept = _pieces_to_members(edges, what, pieces, p)
         return members, kinds[kept], costs[kept]
 
-    members, kinds, costs = described(chains, _PRICE)
+    members, kinds, costs = described(chains, _prices(p))
     # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
     free = kinds == FREE
     curves, prices = members.take(free), costs[free]
@@ -89,18 +86,18 @@ def segment_chains(
         bent = np.isin(chains.elements, curves.elements)
         anew = np.logical_or.reduceat(bent, chains.offsets[:-1])
         others = np.logical_and.reduceat(~np.isin(members.elements, chains.take(anew).elements), members.offsets[:-1])
-        conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _PRICE))
+        conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _prices(p)))
         members, kinds = _concatenate(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
     fresh, bright_right = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
-    for _ in range(_ROUNDS):
+    for _ in range(p.join_rounds):
         members, kinds, bright_right, fresh = _join(
-            edges, weight, members, kinds, bright_right, fresh, correlation, reach
+            edges, weight, members, kinds, bright_right, fresh, correlation, p, fitting
         )
         if not fresh.any():
             break
     if len(curves):
         members, kinds, bright_right = _prefer_free_curves(
-            edges, weight, members, kinds, bright_right, curves, prices, correlation
+            edges, weight, members, kinds, bright_right, curves, prices, correlation, p, fitting
         )
     members, bright_right = _reverse(members, members.mean(bright_right.astype(np.float64)) > 0.5, bright_right)
     return members, kinds, bright_right
@@ -115,6 +112,8 @@ def _prefer_free_curves(
     curves: Chains,
     prices: FloatArray,
     correlation: float,
+    p: SegmentationParameters,
+    fitting: FittingParameters,
 ) -> tuple[Chains, IntArray, BoolArray]:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
     arc that leads out of it is none."""
@@ -126,7 +125,7 @@ def _prefer_free_curves(
     within = of_arc[0] == of_arc[1]
     x, y, w = members.beside(edges.x, edges.y, weight)
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    apart = _PRICE[kinds] + _compute_misfits(x, y, w, members, kinds, alone, within, correlation)
+    apart = _prices(p)[kinds] + _compute_misfits(x, y, w, members, kinds, alone, within, correlation, fitting)
     paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
     cheaper = paid > prices
     leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
@@ -144,16 +143,16 @@ def _concatenate(one: Chains, other: Chains) -> Chains:
     return Chains(np.concatenate([one.elements, other.elements]), offsets, np.concatenate([one.closed, other.closed]))
 
 
-def _start_loops_on_straights(edges: EdgeElements, chains: Chains) -> Chains:
-    """Loops begun where they turn least over ten elements: begun at a corner, they would leave a stub there."""
-    long = np.flatnonzero(chains.closed & (chains.counts > 20))
+def _start_loops_on_straights(edges: EdgeElements, chains: Chains, p: SegmentationParameters) -> Chains:
+    """Loops begun where they turn least over some elements: begun at a corner, they would leave a stub there."""
+    long = np.flatnonzero(chains.closed & (chains.counts > 4 * p.loop_span))
     if len(long) == 0:
         return chains
     first, counts = chains.offsets[long], chains.counts[long]
     loop = np.repeat(np.arange(len(long)), counts)
     begins = np.cumsum(counts) - counts
     along = np.arange(len(loop)) - begins[loop]
-    before, after = (chains.elements[first[loop] + (along + by) % counts[loop]] for by in (-5, 5))
+    before, after = (chains.elements[first[loop] + (along + by) % counts[loop]] for by in (-p.loop_span, p.loop_span))
     alike = edges.nx[before] * edges.nx[after] + edges.ny[before] * edges.ny[after]
     ranked = np.lexsort((along, -alike, loop))
     start = along[ranked[begins]]  # the first of the best of each loop
@@ -163,23 +162,32 @@ def _start_loops_on_straights(edges: EdgeElements, chains: Chains) -> Chains:
 
 
 def _pieces_to_members(
-    edges: EdgeElements, chains: Chains, pieces: IntArray, min_elements: int
+    edges: EdgeElements, chains: Chains, pieces: IntArray, p: SegmentationParameters
 ) -> tuple[Chains, BoolArray]:
     """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
     which of them are long enough for that."""
     chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
     begin, end = chains.offsets[chain], chains.offsets[chain + 1] - 1
     at_start, at_end = pieces[:, 0] == begin, pieces[:, 1] == end
-    before, after = (chains.elements[np.clip(pieces + way, begin[:, None], end[:, None])] for way in (-_ABOUT, _ABOUT))
-    corner = edges.nx[before] * edges.nx[after] + edges.ny[before] * edges.ny[after] < _CORNER
-    corner &= pieces[:, 1:] - pieces[:, :1] >= 4 * _TRIM + min_elements
+    before, after = (
+        chains.elements[np.clip(pieces + way, begin[:, None], end[:, None])] for way in (-p.corner_span, p.corner_span)
+    )
+    corner = edges.nx[before] * edges.nx[after] + edges.ny[before] * edges.ny[after] < np.cos(p.corner_angle)
+    corner &= pieces[:, 1:] - pieces[:, :1] >= 4 * p.corner_trim + p.min_elements
     # the element at a break is the former piece's, where both keep it
-    first = pieces[:, 0] + np.where(at_start, 0, np.where(corner[:, 0], _TRIM, 1))
-    last = pieces[:, 1] - np.where(~at_end & corner[:, 1], _TRIM, 0)
+    first = pieces[:, 0] + np.where(at_start, 0, np.where(corner[:, 0], p.corner_trim, 1))
+    last = pieces[:, 1] - np.where(~at_end & corner[:, 1], p.corner_trim, 0)
     counts = last - first + 1
-    kept = counts >= min_elements
+    kept = counts >= p.min_elements
     closed = chains.closed[chain[kept]] & at_start[kept] & at_end[kept]
     return _gather(chains.elements, first[kept], counts[kept], closed), kept
+
+
+def _prices(p: SegmentationParameters) -> FloatArray:
+    """Description lengths (4,) of arcs by kind, beside half their chi-square."""
+    prices = np.empty(len(KINDS))
+    prices[[LINE, CIRCULAR, FREE, ELLIPTIC]] = p.line_price, p.circle_price, p.curve_price, p.ellipse_price
+    return prices
 
 
 def _gather(
@@ -198,7 +206,8 @@ def _join(
     bright_right: BoolArray,
     fresh: BoolArray,
     correlation: float,
-    reach: float,
+    p: SegmentationParameters,
+    fitting: FittingParameters,
 ) -> tuple[Chains, IntArray, BoolArray, BoolArray]:
     """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
 
@@ -209,9 +218,9 @@ def _join(
 
     x, y, w = members.beside(edges.x, edges.y, weight)
     alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    tail, head, turn, distance = _find_continuations(edges, members, kinds, alone[:, 2:4], bright_right, fresh, reach)
+    tail, head, turn, distance = _find_continuations(edges, members, kinds, alone[:, 2:4], bright_right, fresh, p)
     straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
-    likely = (turn < 0) | (straight & (members.counts[turn] >= _MIN_TURNED * correlation))
+    likely = (turn < 0) | (straight & (members.counts[turn] >= p.min_reversed * correlation))
     tail, head, turn = tail[likely], head[likely], turn[likely]
     # Of an ellipse it is known that it turns enough.
     own = np.select(
@@ -221,7 +230,7 @@ def _join(
     between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
     bend = own[tail] + between + own[head]
     saving, kind = _compute_savings(
-        x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], bend, correlation
+        x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], bend, correlation, p, fitting
     )
     partner = np.full(len(members), -1, np.intp)
     taken, against = np.zeros(len(members), np.bool_), np.zeros(len(members), np.bool_)
@@ -255,11 +264,11 @@ def _find_continuations(
     direction: FloatArray,
     bright_right: BoolArray,
     fresh: BoolArray,
-    reach: float,
+    p: SegmentationParameters,
 ) -> tuple[IndexArray, IndexArray, IndexArray, FloatArray]:
-    """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `reach` px: the first,
-    the second, which of them has to be walked the other way for that (-1: neither), and how far apart (px) their ends
-    are.
+    """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `p.join_reach` px: the
+    first, the second, which of them has to be walked the other way for that (-1: neither), and how far apart (px) their
+    ends are.
 
     `direction` (n, 2), either way, is that of lines, whose last elements may be drawn aside by what ends them.
     """
@@ -273,8 +282,8 @@ def _find_continuations(
     chord = np.tile(place[n:] - place[:n], (2, 1)) * np.where(at_end, 1.0, -1.0)[:, None]
     along = direction[arc] * np.where(np.sum(chord * direction[arc], axis=1) < 0.0, -1.0, 1.0)[:, None]
     outward = np.where((kinds[arc] == LINE)[:, None], along, outward)
-    one, other = np.ascontiguousarray(find_pairs_within(place, reach, fresh[arc]).T)
-    opposed = outward[one, 0] * outward[other, 0] + outward[one, 1] * outward[other, 1] < -0.5
+    one, other = np.ascontiguousarray(find_pairs_within(place, p.join_reach, fresh[arc]).T)
+    opposed = outward[one, 0] * outward[other, 0] + outward[one, 1] * outward[other, 1] < -p.min_join_cosine
     opposed &= arc[one] != arc[other]
     one, other = one[opposed], other[opposed]
     # the arc left at its end comes first; where two ends or two starts meet, the longer arc keeps its way
@@ -284,7 +293,7 @@ def _find_continuations(
     gap = place[head] - place[tail]
     distance = np.hypot(*gap.T)
     ahead = np.sum(gap * outward[tail], axis=1)
-    likely = np.flatnonzero((ahead > -3.0) & (ahead > 0.7 * distance - 3.0))
+    likely = np.flatnonzero((ahead > -p.join_overlap) & (ahead > p.join_ahead * distance - p.join_overlap))
     tail, head = tail[likely], head[likely]
     turn = np.where(~at_end[tail], arc[tail], np.where(at_end[head], arc[head], -1))
     return arc[tail], arc[head], turn, distance[likely]
@@ -301,6 +310,8 @@ def _compute_savings(
     distance: FloatArray,
     bend: FloatArray,
     correlation: float,
+    p: SegmentationParameters,
+    fitting: FittingParameters,
 ) -> tuple[FloatArray, IndexArray]:
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
     one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
@@ -309,28 +320,28 @@ def _compute_savings(
 
     looked = np.zeros(len(members), np.bool_)
     looked[pairs] = True
-    misfit = _compute_misfits(x, y, w, members, kinds, alone, looked, correlation)
-    apart = (_PRICE[kinds] + misfit)[pairs].sum(axis=1)
+    misfit = _compute_misfits(x, y, w, members, kinds, alone, looked, correlation, fitting)
+    apart = (_prices(p)[kinds] + misfit)[pairs].sum(axis=1)
     total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
     joint = _arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation)
     straight = (kinds[pairs] == LINE).all(axis=1)
-    drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / _LIGHT_SIGMA**2
-    line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + _PRICE[LINE]
+    drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / p.light_sigma**2
+    line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + p.line_price
     rms = np.sqrt(2.0 * correlation * joint[:, 1] / total)
-    bowed = joint[:, 2] > np.maximum(_MIN_SAGITTA, np.maximum(_MIN_BOW * np.sqrt(together / total), _MIN_RISE * rms))
-    circle = np.where(bowed & ~straight, joint[:, 1] + _PRICE[CIRCULAR], np.inf)
-    bent = (kinds[pairs] != LINE).all(axis=1) & (8.0 * joint[:, 2] > _MIN_ELLIPSE_TURN * together)
-    bent |= ~straight & (bend > _MIN_SLENDER_TURN)
-    bent &= (circle > apart) & (distance < 0.5 * together)
-    tried = fit_group_ellipses(x, y, w, members, pairs[bent])
+    bowed = joint[:, 2] > np.maximum(p.min_sagitta, np.maximum(p.min_bow * np.sqrt(together / total), p.min_rise * rms))
+    circle = np.where(bowed & ~straight, joint[:, 1] + p.circle_price, np.inf)
+    bent = (kinds[pairs] != LINE).all(axis=1) & (8.0 * joint[:, 2] > p.min_ellipse_turn * together)
+    bent |= ~straight & (bend > p.min_slender_turn)
+    bent &= (circle > apart) & (distance < p.max_ellipse_gap * together)
+    tried = fit_group_ellipses(x, y, w, members, pairs[bent], fitting)
     oval = np.full(len(pairs), np.inf)
-    price = tried.square * total[bent] / (2.0 * correlation) + _PRICE[ELLIPTIC]
-    oval[bent] = np.where(tried.minor > _MIN_ASPECT * tried.major, price, np.inf)
+    price = tried.square * total[bent] / (2.0 * correlation) + p.ellipse_price
+    oval[bent] = np.where(tried.minor > p.min_aspect * tried.major, price, np.inf)
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     kind, least = costs.argmin(axis=1), costs.min(axis=1)
     # a misfit that long arcs can pay for is still a misfit
-    fits = 2.0 * correlation * (least - _PRICE[kind]) < 2.0 * together
-    return np.where(fits, apart - least - _GAP_PRICE * distance, -np.inf), kind
+    fits = 2.0 * correlation * (least - _prices(p)[kind]) < p.max_joint_misfit * together
+    return np.where(fits, apart - least - p.gap_price * distance, -np.inf), kind
 
 
 def _compute_misfits(
@@ -342,12 +353,13 @@ def _compute_misfits(
     fit: FloatArray,
     looked: BoolArray,
     correlation: float,
+    fitting: FittingParameters,
 ) -> FloatArray:
     """What the members of each arc that is `looked` at cost beside its price; of `fit` the rows of ellipses are not
     theirs."""
     square = fit[:, 4].copy()
     ovals = np.flatnonzero((kinds == ELLIPTIC) & looked)
-    square[ovals] = np.nan_to_num(fit_group_ellipses(x, y, w, members, ovals[:, None]).square, nan=np.inf)
+    square[ovals] = np.nan_to_num(fit_group_ellipses(x, y, w, members, ovals[:, None], fitting).square, nan=np.inf)
     return np.asarray(square * fit[:, 5] / (2.0 * correlation))
 
 

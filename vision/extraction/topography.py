@@ -5,7 +5,7 @@ Hessian the extremum nearest to the pixel's centre is looked for; one inside the
 the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +14,14 @@ from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
+from vision.extraction.parameters import FittingParameters, SegmentationParameters, TopographyParameters
 from vision.extraction.segmentation import fit_arcs
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
 ByteArray = npt.NDArray[np.uint8]
+
+_DEFAULTS, _SEGMENTATION, _FITTING = TopographyParameters(), SegmentationParameters(), FittingParameters()
 
 LABELS = (
     "peak",
@@ -33,6 +36,7 @@ LABELS = (
     "concave",
     "saddle_hill",
 )
+
 _RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")
 
 
@@ -53,28 +57,20 @@ class Ridges:
         return Ridges(self.elements.take(kept), self.ravine[kept])
 
 
-# rad: across a ridge both normals are alike; the one within a right angle of this direction is given.  Few ridges run
-# across it, where a chain is cut.
-_HALF_PLANE = 0.35
-
-
 def label_topography(
     grey: FloatArray,
     noise: FloatArray,
-    *,
-    sigma: float = 2.0,
-    min_slope: float = 0.5,
-    min_bend: float = 1.0,
+    p: TopographyParameters = _DEFAULTS,
 ) -> tuple[ByteArray, Ridges]:
-    """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `sigma` px, and the
+    """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `p.scale` px, and the
     ridges and ravines as elements.
 
-    A slope counts from `min_slope` grey/px and a second derivative from `min_bend` grey/px^2, or from three standard
-    deviations under `noise` (256,), the curve over grey.
+    A slope counts from `p.min_slope` grey/px and a second derivative from `p.min_bend` grey/px^2, or from
+    `p.noise_sigmas` standard deviations under `noise` (256,), the curve over grey.
     """
     from vision.extraction import _topography_kernels
 
-    kernels = gaussian_kernels(sigma)
+    kernels = gaussian_kernels(p.scale)
     variance = np.diag(kernels.moment_covariance)
     slope_sigma, bend_sigma = float(np.sqrt(variance[1])), float(2.0 * np.sqrt(variance[3]))
     labels = np.empty(grey.shape, np.uint8)
@@ -83,7 +79,14 @@ def label_topography(
     def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
         here, ridges = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
         _topography_kernels.classify(
-            moments, noise, min_slope, 3.0 * slope_sigma, min_bend, 3.0 * bend_sigma, here, ridges
+            moments,
+            noise,
+            p.min_slope,
+            p.noise_sigmas * slope_sigma,
+            p.min_bend,
+            p.noise_sigmas * bend_sigma,
+            here,
+            ridges,
         )
         pixel = np.flatnonzero((here == _RIDGE) | (here == _RAVINE))
         return (first + pixel).astype(np.int32), ridges.take(pixel, axis=1)
@@ -91,7 +94,7 @@ def label_topography(
     pixel, rows = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, noise, of_band), strict=True)
     )
-    return labels, _collect_ridges(pixel, rows.astype(np.float64), grey, noise, slope_sigma, sigma)
+    return labels, _collect_ridges(pixel, rows.astype(np.float64), grey, noise, slope_sigma, p)
 
 
 def mark_inflections(labels: ByteArray, pixels: npt.NDArray[np.int32]) -> None:
@@ -107,19 +110,19 @@ def _collect_ridges(
     grey: FloatArray,
     noise: FloatArray,
     slope_sigma: float,
-    scale: float,
+    p: TopographyParameters,
 ) -> Ridges:
     step_x, step_y, across_x, across_y, second = rows
     bend = np.abs(second)
-    half = np.where(across_x * np.cos(_HALF_PLANE) + across_y * np.sin(_HALF_PLANE) < 0.0, -1.0, 1.0)
+    half = np.where(across_x * np.cos(p.half_plane) + across_y * np.sin(p.half_plane) < 0.0, -1.0, 1.0)
     level = np.clip(grey.reshape(-1)[pixel], 0, 255).astype(np.intp)
     elements = EdgeElements(
         x=pixel % grey.shape[1] + step_x,
         y=pixel // grey.shape[1] + step_y,
         nx=half * across_x,
         ny=half * across_y,
-        contrast=bend * scale**2,
-        width=np.full(len(pixel), scale),
+        contrast=bend * p.scale**2,
+        width=np.full(len(pixel), p.scale),
         sigma=noise[level] * slope_sigma / bend,
         pixel=pixel,
     )
@@ -127,21 +130,25 @@ def _collect_ridges(
 
 
 def fit_ridge_arcs(
-    ridges: Ridges, shape: tuple[int, int], *, scale: float, min_height: float, min_elements: int
+    ridges: Ridges,
+    shape: tuple[int, int],
+    p: TopographyParameters = _DEFAULTS,
+    segmentation: SegmentationParameters = _SEGMENTATION,
+    fitting: FittingParameters = _FITTING,
 ) -> Arcs:
     """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
 
     Fillets show so: no step, but a ridge of grey along them.  `offsets` and `elements` of the arcs refer to
-    `ridges.elements`.  Kept are chains of `min_elements` elements and `min_height` grey.
+    `ridges.elements`.  Kept are chains of `p.min_elements` elements and `p.min_height` grey.
     """
-    found = []
+    shorter, found = replace(segmentation, min_elements=p.min_elements // 2), []
     for hollow in (False, True):
-        which = np.flatnonzero((ridges.ravine == hollow) & (ridges.elements.contrast >= min_height)).astype(np.int32)
+        which = np.flatnonzero((ridges.ravine == hollow) & (ridges.elements.contrast >= p.min_height)).astype(np.int32)
         part = ridges.elements.take(which)
         chains = link(part, shape)
-        chains = chains.take(chains.counts >= min_elements)
+        chains = chains.take(chains.counts >= p.min_elements)
         chains = Chains(which[chains.elements], chains.offsets, chains.closed)
-        found.append(fit_arcs(ridges.elements, chains, scale=scale, min_elements=min_elements // 2))
+        found.append(fit_arcs(ridges.elements, chains, scale=p.scale, p=shorter, fitting=fitting))
     return concatenate(found)
 
 

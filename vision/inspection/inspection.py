@@ -17,7 +17,8 @@ from vision.cameras.files import read_prior, read_rig
 from vision.cameras.images import Picture, read_picture
 from vision.cameras.view_volume import FAR_MM, NEAR_MM, Selection, select_in_view
 from vision.clock import Clock
-from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import ExtractionParameters
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.record import Inspected, record_inspection
 from vision.localisation.depth_range import predict_depth_range
