@@ -36,7 +36,8 @@ from tests.vision.extraction.synthetic import JUNCTIONS, sectors
 from vision.cameras.images import read_picture
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements, detect_edges
-from vision.extraction.extract import ExtractionParameters, extract
+from vision.extraction.extract import extract
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters, SignificanceParameters
 from vision.extraction.regions import find_leak_proof_regions
 
 FloatArray = npt.NDArray[np.float64]
@@ -57,7 +58,7 @@ def localisation() -> None:
             across = x * np.cos(angle) + y * np.sin(angle) - 0.2
             image = 60 + 100 * ndtr(across / np.hypot(0.7, 12**-0.5)) + rng.normal(0, 100 / snr, (128, 128))
             for scale in (1.4, 2.0, 2.8):
-                found = detect_edges(image, scale, min_contrast=40, max_sigma=1.0)
+                found = detect_edges(image, scale, EdgeParameters(min_contrast=40, max_sigma=1.0))
                 offset = (found.x - 63.5) * np.cos(angle) + (found.y - 63.5) * np.sin(angle) - 0.2
                 near = np.abs(offset) < 2
                 errors.setdefault(f"facets {scale}", []).append(offset[near])
@@ -172,7 +173,7 @@ def clearing(data: Path) -> None:
         grey = read_picture(f"{base}.png").grey
         faces = read_picture(f"{base}_faceid.png").grey
         parameters = ExtractionParameters()
-        found = extract(grey, ExtractionParameters(min_significance=-np.inf))
+        found = extract(grey, ExtractionParameters(significance=SignificanceParameters(min_significance=-1e9)))
         with np.load(f"{base}_edges.npz") as truth:
             seen = np.isin(truth["kind"], (0, 3)) & (np.abs(truth["contrast"]) > 5)
             edges = cKDTree(truth["uv"][seen].astype(np.float64))
@@ -183,7 +184,9 @@ def clearing(data: Path) -> None:
         on_part = np.add.reduceat(faces[row, column] > 0, arcs.offsets[:-1]) >= 0.5 * counts
         scores = arcs.significance, arcs.contrast * counts**0.25
         weight = counts * on_part
-        kept = np.sum(weight * true * (arcs.significance >= parameters.min_significance)) / np.sum(weight * true)
+        kept = np.sum(weight * true * (arcs.significance >= parameters.significance.min_significance)) / np.sum(
+            weight * true
+        )
         false = [np.sum(on_part & ~true)]
         areas = []
         for score in scores:

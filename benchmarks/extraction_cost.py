@@ -24,11 +24,12 @@ from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from vision.cameras.images import read_picture
 from vision.cameras.record import record_picture
-from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters
 from vision.extraction.record import record_extraction
 
 PICTURES = ("A/pairs/pair_00", "B/pairs/pair_00", "C/pairs/pair_00")
-_ALL_SCALES = ExtractionParameters(scales=(1.0, 1.4, 2.0, 2.8))
+_ALL_SCALES = ExtractionParameters(edges=EdgeParameters(scales=(1.0, 1.4, 2.0, 2.8)))
 _FIRST_CALL = """
 import sys
 from time import perf_counter, process_time

@@ -18,6 +18,52 @@ COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
 COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection';
 COMMENT ON COLUMN run_summary.evidence_ratio IS 'evidence found in the images over what a right pose would find; null where it was no inspection';
 
+CREATE VIEW pose_world AS
+WITH axis AS (  -- of the world, in the rig's frame: rows of the rotation, for translation (block 0) and rotation (3)
+    SELECT run_id, 0 AS axis_no, 0 AS block, m00 AS x, m01 AS y, m02 AS z FROM pose
+    UNION ALL SELECT run_id, 1, 0, m10, m11, m12 FROM pose
+    UNION ALL SELECT run_id, 2, 0, m20, m21, m22 FROM pose
+    UNION ALL SELECT run_id, 3, 3, m00, m01, m02 FROM pose
+    UNION ALL SELECT run_id, 4, 3, m10, m11, m12 FROM pose
+    UNION ALL SELECT run_id, 5, 3, m20, m21, m22 FROM pose
+),
+turned AS (
+    SELECT p.run_id, array_agg(
+        a.x * (p.covariance[6 * a.block + b.block + 1] * b.x + p.covariance[6 * a.block + b.block + 2] * b.y
+            + p.covariance[6 * a.block + b.block + 3] * b.z)
+        + a.y * (p.covariance[6 * a.block + b.block + 7] * b.x + p.covariance[6 * a.block + b.block + 8] * b.y
+            + p.covariance[6 * a.block + b.block + 9] * b.z)
+        + a.z * (p.covariance[6 * a.block + b.block + 13] * b.x + p.covariance[6 * a.block + b.block + 14] * b.y
+            + p.covariance[6 * a.block + b.block + 15] * b.z)
+        ORDER BY a.axis_no, b.axis_no
+    ) AS covariance
+    FROM pose AS p
+    JOIN axis AS a ON a.run_id = p.run_id
+    JOIN axis AS b ON b.run_id = p.run_id
+    GROUP BY p.run_id
+)
+SELECT
+    p.run_id, p.verdict, p.m03 AS x, p.m13 AS y, p.m23 AS z,
+    sqrt(greatest(t.covariance[1], 0)) AS sigma_x, sqrt(greatest(t.covariance[8], 0)) AS sigma_y,
+    sqrt(greatest(t.covariance[15], 0)) AS sigma_z, sqrt(greatest(t.covariance[22], 0)) AS sigma_rx,
+    sqrt(greatest(t.covariance[29], 0)) AS sigma_ry, sqrt(greatest(t.covariance[36], 0)) AS sigma_rz,
+    t.covariance
+FROM pose AS p
+JOIN turned AS t ON t.run_id = p.run_id;
+COMMENT ON VIEW pose_world IS 'Where the rig was in the world, and how sure that is along and about the world''s axes; pose has the same in the rig''s frame.';
+COMMENT ON COLUMN pose_world.run_id IS 'the run';
+COMMENT ON COLUMN pose_world.verdict IS 'accepted, ambiguous or refused';
+COMMENT ON COLUMN pose_world.x IS 'x of the rig''s origin in the world, mm';
+COMMENT ON COLUMN pose_world.y IS 'y of the rig''s origin in the world, mm';
+COMMENT ON COLUMN pose_world.z IS 'z of the rig''s origin in the world, mm';
+COMMENT ON COLUMN pose_world.sigma_x IS 'standard deviation of the rig''s origin along the world''s x, mm';
+COMMENT ON COLUMN pose_world.sigma_y IS 'standard deviation of the rig''s origin along the world''s y, mm';
+COMMENT ON COLUMN pose_world.sigma_z IS 'standard deviation of the rig''s origin along the world''s z, mm';
+COMMENT ON COLUMN pose_world.sigma_rx IS 'standard deviation of the rotation about the world''s x direction, rad';
+COMMENT ON COLUMN pose_world.sigma_ry IS 'standard deviation of the rotation about the world''s y direction, rad';
+COMMENT ON COLUMN pose_world.sigma_rz IS 'standard deviation of the rotation about the world''s z direction, rad';
+COMMENT ON COLUMN pose_world.covariance IS '6x6 row-major: shift of the rig''s origin in mm, then small rotation about it in rad, both in the world''s axes: each 3x3 block of pose.covariance is R block R^T, R the rotation of world_from_rig';
+
 CREATE VIEW matched_arc AS
 SELECT
     c.run_id, v.camera, o.path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,
@@ -71,5 +117,6 @@ COMMENT ON COLUMN rejected_arc.view_arc_no IS 'the nearest candidate in the view
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_summary', 'run', 'view'),
+    ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),
     ('rejected_arc', 'localisation', 'view');

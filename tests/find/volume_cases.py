@@ -26,8 +26,8 @@ URDF = """<robot name="cube"><link name="cube"><visual><geometry><box size="0.01
 
 
 def _pose(x: float, y: float, z: float, about: tuple[float, float, float] = (0, 0, 0)) -> Floats:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation_matrix(about), (x, y, z)
+    pose: Floats = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation_matrix(np.array(about)), (x, y, z)
     return pose
 
 

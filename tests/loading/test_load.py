@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import sqlalchemy as sa
 import trimesh
 
-from relmodel.errors import InputError
+from relmodel.errors import InputError, StoreError
 from relmodel.loading.load import load
 from relmodel.loading.write import geometry as write_geometry
 from relmodel.model.model import Assembly, Instance, LoadedModel, Part
 from relmodel.store import Store
 from relmodel.store.check import check
+from tests.conftest import make_reader
 
 MODEL_LEVELS = {"object", "part", "surface"}
 
@@ -190,6 +192,44 @@ def test_a_bad_call_leaves_nothing(
             load(store, path, name="part", unit=unit)
         with store.read() as connection:
             assert not connection.execute(store.table("run").select()).all()
+
+
+@pytest.mark.parametrize(
+    ("named", "said"),
+    [
+        ({"name": None}, "under the name None: name the object"),
+        ({"name": ""}, "under the name '': name the object"),
+        ({"name": " \t"}, "name the object"),
+        ({"name": "box", "variant": None}, "as the variant None: give text"),
+    ],
+)
+def test_an_object_has_a_name(named: dict[str, Any], said: str, tmp_path: Path, fresh_store: str) -> None:
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.stl")
+    with Store.open(fresh_store) as store:
+        with pytest.raises(InputError, match=said):
+            load(store, tmp_path / "box.stl", unit="mm", **named)
+        with store.read() as connection:
+            assert not connection.execute(store.table("run").select()).all()
+
+
+def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fresh_store: str) -> None:
+    """One that is open for reading only, one that a role may only read, and one that is closed."""
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.stl")
+    opened = Store.open(fresh_store)
+    opened.close()
+    with pytest.raises(StoreError, match="is closed: open it again"):
+        load(opened, tmp_path / "box.stl", name="box", unit="mm")
+    with Store.open(fresh_store, read_only=True) as store:
+        with pytest.raises(StoreError, match="is open for reading only: open it without read_only"):
+            load(store, tmp_path / "box.stl", name="box", unit="mm")
+        with store.read() as connection:
+            assert not connection.execute(store.table("run").select()).all()
+    if store.dialect == "postgresql":
+        with (
+            Store.open(make_reader(fresh_store)) as store,
+            pytest.raises(StoreError, match=r"^the store .* refuses it \(permission denied for [^\n]*$"),
+        ):
+            load(store, tmp_path / "box.stl", name="box", unit="mm")
 
 
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(

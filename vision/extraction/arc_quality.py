@@ -40,13 +40,14 @@ class ArcQuality:
 
 def assess_arcs(grey: FloatArray, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS) -> ArcQuality:
     """Quality of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
-    from vision.extraction import _mark_kernels
+    from vision.extraction import quality_kernels
 
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
     chains, distances = arcs.chains, np.array([p.near, -p.near, p.far, -p.far, p.highlight_distance])
     x, y, nx, ny = chains.beside(edges.x, edges.y, edges.nx, edges.ny)
-    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, distances)
+    beside = np.empty((len(x), len(distances)))
+    quality_kernels.grey_beside(grey, x, y, nx, ny, distances, beside)
     per_arc = np.add.reduceat(
         np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= p.saturation]),
         arcs.offsets[:-1],
@@ -86,7 +87,7 @@ def _count_parallels(
 ) -> FloatArray:
     """How many elements of like orientation and no less than a third of its contrast, itself among them, lie in the
     3 x 3 cells around each element of `which`."""
-    from vision.extraction import _mark_kernels
+    from vision.extraction import quality_kernels
 
     angle = np.arctan2(edges.ny, edges.nx)
     turn = np.rint(angle * (p.orientations / np.pi)).astype(np.int32) % p.orientations
@@ -100,5 +101,5 @@ def _count_parallels(
     # a cell of 8 x 8 px holds at most 64 elements
     grid = np.zeros((-(-shape[0] // p.cell) + 2) * columns * kinds, np.uint8)
     out = np.empty(len(which))
-    _mark_kernels.parallels(cell, turn * p.grades + grade, near, alike, p.grades, which, p.fainter, grid, out)
+    quality_kernels.parallels(cell, turn * p.grades + grade, near, alike, p.grades, which, p.fainter, grid, out)
     return out

@@ -166,6 +166,15 @@ def _seen_of_ellipses(
     return replace(found, distance=found.distance + bias, bias=bias)
 
 
+def fit_members(x: FloatArray, y: FloatArray, weight: FloatArray, members: Chains, kinds: IntArray) -> FloatArray:
+    """(n, 8): the fit of each arc, as `arc_kernels.fit_arcs` gives it; `x`, `y`, `weight` run beside the members."""
+    from vision.extraction import arc_kernels
+
+    out = np.empty((len(members), 8))
+    arc_kernels.fit_arcs(x, y, weight, members.offsets, kinds, np.empty(9), out)
+    return out
+
+
 def measure_arcs(
     edges: EdgeElements,
     members: Chains,
@@ -178,15 +187,13 @@ def measure_arcs(
     """Final fits of arcs with these members and of these kinds, as `segmentation.segment_chains` gives them, and the
     columns that follow from them; `bright_right` says of each edge element whether its bright side is on the right of
     the walk."""
-    from vision.extraction import _arc_kernels
-
     correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
     x, y = members.beside(edges.x, edges.y)
-    fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    fit = fit_members(x, y, w, members, kinds)
     flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * p.min_sagitta * fit[:, 2])  # or no circle at all
     if flat.any():
         kinds = np.where(flat, LINE, kinds).astype(kinds.dtype)
-        fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+        fit = fit_members(x, y, w, members, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)

@@ -96,7 +96,7 @@ def detect_edges(
     Kept is what `p` says (of its scales, `sigma` alone).  `noise` (256,) is the curve of `estimate_noise`, estimated
     when not given.  No element lies within two and a half sigma of the border, where the mirrored picture would
     displace it."""
-    from vision.extraction import _edge_kernels
+    from vision.extraction import edge_kernels
 
     grey = to_grey(image)
     rows, columns = grey.shape
@@ -119,7 +119,7 @@ def detect_edges(
 
     def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
-        _edge_kernels.steps(
+        edge_kernels.steps(
             moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
             p.max_offset, p.min_contrast, p.max_sigma, found, seen,
         )  # fmt: skip
@@ -134,7 +134,7 @@ def detect_edges(
     values, pixels = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
     )
-    kept = _edge_kernels.thin(values, pixels, columns)
+    kept = _thin(values, pixels, columns)
     pixels = pixels[kept]
     offset, nx, ny, contrast, width, position_sigma = values.compress(kept, axis=1).astype(np.float64)
     return EdgeElements(
@@ -147,6 +147,27 @@ def detect_edges(
         sigma=position_sigma,
         pixel=pixels,
     )
+
+
+def _thin(values: SingleArray, pixels: npt.NDArray[np.int32], columns: int) -> npt.NDArray[np.bool_]:
+    """Of neighbours that see the same crossing, keep the one it lies nearest to.
+
+    `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis
+    nearer to the gradient: an edge then has one element per row or per column.
+    """
+    offset, nx, ny = np.abs(values[0]), values[1], values[2]
+    upright = np.abs(nx) < np.abs(ny)
+    keep = np.ones(len(pixels), np.bool_)
+    for step, down in ((1, False), (columns, True)):
+        other = np.searchsorted(pixels, pixels + step)
+        one = np.flatnonzero(np.append(pixels, -1)[other] == pixels + step)
+        other = other[one]
+        alike = nx[one] * nx[other] + ny[one] * ny[other] >= np.float64(0.7)
+        one, other = one[alike], other[alike]
+        further = offset[one] > offset[other]
+        loser = np.where(further, one, other)
+        keep[loser[upright[loser] == down]] = False  # each is measured against the other along its own axis only
+    return keep
 
 
 _BEYOND = 1000.0  # grey: noise reaches beyond 0..255, another scale farther than this

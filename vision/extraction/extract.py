@@ -28,6 +28,23 @@ FloatArray = npt.NDArray[np.float64]
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
+# The kernels of an extraction at one scale.
+KERNELS = tuple(
+    f"vision.extraction.{name}_kernels"
+    for name in (
+        "arc",
+        "border",
+        "edge",
+        "facet",
+        "link",
+        "polyline",
+        "quality",
+        "region",
+        "significance",
+        "topography",
+    )
+)
+
 
 @dataclass(frozen=True)
 class Extraction:

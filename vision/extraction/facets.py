@@ -107,11 +107,11 @@ def in_bands(
     rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads; what
     `work` keeps of `moments` it must copy.
     """
-    from vision.extraction import _facet_kernels
+    from vision.extraction import facet_kernels
 
     rows, columns = grey.shape
-    taps = _facet_kernels.half_kernels(kernels.one_d)
-    picture = _facet_kernels.mirrored(grey, taps)
+    taps = facet_kernels.half_kernels(kernels.one_d)
+    picture = facet_kernels.mirrored(grey, taps)
     curve = noise.astype(np.float32)
     height = max(_BAND // columns, 1)
 
@@ -122,10 +122,9 @@ def in_bands(
         for first in firsts:
             if rows - first < height:
                 moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
-            _facet_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
-            flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
-            _facet_kernels.look_up(flat[0], curve, noise_here)
-            found.append(work(first * columns, flat, noise_here))
+            facet_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
+            flat = moments.reshape(len(MOMENTS), -1)
+            found.append(work(first * columns, flat, curve.take(flat[0].astype(np.intp), mode="clip")))
         return found
 
     firsts = range(0, rows, height)

@@ -61,12 +61,17 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
 
     Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture.
     """
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     used = np.flatnonzero(edges.contrast >= min_contrast)
     x, y, nx, ny = (column.take(used) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    successor = _link_kernels.mutual_successors(x, y, nx, ny, edges.pixel.take(used), *shape)
-    order, offsets, closed = _follow_links(successor)
+    pixel, elements = edges.pixel.take(used), np.arange(len(used), dtype=np.int32)
+    at = np.full(shape, -1, np.int32)
+    at.reshape(-1)[pixel] = elements
+    best = np.full((2, len(used)), -1, np.int32)
+    link_kernels.best_links(x, y, nx, ny, pixel, at, np.full((2, len(used)), 1e9), best)
+    mutual = (best[0] >= 0) & (best[1].take(best[0]) == elements)
+    order, offsets, closed = _follow_links(np.where(mutual, best[0], np.int32(-1)))
     return Chains(used[order].astype(np.int32), offsets, closed)
 
 
@@ -112,29 +117,36 @@ def fill_gaps(edges: EdgeElements, chains: Chains, grey: FloatArray, p: LinkingP
 def find_pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     x, y = np.ascontiguousarray(place.T)
     if len(x) and np.ptp(y) > np.ptp(x):
         x, y = y, x
     looked = np.ones(len(x), np.bool_) if looked is None else looked
-    return _link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
+    order, none = np.argsort(x, kind="stable"), np.empty((0, 2), np.int64)
+    out = np.empty((link_kernels.pairs_within(x, y, looked, order, reach, none), 2), np.int64)
+    link_kernels.pairs_within(x, y, looked, order, reach, out)
+    return out
 
 
 def label_components(pairs: IndexArray, count: int) -> IndexArray:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
-    return _link_kernels.components(np.ascontiguousarray(pairs), count)
+    out = np.empty(count, np.int64)
+    link_kernels.components(np.ascontiguousarray(pairs), np.arange(count), out)
+    return out
 
 
 def _follow_links(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
     """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     n = len(successor)
     order, offsets, closed = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.bool_)
-    chains = _link_kernels.follow(successor, order, offsets, closed)
+    starts = np.ones(n, np.bool_)
+    starts[successor[successor >= 0]] = False
+    chains = link_kernels.follow(successor, starts, np.zeros(n, np.bool_), order, offsets, closed)
     return order, offsets[: chains + 1], closed[:chains]
 
 
@@ -169,10 +181,17 @@ def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
 
 def interpolate_grey(grey: FloatArray, place: FloatArray) -> FloatArray:
     """The bilinear grey at places (..., 2); beyond the border, that of the border."""
-    from vision.extraction import _mark_kernels
-
-    x, y = (np.ascontiguousarray(place[..., i]) for i in (0, 1))
-    return _mark_kernels.grey_between(grey, x.reshape(-1), y.reshape(-1)).reshape(x.shape)
+    rows, columns = grey.shape
+    x, y = place[..., 0].clip(0.0, columns - 1.0), place[..., 1].clip(0.0, rows - 1.0)
+    c, r = x.astype(np.intp), y.astype(np.intp)
+    left, above = 1.0 - (x - c), 1.0 - (y - r)
+    after, below = np.minimum(c + 1, columns - 1), np.minimum(r + 1, rows - 1)
+    return np.asarray(
+        grey[r, c] * above * left
+        + grey[r, after] * above * (1.0 - left)
+        + grey[below, c] * (1.0 - above) * left
+        + grey[below, after] * (1.0 - above) * (1.0 - left)
+    )
 
 
 def _bridge_contrast(

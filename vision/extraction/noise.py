@@ -21,9 +21,11 @@ def estimate_noise(grey: FloatArray, p: NoiseParameters = _DEFAULTS) -> FloatArr
 
     Nowhere less than `p.floor`.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import edge_kernels
 
-    histogram = _edge_kernels.high_pass_histogram(grey, p.bands, _BINS)
+    histogram = np.zeros((p.bands + 1, _BINS), np.int64)
+    edge_kernels.high_pass_histogram(grey, np.empty((2, grey.shape[1]), np.float32), histogram)
+    histogram = histogram[:-1]
     counts = histogram.sum(axis=1)
     pooled = histogram.sum(axis=0)
     if pooled.sum() == 0:

@@ -81,7 +81,8 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     of_no_arc[extraction.chains.elements] = True
     of_no_arc[arcs.elements] = False
     linked = np.concatenate([arcs.elements, np.flatnonzero(of_no_arc)])
-    arc_no = np.ma.masked_array(np.zeros(len(linked), np.int32), mask=True)
+    loose = np.arange(len(linked)) >= len(arcs.elements)
+    arc_no = np.ma.masked_array(np.zeros(len(linked), np.int32), loose)
     arc_no[: len(arcs.elements)] = arcs.chains.chain_of_member
     region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)

@@ -103,7 +103,7 @@ def refine_polylines(
     ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
     polyline than their own standard deviations say, as they do where noise is no longer small beside the step, it
     follows the scatter, the more the longer the arc is."""
-    from vision.extraction import _course_kernels
+    from vision.extraction import polyline_kernels
 
     x, y, sigma = members.beside(edges.x, edges.y, edges.sigma)
     if len(members) == 0:
@@ -111,7 +111,7 @@ def refine_polylines(
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
     steps[members.offsets[:-1]] = 0.0
     known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
-    distance, concentration, variance = _course_kernels.average_along(
+    distance, concentration, variance = polyline_kernels.average_along(
         np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, p.window * scale
     )
     spacing = np.add.reduceat(steps, members.offsets[:-1]) / np.maximum(members.counts - 1, 1)

@@ -23,7 +23,7 @@ BoolArray = npt.NDArray[np.bool_]
 CountArray = npt.NDArray[np.int64]
 
 _DEFAULTS = RegionParameters()
-_SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
+_SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `region_kernels.sums`
 _RING = [
     *((-2, i) for i in range(-2, 2)), *((i, 2) for i in range(-2, 2)),
     *((2, -i) for i in range(-2, 2)), *((-i, -2) for i in range(-2, 2)),
@@ -188,7 +188,7 @@ def find_leak_proof_regions(
 
 def _flooded(depth: npt.NDArray[np.float32], p: RegionParameters) -> IntArray:
     """Labels 0.. of the trapped balls, grown over the picture."""
-    from vision.extraction import _region_kernels
+    from vision.extraction import region_kernels
 
     rows, columns = depth.shape
     cells, deep = np.zeros((rows + 2, columns + 2), np.int32), np.zeros((rows + 2, columns + 2), np.bool_)
@@ -197,10 +197,10 @@ def _flooded(depth: npt.NDArray[np.float32], p: RegionParameters) -> IntArray:
     for radius in p.balls:
         np.greater(depth, np.float32(radius), out=deep[1:-1, 1:-1])
         runs = np.flatnonzero(flags[1:] != flags[:-1]) + 1
-        count = _region_kernels.trap(runs, columns + 2, flat, count)
+        count = region_kernels.trap(runs, columns + 2, flat, count, np.empty((2, len(runs) // 2), np.int64))
     if count == 0:
         cells[1:-1, 1:-1] = 256
-    _region_kernels.flood(flat, depth)
+    region_kernels.flood(flat, depth, np.empty((3, len(flat)), np.int32), np.empty((2, 257), np.int64))
     labels = cells[1:-1, 1:-1] >> 8
     labels -= 1
     return labels
@@ -223,10 +223,13 @@ def _share_out(labels: IntArray, edges: EdgeElements, p: RegionParameters) -> No
 
 
 def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32], p: RegionParameters) -> FloatArray:
-    """Sums over the regions of the label image and extremes, the columns of `_region_kernels.sums`."""
-    from vision.extraction import _region_kernels
+    """Sums over the regions of the label image and extremes, the columns of `region_kernels.sums`."""
+    from vision.extraction import region_kernels
 
-    return _region_kernels.sums(labels, grey, depth, int(labels.max(initial=-1)) + 1, p.saturation)
+    out = np.zeros((int(labels.max(initial=-1)) + 1, 16))
+    out[:, _LEAST], out[:, 13:15] = 1e9, -1.0
+    region_kernels.sums(labels, grey, depth, p.saturation, out)
+    return out
 
 
 def _merge(
@@ -237,8 +240,6 @@ def _merge(
     p: RegionParameters,
 ) -> tuple[IntArray, FloatArray]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
-    from vision.extraction import _region_kernels
-
     totals = _totals(grey, labels, depth, p)
     a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask, p))
     final = np.arange(len(totals), dtype=np.int32)
@@ -249,19 +250,30 @@ def _merge(
             break
         borders, totals = _contract(borders, totals, component)
         final = component[final]
-    _region_kernels.rename(labels.reshape(-1), final)
-    return labels, totals
+    return final[labels], totals
 
 
 def sum_borders(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
-    """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `_border_kernels.borders`."""
-    from vision.extraction import _border_kernels
+    """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `border_kernels.borders`."""
+    from vision.extraction import border_kernels
 
-    key, sums = _border_kernels.borders(labels, edge, loose)
-    order = np.argsort(key)
-    order = order[sums[order, _border_kernels.SIDES] > 0]
+    below = np.vstack([labels[1:], labels[-1:]])
+    meet = (labels != below) | (labels != _right_of(labels)) | (labels != _right_of(below))
+    meetings, count, room = np.flatnonzero(meet), -1, 4 * int(labels.max(initial=0)) + 64
+    while count < 0:  # more than neighbours are where all regions are connected
+        room *= 2
+        key, sums = np.empty(room, np.int64), np.zeros((room, 7), np.int64)
+        slots = np.full(1 << (2 * room).bit_length(), -1, np.int32)
+        count = border_kernels.borders(meetings, labels, edge, loose, slots, key, sums, np.empty(4, np.int64))
+    order = np.argsort(key[:count])
+    order = order[sums[order, border_kernels.SIDES] > 0]
     a, b = np.divmod(key[order], 1 << 32)
     return a, b, sums[order]
+
+
+def _right_of(labels: IntArray) -> IntArray:
+    """Each pixel's neighbour to the right; at the border the pixel itself."""
+    return np.hstack([labels[:, 1:], labels[:, -1:]])
 
 
 def _near_loose_ends(mask: BoolArray, p: RegionParameters) -> BoolArray:
@@ -269,18 +281,20 @@ def _near_loose_ends(mask: BoolArray, p: RegionParameters) -> BoolArray:
     ring of 5 x 5."""
     import cv2
 
-    from vision.extraction import _border_kernels
-
+    r, c = np.nonzero(mask)
+    framed = np.pad(mask, 2, constant_values=True)
+    ring = np.stack([framed[r + 2 + down, c + 2 + right] for down, right in _RING])
+    begins = ring & ~np.roll(ring, 1, axis=0)
+    ends = (begins.sum(axis=0) == 1) | ~ring.any(axis=0)
+    out = np.zeros(mask.shape, np.uint8)
+    out[r[ends], c[ends]] = 1
     size = 2 * p.loose_end_reach + 1
-    disc = np.ascontiguousarray(
-        np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))) - p.loose_end_reach
-    )
-    return _border_kernels.near_loose_ends(mask, np.array(_RING), disc)
+    return cv2.dilate(out, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))).astype(np.bool_)
 
 
 @dataclass(frozen=True)
 class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 7) of `_border_kernels.borders`."""
+    """Neighbours a < b, and of their common border the sums (n, 7) of `border_kernels.borders`."""
 
     a: CountArray
     b: CountArray
@@ -347,7 +361,7 @@ def _renumber(labels: IntArray, min_area: int) -> IntArray:
 
 
 def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Centroid (n, 2), mean, slope (n, 2) and variance about the plane, from `_region_kernels.sums`."""
+    """Centroid (n, 2), mean, slope (n, 2) and variance about the plane, from `region_kernels.sums`."""
     n = np.maximum(totals[:, 0], 1.0)
     x, y, xx, xy, yy, g, gg, xg, yg = (totals[:, i] / n for i in range(1, 10))
     xx, xy, yy = xx - x * x, xy - x * y, yy - y * y

@@ -161,11 +161,11 @@ def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64]
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
     apart.
     """
-    from vision.extraction import _border_kernels
+    from vision.extraction import border_kernels
 
     nowhere = np.zeros(labels.shape, np.bool_)
     lesser, greater, sums = sum_borders(labels, nowhere, nowhere)
-    crossed = sums[:, _border_kernels.SIDES] + sums[:, _border_kernels.ASLANT] / np.sqrt(2.0)
+    crossed = sums[:, border_kernels.SIDES] + sums[:, border_kernels.ASLANT] / np.sqrt(2.0)
     return lesser * count + greater, np.pi / 8.0 * crossed
 
 

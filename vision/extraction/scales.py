@@ -31,9 +31,9 @@ def detect_edges_over_scales(
     found = [detect_edges(grey, scale, p, noise=noise) for scale in scales]
 
     def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> npt.NDArray[np.bool_]:
-        from vision.extraction import _scale_kernels
+        from vision.extraction import scale_kernels
 
-        return _scale_kernels.partnered(
+        return scale_kernels.partnered(
             some.x, some.y, some.nx, some.ny, others.x, others.y, others.nx, others.ny, others.pixel,
             p.partner_reach * scale, *grey.shape,
         )  # fmt: skip

@@ -21,6 +21,7 @@ from vision.extraction.arcs import (
     Arcs,
     compute_correlation,
     fit_group_ellipses,
+    fit_members,
     measure_arcs,
     weigh_elements,
 )
@@ -63,7 +64,7 @@ def segment_chains(
 
     Pieces of fewer than `p.min_elements` are dropped; arcs whose ends lie within `p.join_reach` px are joined where
     that is the shorter description."""
-    from vision.extraction import _arc_kernels
+    from vision.extraction import arc_kernels
 
     chains = _start_loops_on_straights(edges, chains, p)
     correlation, weight = compute_correlation(scale), np.zeros(len(edges))
@@ -71,12 +72,15 @@ def segment_chains(
 
     def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
         x, y, w = what.beside(edges.x, edges.y, weight)
-        bow = (p.min_sagitta, p.min_bow, p.min_rise)
-        pieces, kinds, costs = _arc_kernels.segment(
-            x, y, w, what.offsets, correlation, price, np.array(p.knot_spacings), p.knot_price, *bow
-        )
-        members, kept = _pieces_to_members(edges, what, pieces, p)
-        return members, kinds[kept], costs[kept]
+        n, spacings = len(x) + 1, np.array(p.knot_spacings)
+        pieces, costs = np.empty((n, 3), np.int32), np.empty(n)
+        count = arc_kernels.segment(
+            x, y, w, what.offsets, correlation, price, spacings, p.knot_price, p.min_sagitta, p.min_bow, p.min_rise,
+            np.empty((n, 9)), np.empty((len(spacings), n)), np.empty((4, n), np.int32), np.empty((2, n + 8)),
+            pieces, costs,
+        )  # fmt: skip
+        members, kept = _pieces_to_members(edges, what, pieces[:count, :2], p)
+        return members, pieces[:count, 2][kept], costs[:count][kept]
 
     members, kinds, costs = described(chains, _prices(p))
     # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
@@ -117,14 +121,13 @@ def _prefer_free_curves(
 ) -> tuple[Chains, IntArray, BoolArray]:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
     arc that leads out of it is none."""
-    from vision.extraction import _arc_kernels
 
     owner = np.full(len(edges), -1, np.int32)
     owner[curves.elements] = curves.chain_of_member
     of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
     within = of_arc[0] == of_arc[1]
     x, y, w = members.beside(edges.x, edges.y, weight)
-    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    alone = fit_members(x, y, w, members, kinds)
     apart = _prices(p)[kinds] + _compute_misfits(x, y, w, members, kinds, alone, within, correlation, fitting)
     paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
     cheaper = paid > prices
@@ -214,10 +217,8 @@ def _join(
     Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
     do the next time that did not do now.  `bright_right` says of each edge element whether its bright side is on the
     right."""
-    from vision.extraction import _arc_kernels
-
     x, y, w = members.beside(edges.x, edges.y, weight)
-    alone = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+    alone = fit_members(x, y, w, members, kinds)
     tail, head, turn, distance = _find_continuations(edges, members, kinds, alone[:, 2:4], bright_right, fresh, p)
     straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
     likely = (turn < 0) | (straight & (members.counts[turn] >= p.min_reversed * correlation))
@@ -316,14 +317,15 @@ def _compute_savings(
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
     one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
     """
-    from vision.extraction import _arc_kernels
+    from vision.extraction import arc_kernels
 
     looked = np.zeros(len(members), np.bool_)
     looked[pairs] = True
     misfit = _compute_misfits(x, y, w, members, kinds, alone, looked, correlation, fitting)
     apart = (_prices(p)[kinds] + misfit)[pairs].sum(axis=1)
     total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
-    joint = _arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation)
+    joint = np.empty((len(pairs), 4))
+    arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation, np.empty(9), joint)
     straight = (kinds[pairs] == LINE).all(axis=1)
     drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / p.light_sigma**2
     line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + p.line_price

@@ -30,14 +30,15 @@ def compute_false_alarm_terms(
 ) -> FloatArray:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
     that show as high a step of its sign and orientation; one value per edge element, zero for the others."""
-    from vision.extraction import _mark_kernels, _significance_kernels
+    from vision.extraction import quality_kernels, significance_kernels
 
     heights = np.arange(256)
     grade = np.where(heights < 1, 0, 1 + p.grades_per_octave * np.log2(np.maximum(heights, 1))).astype(np.uint8)
     grades = int(grade[-1]) + 1
     turn = np.arange(p.orientations) * np.pi / p.orientations
     offsets = np.rint(p.beside * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
-    counts = _significance_kernels.histograms(grey, offsets, p.cell, p.stride, grade, grades)
+    counts = np.zeros((-(-grey.shape[0] // p.cell), -(-grey.shape[1] // p.cell), p.orientations, grades), np.int32)
+    significance_kernels.histograms(grey, offsets, p.cell, p.stride, grade, counts)
     around = _sum_around(_sum_around(counts.astype(np.float64), 0, p.cells_around), 1, p.cells_around)
     exceed = np.cumsum(around[..., ::-1], axis=3)[..., ::-1]
     least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
@@ -45,10 +46,13 @@ def compute_false_alarm_terms(
     table = -np.log(0.5 * share)  # half of all steps have the sign
     which = which.astype(np.intp)
     x, y, nx, ny = (column.take(which) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, np.array([p.beside, -p.beside]))
-    height = np.ascontiguousarray(beside[:, 0] - beside[:, 1])
+    beside = np.empty((len(which), 2))
+    quality_kernels.grey_beside(grey, x, y, nx, ny, np.array([p.beside, -p.beside]), beside)
+    level = grade[(beside[:, 0] - beside[:, 1]).clip(0.0, 255.0).astype(np.intp)]
+    towards = (np.arctan2(ny, nx) * (p.orientations / np.pi) + p.orientations + 0.5).astype(np.intp) % p.orientations
+    row, column = np.divmod(edges.pixel[which], grey.shape[1])
     out = np.zeros(len(edges))
-    out[which] = _significance_kernels.of_steps(height, edges.pixel[which], nx, ny, table, grey.shape[1], p.cell, grade)
+    out[which] = table[row // p.cell, column // p.cell, towards, level]
     return out
 
 

@@ -68,7 +68,7 @@ def label_topography(
     A slope counts from `p.min_slope` grey/px and a second derivative from `p.min_bend` grey/px^2, or from
     `p.noise_sigmas` standard deviations under `noise` (256,), the curve over grey.
     """
-    from vision.extraction import _topography_kernels
+    from vision.extraction import topography_kernels
 
     kernels = gaussian_kernels(p.scale)
     variance = np.diag(kernels.moment_covariance)
@@ -78,7 +78,7 @@ def label_topography(
 
     def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
         here, ridges = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
-        _topography_kernels.classify(
+        topography_kernels.classify(
             moments,
             noise,
             p.min_slope,
@@ -154,6 +154,7 @@ def fit_ridge_arcs(
 
 def count_labels(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
-    from vision.extraction import _region_kernels
-
-    return _region_kernels.counts(np.ascontiguousarray(regions), labels, count, len(LABELS))
+    kinds = len(LABELS)
+    # Pixels of no region (-1) fall into the first row, which is left out.
+    place = (regions.astype(np.int64) + 1) * kinds + labels
+    return np.bincount(place.ravel(), minlength=(count + 1) * kinds).reshape(-1, kinds)[1:]

@@ -17,6 +17,7 @@ from vision.cameras.files import read_prior, read_rig
 from vision.cameras.images import Picture, read_picture
 from vision.cameras.view_volume import FAR_MM, NEAR_MM, Selection, select_in_view
 from vision.clock import Clock
+from vision.extraction import extract as extraction
 from vision.extraction.extract import Extraction, extract
 from vision.extraction.parameters import ExtractionParameters
 from vision.inspection.overlay import draw_overlay
@@ -29,6 +30,15 @@ from vision.localisation.stored_scene import StoredScene, read_scene
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
 
+# The kernels of an inspection.
+KERNELS = (
+    "relmodel.find.rtree_kernels",
+    *extraction.KERNELS,
+    "vision.stereo.epipolar_kernels",
+    "vision.localisation.search_kernels",
+    "vision.localisation.measure_kernels",
+    "vision.localisation.coverage_kernels",
+)
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 
 

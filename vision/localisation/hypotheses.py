@@ -6,11 +6,14 @@ turns of the rig) is scored at once, so that the sequence has to cover only what
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Floats32
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Prior, Rig
 from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, bin_orientations, build_evidence
@@ -169,25 +172,32 @@ def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
     return focal * float(np.hypot(prior.sigma_rotation, prior.sigma_translation_mm / max(distance, 1.0)))
 
 
-def flatten_evidence(fields: list[Evidence]) -> tuple[Floats, ...]:
-    """What the kernels take of the evidence: flat field, start, shape, origin of each camera."""
+def _tables(p: Prediction, fields: list[Evidence]) -> tuple[Floats, Ints, Floats, Ints, Floats32]:
+    """Samples, their views, the cameras, and the layout of the evidence and itself, as `search_kernels` take them."""
+    cameras = len(fields)
     start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
+    of_cameras = (p.rotation.reshape(cameras, 9), p.offset, p.matrix.reshape(cameras, 6), [e.origin for e in fields])
     return (
+        np.hstack([p.point, p.tangent, p.weight[:, None]]),
+        p.view,
+        np.hstack([np.asarray(values, float) for values in of_cameras]),
+        np.array([(at, *e.field.shape[1:]) for at, e in zip(start.tolist(), fields, strict=True)]),
         np.concatenate([e.field.ravel() for e in fields]),
-        start,
-        np.array([e.field.shape[1:] for e in fields]),
-        np.array([e.origin for e in fields]),
     )
 
 
-def _samples(p: Prediction) -> tuple[Floats | Ints, ...]:
-    return p.point, p.tangent, p.weight, p.view, p.rotation, p.offset, p.matrix
+def _in_threads(count: int, work: Callable[[slice], None]) -> None:
+    """Do the work on rows 0..count-1, stretch by stretch, in as many threads as there are processors."""
+    threads = os.cpu_count() or 1
+    length = max(-(-count // (8 * threads)), 1)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, [slice(at, at + length) for at in range(0, count, length)]))
 
 
 def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple[Floats, Floats]:
     from scipy.stats import norm, qmc
 
-    from vision.localisation import _search_kernels as kernels
+    from vision.localisation import search_kernels
 
     sigma = np.sqrt(np.diag(prior.covariance))
     _, jacobian = project_with_jacobians(prediction)
@@ -210,12 +220,17 @@ def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple
     distance = (delta[:, None, :3] / sigma[:3]) ** 2
     penalty = 0.5 * (distance.sum(axis=2) + ((shifted / sigma[3:]) ** 2).sum(axis=2))
     score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
-    field, start, shape, origin = flatten_evidence(fields)
-    run: Any = kernels.scan
-    run(
-        *_samples(prediction), field, start, shape, origin, SCAN_CELL, SCAN_WINDOW, ORIENTATIONS,
-        rotation_matrix(delta[:, 3:]), np.ascontiguousarray(delta[:, :3]), shifts, penalty, score, best,
-    )  # fmt: skip
+    tables = _tables(prediction, fields)
+    jump = shifts[..., 1] * tables[3][:, 2:] + shifts[..., 0]
+    poses = np.hstack([rotation_matrix(delta[:, 3:]).reshape(-1, 9), delta[:, :3]])
+
+    def scan(rows: slice) -> None:
+        search_kernels.scan(
+            *tables, SCAN_CELL, ORIENTATIONS, SCAN_WINDOW, poses[rows], jump, penalty[rows], np.empty(len(turns)),
+            score[rows], best[rows],
+        )  # fmt: skip
+
+    _in_threads(count, scan)
     delta[:, 3:] += turns[best]
     return delta, score
 
@@ -224,18 +239,21 @@ def climb(
     prediction: Prediction, fields: list[Evidence], delta: Floats, information: Floats, first: float, last: float
 ) -> tuple[Floats, Floats]:
     """Perturbations (k, 6) led uphill by steps of `first` to `last` px, and their scores (k,)."""
-    from vision.localisation import _search_kernels as kernels
+    from vision.localisation import search_kernels
 
     _, jacobian = project_with_jacobians(prediction)
     hessian = np.einsum("nij,nik->jk", jacobian, jacobian) / max(len(jacobian), 1) + information
     value, vector = np.linalg.eigh(hessian)
     delta, score = delta.copy(), np.empty(len(delta))
-    field, start, shape, origin = flatten_evidence(fields)
-    run: Any = kernels.climb
-    run(
-        *_samples(prediction), field, start, shape, origin, fields[0].cell, ORIENTATIONS,
-        delta, np.ascontiguousarray(vector / np.sqrt(value)), information, first, last, score,
-    )  # fmt: skip
+    tables, basis = _tables(prediction, fields), np.ascontiguousarray(vector / np.sqrt(value))
+
+    def climb_some(rows: slice) -> None:
+        search_kernels.climb(
+            *tables, fields[0].cell, ORIENTATIONS, information, basis, first, last, np.empty(18),
+            delta[rows], score[rows],
+        )  # fmt: skip
+
+    _in_threads(len(delta), climb_some)
     return delta, score
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -58,13 +57,12 @@ class EdgeIndex:
 
     def measure(self, pixel: Floats, direction: Floats, reach: float, scale: float) -> tuple[Floats, Ints]:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
-        from vision.localisation import _measure_kernels as kernels
+        from vision.localisation import measure_kernels
 
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
-        run: Any = kernels.nearest_edges
-        run(
+        measure_kernels.nearest_edges(
             pixel, direction, reach, scale, MIN_COSINE, self.edges.position, self.edges.normal, self.strength,
-            self.start, self.order, self.columns, self.rows, self.edges.low, offset, found,
+            self.start, self.order, np.array([self.columns, self.rows]), self.edges.low, offset, found,
         )  # fmt: skip
         return offset, found
 

@@ -121,12 +121,8 @@ def cross_rows(
     rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, least_rise: float
 ) -> Crossings:
     """Crossings of the arcs of one picture with rows first_row .. first_row + rows - 1."""
-    from vision.stereo import _epipolar_kernels
-
     points = rectification.points(view, arcs.points)
-    arc, row, at = _epipolar_kernels.row_crossings(
-        arcs.offsets, np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1]), _TANGENT_REACH, least_rise
-    )
+    arc, row, at = row_crossings(arcs.offsets, points[:, 0], points[:, 1], _TANGENT_REACH, least_rise)
     inside = (row >= first_row) & (row < first_row + rows)
     arc, row, at = arc[inside], row[inside] - first_row, at[inside]
     order = np.lexsort((at[:, 0], row))
@@ -143,6 +139,32 @@ def cross_rows(
         position=np.ascontiguousarray(position),
         start=np.searchsorted(row, np.arange(rows + 1)).astype(np.int64),
     )
+
+
+def row_crossings(
+    offsets: Integers, x: Floats, y: Floats, reach: int, least_rise: float
+) -> tuple[Integers, Integers, Floats]:
+    """Where polylines cross the whole rows: (arc, row, [x, slope, rise, position]) of each crossing.
+
+    The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
+    dy/length (negative where the arc runs up); crossings with |rise| below `least_rise` are left out.  `position` is
+    the index of the point before the crossing plus the share of the way to the next.
+    """
+    arc = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    p = np.flatnonzero(arc[1:] == arc[:-1])
+    a, b = np.maximum(offsets[arc[p]], p - reach), np.minimum(offsets[arc[p] + 1] - 1, p + 1 + reach)
+    dx, dy = x[b] - x[a], y[b] - y[a]
+    length = np.hypot(dx, dy)
+    # Rows in [lower, higher): a row through a point counts once, and not at all at a turning point.
+    first = np.ceil(np.minimum(y[p], y[p + 1])).astype(np.int64)
+    count = np.ceil(np.maximum(y[p], y[p + 1])).astype(np.int64) - first
+    count[(length == 0.0) | (np.abs(dy) < least_rise * length)] = 0
+    which = np.repeat(np.arange(len(p)), count)
+    row = first[which] + np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    p = p[which]
+    t = (row - y[p]) / (y[p + 1] - y[p])
+    dx, dy, length = dx[which], dy[which], length[which]
+    return arc[p], row, np.column_stack([x[p] + t * (x[p + 1] - x[p]), dx / dy, dy / length, p + t])
 
 
 _TANGENT_REACH = 4  # points to both sides whose chord is the tangent at a crossing
@@ -173,13 +195,10 @@ def vote(
     parameters: EpipolarParameters,
 ) -> Votes:
     """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
-    from vision.stereo import _epipolar_kernels
+    from vision.stereo import epipolar_kernels
 
-    match = _epipolar_kernels.match_rows(
-        left.start, left.x, left.angle, compress_contrast(left.contrast), low, high,
-        right.start, right.x, right.angle, compress_contrast(right.contrast),
-        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
-    )  # fmt: skip
+    columns = [np.column_stack([c.x, c.angle, compress_contrast(c.contrast)]) for c in (left, right)]
+    match = match_rows(left.start, columns[0], np.column_stack([low, high]), right.start, columns[1], parameters)
     i = np.flatnonzero(match >= 0)
     j = match[i]
     order = np.lexsort((left.row[i], right.arc[j], left.arc[i]))
@@ -190,11 +209,13 @@ def vote(
     pair_left, pair_right = left.arc[i[first]], right.arc[j[first]]
     left_start, left_row, left_extent = _by_arc(left, left_count)
     right_start, right_row, right_extent = _by_arc(right, right_count)
+    overlap = np.zeros(len(pair_left), np.int64)
+    epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row, overlap)
     return Votes(
         left=pair_left,
         right=pair_right,
         votes=votes.astype(np.int64),
-        overlap=_epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row),
+        overlap=overlap,
         disparity=_group_medians(left.x[i] - right.x[j], start),
         left_extent=left_extent,
         right_extent=right_extent,
@@ -202,6 +223,32 @@ def vote(
         right_crossing=j,
         start=start,
     )
+
+
+def match_rows(
+    left_start: Integers,
+    left: Floats,
+    bounds: Floats,
+    right_start: Integers,
+    right: Floats,
+    parameters: EpipolarParameters,
+) -> Integers:
+    """The right crossing matched to each left one, -1 for none.
+
+    left, right (n, 3): x, angle and contrast of crossings, those of a row between two of left_start, right_start
+    (rows + 1), by ascending x; bounds (n, 2): the disparities that each left crossing may have.
+    """
+    from vision.stereo import epipolar_kernels
+
+    most = max(int(np.diff(start).max(initial=0)) for start in (left_start, right_start))
+    match, partner = np.full(len(left), -1, np.int64), np.full(len(right), -1, np.int64)
+    epipolar_kernels.match_rows(
+        left_start, left, bounds, right_start, right,
+        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
+        np.empty((2, most), np.int64), np.empty((most + 1, most + 1)), np.empty((most + 1, most + 1), np.int64),
+        match, partner,
+    )  # fmt: skip
+    return match
 
 
 def _by_arc(crossings: Crossings, count: int) -> tuple[Integers, Integers, Integers]:

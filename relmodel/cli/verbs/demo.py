@@ -21,12 +21,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     import os
 
+    from relmodel.compiled import compile_ahead
     from relmodel.errors import InputError, UsageError
     from relmodel.loading.load import load
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
-    from vision.inspection import inspect
+    from vision.inspection import KERNELS, inspect
     from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
 
     source = resource_dir("demo")
@@ -47,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
         report = load(store, source / f"bulkhead_{truth.variant}.step.gz", name="bulkhead", variant=truth.variant)
         say(f"  {report.status}: {report.parts} parts, {report.occurrences} placed, {report.faces_loaded} faces")
         world = place_world(store, source / ("world.yaml" if truth.variant == "A" else f"world_{truth.variant}.yaml"))
+        compile_ahead(KERNELS, say)
         say(f"inspecting stereo pair {args.pair} ...")
         answer = inspect(
             store,

@@ -8,6 +8,7 @@ from tests.vision.extraction.synthetic import disc, step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import EdgeParameters
 
 ANGLES = np.deg2rad([0, 10, 22.5, 33, 45, 60, 80, 90, 135, 200, 290])
 
@@ -53,7 +54,7 @@ def test_predicted_sigma_is_the_scatter(snr: float, limit: float) -> None:
     distances, sigmas = [], []
     for angle in ANGLES:
         image = step(angle, 0.2, (96, 96)) + rng.normal(0, 100.0 / snr, (96, 96))
-        found = detect_edges(image, 1.4, min_contrast=40)
+        found = detect_edges(image, 1.4, EdgeParameters(min_contrast=40))
         distance = (found.x - 47.5) * np.cos(angle) + (found.y - 47.5) * np.sin(angle) - 0.2
         near = np.abs(distance) < 1.5
         distances.append(distance[near])

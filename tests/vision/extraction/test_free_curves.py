@@ -13,6 +13,7 @@ from vision.extraction.extract import extract
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import fill_gaps
 from vision.extraction.osculating_circles import find_osculating_circles
+from vision.extraction.parameters import FittingParameters, JunctionParameters
 from vision.extraction.refined_polylines import Deviations
 
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
@@ -107,7 +108,7 @@ def test_a_spline_through_points_of_a_parabola_is_that_parabola() -> None:
     x = np.linspace(0.0, 40.0, 41)
     y = 0.01 * (x - 20.0) ** 2
     one = np.ones(41)
-    found, covariance = fit_free_curves(x, y, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4)
+    found, covariance = fit_free_curves(x, y, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4, FittingParameters())
     assert isinstance(found, Deviations)
     np.testing.assert_allclose(found.distance, 0.0, atol=1e-3)
     slope = 0.02 * (x - 20.0)
@@ -123,7 +124,8 @@ def test_the_ends_of_a_free_curve_lead_on_along_it() -> None:
     clean = _wave()
     for seed in range(3):
         arcs = _free_curve(clean + np.random.default_rng(seed).normal(0, 5, clean.shape))
-        ends = find_osculating_circles(arcs, np.array([0, len(arcs.x) - 1]), arcs.x[[0, -1]], arcs.y[[0, -1]])
+        at = np.array([0, len(arcs.x) - 1])
+        ends = find_osculating_circles(arcs, at, arcs.x[at], arcs.y[at], JunctionParameters())
         beyond = ends.points(np.array([[-4.0], [4.0]]))[:, 0]
         assert np.abs(_offsets(*beyond.T)).max() < 0.7
         assert np.all(ends.curvature * [-1, 1] > 0.02)  # 0.04 at the one, falling to nothing at the other

@@ -10,7 +10,7 @@ import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
 from tests.vision.extraction.synthetic import disc, linked, render
-from vision.extraction import _region_kernels
+from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
@@ -263,7 +263,7 @@ def test_trapped_balls_are_the_connected_parts_that_hold_no_label(share: float) 
     cells = np.full((42, 35), -1, np.int32)
     cells[1:-1, 1:-1] = np.where(rng.random((40, 33)) < 0.02, 256, 0)
     marked = cells[1:-1, 1:-1] > 0
-    count = _region_kernels.trap(runs, 35, cells.reshape(-1), 7)
+    count = region_kernels.trap(runs, 35, cells.reshape(-1), 7, np.empty((2, len(runs) // 2), np.int64))
     found = cells[1:-1, 1:-1] >> 8
     parts, number = scipy.ndimage.label(deep)
     new = [part for part in range(1, number + 1) if not marked[parts == part].any()]

@@ -7,7 +7,8 @@ from scipy.ndimage import gaussian_filter
 from relmodel.errors import InputError, UsageError
 from tests.vision.extraction.synthetic import FloatArray, disc, render
 from vision.extraction.arcs import LINE
-from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters, RegionParameters
 from vision.extraction.relations import (
     ADJACENT,
     BOUNDS,
@@ -142,9 +143,9 @@ def test_pictures_without_content(image: FloatArray) -> None:
 
 def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> None:
     image = 60 + 120 * square(70.2)
-    assert len(extract(image, ExtractionParameters(regions="plain")).regions) == 2
+    assert len(extract(image, ExtractionParameters(regions=RegionParameters(kind="plain"))).regions) == 2
     with pytest.raises(UsageError, match="leak-proof or plain"):
-        ExtractionParameters(regions="round")
+        RegionParameters(kind="round")
 
 
 def test_corners_meet_at_right_angles(ring: Extraction) -> None:
@@ -210,10 +211,10 @@ def test_masks_of_another_shape_and_parameters_that_are_none_are_refused() -> No
     for mask in (np.ones((20, 30), np.bool_), np.ones((20, 20, 3), np.bool_), np.ones(20, np.bool_)):
         with pytest.raises(InputError, match="same size"):
             extract(np.zeros((20, 20)), mask=mask)
-    with pytest.raises(UsageError, match="min_contrast is nan"):
-        ExtractionParameters(min_contrast=float("nan"))
+    with pytest.raises(UsageError, match=r"edges\.min_contrast is nan"):
+        ExtractionParameters(edges=EdgeParameters(min_contrast=float("nan")))
     for significance in (0.0, -1.0, 2.0):
         with pytest.raises(UsageError, match="no probability"):
-            ExtractionParameters(significance=significance)
+            EdgeParameters(significance=significance)
     with pytest.raises(UsageError, match="outside"):
-        extract(np.zeros((20, 20)), ExtractionParameters(scales=(0.5,)))
+        extract(np.zeros((20, 20)), ExtractionParameters(edges=EdgeParameters(scales=(0.5,))))

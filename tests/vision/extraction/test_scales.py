@@ -7,6 +7,7 @@ from relmodel.errors import UsageError
 from tests.vision.extraction.synthetic import FloatArray, step
 from vision.extraction.edges import EdgeElements
 from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import EdgeParameters
 from vision.extraction.scales import detect_edges_over_scales
 
 _ANGLE = 0.4
@@ -14,7 +15,7 @@ _ANGLE = 0.4
 
 def _elements(image: FloatArray, *scales: float) -> EdgeElements:
     return detect_edges_over_scales(
-        image, scales, min_contrast=5.0, significance=1e-3, max_sigma=1.0, noise=estimate_noise(image)
+        image, EdgeParameters(scales=scales, min_contrast=5.0, max_sigma=1.0), noise=estimate_noise(image)
     )
 
 

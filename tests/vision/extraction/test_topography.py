@@ -7,6 +7,7 @@ from tests.vision.extraction.landscapes import labels_of, random_landscape
 from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
+from vision.extraction.parameters import EdgeParameters, TopographyParameters
 from vision.extraction.topography import LABELS, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0
@@ -42,7 +43,7 @@ def test_a_ridge_is_a_line_one_pixel_wide() -> None:
 
 def test_edges_are_inflections_and_noise_stays_flat() -> None:
     image = step(0.4, 0.0) + np.random.default_rng(0).normal(0, 2.0, (64, 64))
-    edges = detect_edges(image, min_contrast=30)
+    edges = detect_edges(image, p=EdgeParameters(min_contrast=30))
     labels, _ = label_topography(image, np.full(256, 2.0))
     mark_inflections(labels, edges.pixel)
     assert np.mean(labels.reshape(-1)[edges.pixel] == LABELS.index("inflection")) > 0.9
@@ -61,13 +62,13 @@ def test_histogram_counts_by_region() -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2, 2.5])
-def test_a_crest_is_one_straight_arc_at_its_place(sign: float, angle: float) -> None:
+def test_a_ridge_is_one_straight_arc_at_its_place(sign: float, angle: float) -> None:
     y, x = np.mgrid[:80, :80] - 39.5
     across = x * np.cos(angle) + y * np.sin(angle) - 3.3
     image = 100 + sign * 60 * np.exp(-(across**2) / (2 * 2.5**2))
     image += np.random.default_rng(2).normal(0.0, 1.0, image.shape)
     _, ridges = label_topography(image, np.full(256, 1.0))
-    arcs = fit_ridge_arcs(ridges, (80, 80), scale=2.0, min_height=10.0, min_elements=20)
+    arcs = fit_ridge_arcs(ridges, (80, 80), TopographyParameters(min_height=10.0))
     assert len(arcs) == 1
     assert ridges.ravine[arcs.elements].all() == (sign < 0)
     found = ridges.elements.take(arcs.elements)
@@ -96,7 +97,7 @@ def test_labels_of_hills_are_those_of_their_exact_derivatives(seed: int) -> None
     y, x = np.mgrid[:size, :size].astype(np.float64)
     image = land.jet(np.column_stack([x.ravel(), y.ravel()]))[0].reshape(size, size)
     truth, clear = labels_of(land.smoothed(sigma), size, min_slope=0.5, min_bend=0.3, margin=0.1)
-    labels, _ = label_topography(image, np.full(256, 1e-3), sigma=sigma, min_bend=0.3)
+    labels, _ = label_topography(image, np.full(256, 1e-3), TopographyParameters(scale=sigma, min_bend=0.3))
     clear[:10] = clear[-10:] = clear[:, :10] = clear[:, -10:] = False  # the facets there see beyond the border
     assert len(np.unique(truth[clear])) >= 6
     assert np.mean(labels[clear] == truth[clear]) >= 0.98

@@ -1,24 +1,20 @@
-"""Compiled kernels of edge detection: the noise, which pixels may hold a crossing, and which of them is nearest to
-it."""
+"""Compiled kernels of edge detection: the noise, and which pixels may hold a crossing."""
 
 from math import pi
 
 import numpy as np
-import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
-
-SingleArray = npt.NDArray[np.float32]
-IntArray = npt.NDArray[np.int32]
+from relmodel.arrays import Bools, Floats, Floats32, Ints
+from relmodel.compiled import kernel
 
 
-@kernel("i8[:, ::1](f8[:, ::1], i8, i8)")
-def high_pass_histogram(grey: npt.NDArray[np.float64], bands: int, bins: int) -> npt.NDArray[np.int64]:
-    """(bands, bins): the rounded magnitudes of the high pass by band of grey; every second row, clipped pixels left
-    out."""
+@kernel("void(f8[:, ::1], f4[:, ::1], i8[:, ::1])")
+def high_pass_histogram(grey: Floats, room: Floats32, out: Ints) -> None:
+    """Add to `out` (bands + 1, bins) the rounded magnitudes of the high pass by band of grey, of every second row, and
+    last those of clipped pixels; worked in `room` (2, columns)."""
     rows, columns = grey.shape
-    out = np.zeros((bands + 1, bins), np.int64)
-    middle, beside = np.empty(columns, np.float32), np.empty(columns, np.float32)
+    bands, bins = out.shape[0] - 1, out.shape[1]
+    middle, beside = room[0], room[1]
     half, two, four = np.float32(0.5), np.float32(2.0), np.float32(4.0)
     to_band = np.float32(bands / 256.0 / 9.0)
     for r in range(1, rows - 1, 2):
@@ -34,14 +30,13 @@ def high_pass_histogram(grey: npt.NDArray[np.float64], bands: int, bins: int) ->
             if centre <= half or centre >= np.float32(254.5):
                 band = bands
             out[band, min(int(high + half), bins - 1)] += 1
-    return out[:bands]
 
 
 @kernel("void(f4[:, ::1], f4[::1], f4[::1], f4, f4, f4, f4, f4, f4, f4, f4[:, ::1], b1[::1])")
 def steps(
-    a: SingleArray,
-    noise: SingleArray,
-    covariance: SingleArray,
+    a: Floats32,
+    noise: Floats32,
+    covariance: Floats32,
     kappa: float,
     operator_variance: float,
     no_shade: float,
@@ -49,8 +44,8 @@ def steps(
     max_offset: float,
     min_contrast: float,
     max_sigma: float,
-    out: SingleArray,
-    seen: npt.NDArray[np.bool_],
+    out: Floats32,
+    seen: Bools,
 ) -> None:
     """The blurred steps that facets of moments (10, n) see under `noise` (n,), and which of them count: by the square
     of the gradient, at least `no_shade` and `no_chance` times the noise variance, the offset from the pixel's
@@ -92,31 +87,3 @@ def steps(
         near = (third < nothing) & (kappa * abs(raw) <= max_offset)
         clear = (square >= no_shade) & (square >= no_chance * noise[i] * noise[i])
         seen[i] = near & clear & (step >= min_contrast) & (sigma[i] <= max_sigma)
-
-
-@kernel("b1[::1](f4[:, ::1], i4[::1], i8)")
-def thin(values: SingleArray, pixels: IntArray, columns: int) -> npt.NDArray[np.bool_]:
-    """Of neighbours that see the same crossing, keep the one it lies nearest to.
-
-    `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis
-    nearer to the gradient: an edge then has one element per row or per column.
-    """
-    offset, nx, ny = values[0], values[1], values[2]
-    keep = np.ones(len(pixels), np.bool_)
-    below = 0
-    for i in range(len(pixels)):
-        while below < len(pixels) and pixels[below] < pixels[i] + columns:
-            below += 1
-        for down in range(2):
-            j = below if down else i + 1
-            if j >= len(pixels) or pixels[j] != pixels[i] + (columns if down else 1):
-                continue
-            if nx[i] * nx[j] + ny[i] * ny[j] < 0.7:
-                continue
-            # each is measured against the other along its own axis only
-            further = abs(offset[i]) > abs(offset[j])
-            if further and (abs(nx[i]) < abs(ny[i])) == (down == 1):
-                keep[i] = False
-            if not further and (abs(nx[j]) < abs(ny[j])) == (down == 1):
-                keep[j] = False
-    return keep

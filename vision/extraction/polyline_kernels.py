@@ -1,11 +1,11 @@
-"""Compiled kernel of courses: averages along arcs."""
+"""Compiled kernel of refined polylines: averages along arcs."""
 
 from math import exp
 
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from relmodel.compiled import kernel
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -7,7 +7,7 @@ pixels at once.  Single precision rounds 1e-7 of the grey range, far below any n
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import helper, kernel
+from relmodel.compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
@@ -111,11 +111,3 @@ def moments(grey: SingleArray, width: int, first: int, taps: SingleArray, down: 
                     _correlate_two(down[i], reach, one_px, taps[j], taps[j + 2], j == 1, one, out[at + j + 2, row])
                 else:
                     _correlate(down[i], reach, one_px, taps[j], _SIGN[j], one)
-
-
-@kernel("void(f4[::1], f4[::1], f4[::1])")
-def look_up(grey: SingleArray, curve: SingleArray, out: SingleArray) -> None:
-    """The value of a curve (256,) over grey at each of the pixels."""
-    for i in range(len(out)):
-        level = np.int64(grey[i])
-        out[i] = curve[0 if level < 0 else 255 if level > 255 else level]

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
+from relmodel.compiled import kernel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]

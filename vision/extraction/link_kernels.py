@@ -2,36 +2,26 @@
 
 from math import sqrt
 
-import numpy as np
-import numpy.typing as npt
-
-from vision.extraction._compiled import helper, kernel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-IndexArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
+from relmodel.arrays import Bools, Floats, Ints, Ints32
+from relmodel.compiled import kernel
 
 
-@kernel("i4[::1](f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], i8, i8)")
-def mutual_successors(
-    x: FloatArray, y: FloatArray, nx: FloatArray, ny: FloatArray, pixel: IntArray, rows: int, columns: int
-) -> IntArray:
-    """Successor of each element along its tangent (-ny, nx), or -1; only where each is the other's best.
+@kernel("void(f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8[:, ::1], i4[:, ::1])")
+def best_links(
+    x: Floats, y: Floats, nx: Floats, ny: Floats, pixel: Ints32, at: Ints32, least: Floats, best: Ints32
+) -> None:
+    """The best element ahead of each along its tangent (-ny, nx), and the best behind: `best` (2, n), at first -1.
 
-    Looked for in 5 x 5 pixels at cost d + 2 (1 - cos turn) + 3 (1 - cos(chord, mean tangent)).
+    Looked for in 5 x 5 pixels at cost d + 2 (1 - cos turn) + 3 (1 - cos(chord, mean tangent)).  `at` (rows, columns)
+    holds the elements of the pixels, or -1; `least` (2, n) the costs, at first what none exceeds.
     """
-    n = len(x)
-    at = np.full(rows * columns, -1, np.int32)
-    for i in range(n):
-        at[pixel[i]] = i
+    rows, columns = at.shape
     # Each pair is priced once, from its first; `pixel` ascends, so of equal prices the first in the picture is kept.
-    best, least = np.full((2, n), -1, np.int32), np.full((2, n), 1e9)
-    for i in range(n):
+    for i in range(len(x)):
         r, c = pixel[i] // columns, pixel[i] % columns
         for rr in range(r, min(r + 3, rows)):
             for cc in range(c + 1 if rr == r else max(c - 2, 0), min(c + 3, columns)):
-                j = at[rr * columns + cc]
+                j = at[rr, cc]
                 if j < 0:
                     continue
                 turn = nx[i] * nx[j] + ny[i] * ny[j]
@@ -51,27 +41,17 @@ def mutual_successors(
                 if cost < least[1 - ahead, j]:
                     least[1 - ahead, j] = cost
                     best[1 - ahead, j] = i
-    successor = np.full(n, -1, np.int32)
-    for i in range(n):
-        j = best[0, i]
-        if j >= 0 and best[1, j] == i:
-            successor[i] = j
-    return successor
 
 
-@kernel("i8(i4[::1], i4[::1], i4[::1], b1[::1])")
-def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: BoolArray) -> int:
+@kernel("i8(i4[::1], b1[::1], b1[::1], i4[::1], i4[::1], b1[::1])")
+def follow(successor: Ints32, starts: Bools, seen: Bools, order: Ints32, offsets: Ints32, closed: Bools) -> int:
     """Chains of a one-to-one successor map of n elements, and how many: the elements in order (n,), the offsets
     (n + 1,) of the chains, and whether each is a loop (n,).
 
-    Open chains first, then loops, each in the order of their first (least) element.
+    Open chains first, then loops, each in the order of their first (least) element.  `starts`: what succeeds nothing;
+    `seen` is False at first.
     """
     n = len(successor)
-    starts = np.ones(n, np.bool_)
-    for i in range(n):
-        if successor[i] >= 0:
-            starts[successor[i]] = False
-    seen = np.zeros(n, np.bool_)
     chains, filled = 0, 0
     offsets[0] = 0
     for loops in range(2):
@@ -90,11 +70,10 @@ def follow(successor: IntArray, order: IntArray, offsets: IntArray, closed: Bool
     return chains
 
 
-@helper
-def _count_or_fill(
-    x: FloatArray, y: FloatArray, looked: BoolArray, order: IndexArray, reach: float, out: IndexArray
-) -> int:
-    """How many pairs `pairs_within` gives; of these as many as `out` has room for."""
+@kernel("i8(f8[::1], f8[::1], b1[::1], i8[::1], f8, i8[:, ::1])")
+def pairs_within(x: Floats, y: Floats, looked: Bools, order: Ints, reach: float, out: Ints) -> int:
+    """How many pairs i < j of points, at least one of them `looked` at, lie no farther from each other than `reach`, in
+    any order; of these as many in `out` (n, 2) as it has room for.  By `order` x ascends."""
     count = 0
     for first in range(len(order)):
         i = order[first]
@@ -110,19 +89,10 @@ def _count_or_fill(
     return count
 
 
-@kernel("i8[:, ::1](f8[::1], f8[::1], b1[::1], i8[::1], f8)")
-def pairs_within(x: FloatArray, y: FloatArray, looked: BoolArray, order: IndexArray, reach: float) -> IndexArray:
-    """Pairs (n, 2) i < j of points, at least one of them `looked` at, no farther from each other than `reach`, in any
-    order; by `order` x ascends."""
-    out = np.empty((_count_or_fill(x, y, looked, order, reach, np.empty((0, 2), np.int64)), 2), np.int64)
-    _count_or_fill(x, y, looked, order, reach, out)
-    return out
-
-
-@kernel("i8[::1](i8[:, ::1], i8)")
-def components(pairs: IndexArray, count: int) -> IndexArray:
-    """Which of `count` belong together by `pairs` (n, 2): (count,) their number, in the order of their first."""
-    root = np.arange(count)
+@kernel("void(i8[:, ::1], i8[::1], i8[::1])")
+def components(pairs: Ints, root: Ints, out: Ints) -> None:
+    """Which belong together by `pairs` (n, 2): `out` (m,) their number, in the order of their first.  `root` (m,) is
+    each itself at first."""
     for at in range(len(pairs)):
         one, other = pairs[at, 0], pairs[at, 1]
         while root[one] != one:
@@ -132,11 +102,10 @@ def components(pairs: IndexArray, count: int) -> IndexArray:
             root[other] = root[root[other]]
             other = root[other]
         root[max(one, other)] = min(one, other)
-    out, found = np.empty(count, np.int64), 0
-    for i in range(count):
+    found = 0
+    for i in range(len(out)):
         if root[i] == i:
             out[i] = found
             found += 1
         else:
             out[i] = out[root[i]]  # of one before it
-    return out

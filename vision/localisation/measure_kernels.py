@@ -1,22 +1,39 @@
-"""Kernels that look for edge elements along the normals of predicted arcs (numba)."""
-
-from __future__ import annotations
+"""Kernels that look for edge elements along the normals of predicted arcs."""
 
 import numpy as np
-from numba import njit
+
+from relmodel.arrays import Floats, Ints
+from relmodel.compiled import kernel
 
 
-@njit(cache=True, nogil=True)
-def nearest_edges(  # type: ignore[no-untyped-def]
-    pixel, direction, reach, scale, min_cosine, position, normal, strength, start, order, columns, rows, low,
-    offset, found,
-):  # fmt: skip
+@kernel(
+    "void(f8[:, ::1], f8[:, ::1], f8, f8, f8, f8[:, ::1], f8[:, ::1], f8[::1], i8[::1], i8[::1], i8[::1], f8[::1],"
+    " f8[::1], i8[::1])"
+)
+def nearest_edges(
+    pixel: Floats,
+    direction: Floats,
+    reach: float,
+    scale: float,
+    min_cosine: float,
+    position: Floats,
+    normal: Floats,
+    strength: Floats,
+    start: Ints,
+    order: Ints,
+    size: Ints,
+    low: Floats,
+    offset: Floats,
+    found: Ints,
+) -> None:
     """For each predicted pixel the edge element on its normal that counts most, as `offset` (px) and `found` (index).
 
     Candidates lie within `reach` px along the normal and 0.75 px beside it, with a tangent within `min_cosine` of the
     predicted direction; the one with the highest log(strength) - (offset / scale)^2 / 2 wins; found = -1 for none.
-    The normal is the direction turned a quarter: (-dy, dx).  Elements are bucketed by whole pixels (start, order).
+    The normal is the direction turned a quarter: (-dy, dx).  Elements are bucketed by whole pixels (start, order):
+    `size` (2,) columns and rows of them, from the pixel `low` (2,) on.
     """
+    columns, rows = size[0], size[1]
     box = int(np.ceil(reach + 0.75))
     for i in range(len(pixel)):
         found[i], offset[i] = -1, 0.0

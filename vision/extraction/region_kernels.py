@@ -1,32 +1,31 @@
-"""Compiled kernels of regions: seeds and flood, sums and counts over regions."""
+"""Compiled kernels of regions: seeds and flood, and sums over regions."""
 
 import numpy as np
-import numpy.typing as npt
 
-from vision.extraction._compiled import kernel
-
-FloatArray = npt.NDArray[np.float64]
-LabelArray = npt.NDArray[np.int32]
+from relmodel.arrays import Floats, Floats32, Ints, Ints32
+from relmodel.compiled import kernel
 
 
-@kernel("i8(i8[::1], i8, i4[::1], i8)")
-def trap(runs: npt.NDArray[np.int64], stride: int, cells: LabelArray, count: int) -> int:
+@kernel("i8(i8[::1], i8, i4[::1], i8, i8[:, ::1])")
+def trap(runs: Ints, stride: int, cells: Ints32, count: int, room: Ints) -> int:
     """Give the 4-connected parts that hold no labelled pixel new labels after `count`; returns the last.
 
     `runs`: where in `cells` stretches of the parts begin and end, in turn, ascending and none beyond its row.  `cells`:
     the picture, row by row, `stride` from one to the next, framed by one pixel of -1; 256 times the label (0 is none)
-    plus a level below 256.
+    plus a level below 256.  Worked in `room` (2, stretches).
     """
     n = len(runs) // 2
-    begin, end = runs[0::2], runs[1::2]
+    part, new = room[0], room[1]
+    for run in range(n):
+        part[run], new[run] = run, 0
     # joined where they touch a run of the row above
-    part = np.arange(n)
     above = 0
     for run in range(n):
-        while end[above] + stride <= begin[run]:
+        begin, end = runs[2 * run], runs[2 * run + 1]
+        while runs[2 * above + 1] + stride <= begin:
             above += 1
         at = above
-        while begin[at] + stride < end[run]:
+        while runs[2 * at] + stride < end:
             one, other = part[at], part[run]
             while part[one] != one:
                 one = part[one]
@@ -34,12 +33,11 @@ def trap(runs: npt.NDArray[np.int64], stride: int, cells: LabelArray, count: int
                 other = part[other]
             part[max(one, other)] = part[run] = min(one, other)
             at += 1
-    new = np.zeros(n, np.int32)
     for run in range(n):
         part[run] = part[part[run]]  # what a part is joined to comes before it, and is settled
         if new[part[run]] < 0:
             continue
-        for pixel in range(begin[run], end[run]):
+        for pixel in range(runs[2 * run], runs[2 * run + 1]):
             if cells[pixel] >= 256:
                 new[part[run]] = -1
                 break
@@ -49,18 +47,21 @@ def trap(runs: npt.NDArray[np.int64], stride: int, cells: LabelArray, count: int
             new[run] = count
         label = new[part[run]]
         if label > 0:
-            for pixel in range(begin[run], end[run]):
+            for pixel in range(runs[2 * run], runs[2 * run + 1]):
                 cells[pixel] += label << 8
     return count
 
 
-@kernel("void(i4[::1], f4[:, ::1])")
-def flood(cells: LabelArray, depth: npt.NDArray[np.float32]) -> None:
+@kernel("void(i4[::1], f4[:, ::1], i4[:, ::1], i8[:, ::1])")
+def flood(cells: Ints32, depth: Floats32, room: Ints32, queues: Ints) -> None:
     """Watershed in place: labels grow over what has none from high levels, four to a px of `depth`, to low,
     4-connected, first come first served.
 
     `cells`: the picture, row by row, framed by one pixel of -1; 256 times the label (0 is none).
+    Worked in `room` (3, pixels) and `queues` (2, 257).
     """
+    border, queue, now = room[0], room[1], room[2]
+    begins, ends = queues[0], queues[1]  # of the queues, first as many as they may hold
     rows, columns = depth.shape
     stride = columns + 2
     for r in range(rows):
@@ -68,9 +69,8 @@ def flood(cells: LabelArray, depth: npt.NDArray[np.float32]) -> None:
         for c in range(columns):
             line[c] |= np.int32(np.float32(4.0) * min(deep[c], np.float32(63.75)))
     # every pixel is queued once: in the queue of its level, or at once if the flood stands there or lower
-    border = np.empty(len(cells), np.int32)
     borders = 0
-    ends = np.zeros(257, np.int64)  # of the queues, first as many as they may hold
+    ends[:] = 0
     for pixel in range(stride, len(cells) - stride):
         cell = cells[pixel]
         # what lies inside a seed has nowhere to grow
@@ -87,8 +87,8 @@ def flood(cells: LabelArray, depth: npt.NDArray[np.float32]) -> None:
             borders += cell > 255
     for level in range(256):
         ends[level + 1] += ends[level]
-    begins = ends.copy()
-    queue, now = np.empty(ends[256], np.int32), np.empty(ends[256], np.int32)
+    for level in range(257):
+        begins[level] = ends[level]
     for i in range(borders):
         level = cells[border[i]] & 255
         queue[ends[level]] = border[i]
@@ -115,23 +115,11 @@ def flood(cells: LabelArray, depth: npt.NDArray[np.float32]) -> None:
                     ends[here] += 1
 
 
-@kernel("void(i4[::1], i4[::1])")
-def rename(labels: LabelArray, names: LabelArray) -> None:
-    """Give each of the pixels the name of its label."""
-    for i in range(len(labels)):
-        labels[i] = names[labels[i]]
-
-
-@kernel("f8[:, ::1](i4[:, ::1], f8[:, ::1], f4[:, ::1], i8, f8)")
-def sums(
-    labels: LabelArray, grey: FloatArray, depth: npt.NDArray[np.float32], count: int, saturation: float
-) -> FloatArray:
-    """(count, 16) of regions 0..count-1: n, x, y, xx, xy, yy, g, gg, xg, yg, saturated, least x, y, greatest x, y and
+@kernel("void(i4[:, ::1], f8[:, ::1], f4[:, ::1], f8, f8[:, ::1])")
+def sums(labels: Ints32, grey: Floats, depth: Floats32, saturation: float, out: Floats) -> None:
+    """Add to `out` (regions, 16): n, x, y, xx, xy, yy, g, gg, xg, yg, saturated; and least x, y, greatest x, y and
     depth."""
     rows, columns = labels.shape
-    out = np.zeros((count, 16))
-    out[:, 11:13] = 1e9
-    out[:, 13:15] = -1.0
     for r in range(rows):
         begin = 0
         while begin < columns:
@@ -168,16 +156,3 @@ def sums(
                 row[14] = max(row[14], r)
                 row[15] = max(row[15], deepest)
             begin = end
-    return out
-
-
-@kernel("i8[:, ::1](i4[:, ::1], u1[:, ::1], i8, i8)")
-def counts(labels: LabelArray, classes: npt.NDArray[np.uint8], count: int, kinds: int) -> npt.NDArray[np.int64]:
-    """(count, kinds): pixels of each class in each of the regions 0..count-1; -1 belongs to none."""
-    rows, columns = labels.shape
-    out = np.zeros((count, kinds), np.int64)
-    for r in range(rows):
-        for c in range(columns):
-            if labels[r, c] >= 0:
-                out[labels[r, c], classes[r, c]] += 1
-    return out

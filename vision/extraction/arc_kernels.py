@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction._compiled import helper, kernel
+from relmodel.compiled import helper, kernel
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -108,20 +108,17 @@ def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
 
 @helper
 def _break_points(
-    x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, out: IntArray
+    x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, stack: IntArray, out: IntArray
 ) -> int:
-    """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart."""
-    mark = np.zeros(last - first + 1, np.bool_)
-    mark[0] = True
-    mark[last - first] = True
-    stack = np.empty((last - first + 2, 2), np.int64)
-    top = 1
-    stack[0, 0], stack[0, 1] = first, last
-    while top > 0:
-        top -= 1
-        a, b = stack[top, 0], stack[top, 1]
-        if b - a < 2:
-            continue
+    """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart.
+
+    Worked in `stack`: the ends of the stretches that wait, the first of them on top, each beginning where the one above
+    it ends.
+    """
+    out[0], count = first, 1
+    a, stack[0], top = first, last, 0
+    while top >= 0:
+        b = stack[top]
         dx, dy = x[b] - x[a], y[b] - y[a]
         norm = sqrt(dx * dx + dy * dy)
         far, worst = -1.0, a
@@ -129,21 +126,19 @@ def _break_points(
             if norm > 1e-9:
                 d = abs(dx * (y[i] - y[a]) - dy * (x[i] - x[a])) / norm
             else:
-                d = sqrt((x[i] - x[a]) ** 2 + (y[i] - y[a]) ** 2)
+                d = sqrt((x[i] - x[a]) * (x[i] - x[a]) + (y[i] - y[a]) * (y[i] - y[a]))
             if d > far:
                 far, worst = d, i
-        if far > tolerance or b - a > spacing:
+        if b - a > 1 and (far > tolerance or b - a > spacing):
             if far <= tolerance:
                 worst = (a + b) // 2
-            mark[worst - first] = True
-            stack[top, 0], stack[top, 1] = a, worst
-            stack[top + 1, 0], stack[top + 1, 1] = worst, b
-            top += 2
-    count = 0
-    for i in range(first, last + 1):
-        if mark[i - first]:
-            out[count] = i
+            top += 1
+            stack[top] = worst
+        else:
+            out[count] = b
             count += 1
+            a = b
+            top -= 1
     return count
 
 
@@ -170,7 +165,8 @@ def _roughness(
 
 
 @kernel(
-    "Tuple((i4[:, ::1], i4[::1], f8[::1]))(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8, f8)"
+    "i8(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8, f8, f8[:, ::1], f8[:, ::1], i4[:, ::1],"
+    " f8[:, ::1], i4[:, ::1], f8[::1])"
 )
 def segment(
     x: FloatArray,
@@ -184,45 +180,43 @@ def segment(
     min_sagitta: float,
     min_bow: float,
     min_rise: float,
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Cheapest description of every chain: pieces (p, 2) of members first..last (inclusive, ends shared), kinds (p,),
-    and what each costs.
+    sums: FloatArray,
+    rough: FloatArray,
+    back: IntArray,
+    room: FloatArray,
+    pieces: IntArray,
+    costs: FloatArray,
+) -> int:
+    """Cheapest description of every chain, and of how many pieces: `pieces` (n, 3) of members first..last (inclusive,
+    ends shared) and their kinds, and what each costs (n,).
 
     A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also `knot_price` for each knot of its
     spline, so many members apart as costs least of `knots_apart`; what a spline leaves is taken of the cubics about
     each member that bend as freely.
     A circular piece bows out by at least `min_sagitta` px and `min_bow` standard deviations of a member.
+    Worked in `sums` (n + 1, 9), `rough` (knots, n + 1), `back` (4, n + 1) and `room` (2, n + 9).
     """
-    n = len(x)
-    pieces = np.empty((n, 2), np.int32)
-    kinds = np.empty(n, np.int32)
-    costs = np.empty(n)
+    breaks, previous, kind_of = back[0], back[1], back[2]
+    cost, moments = room[0], room[1]
     count = 0
-    breaks = np.empty(n + 1, np.int32)
-    moments = np.empty(9)
-    sums = np.empty((n + 1, 9))
-    rough = np.empty((len(knots_apart), n + 1))
     for chain in range(len(offsets) - 1):
         begin, end = offsets[chain], offsets[chain + 1]
         if end - begin < 3:
             continue
         # local coordinates keep the fourth moments small
         ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
-        moments[:] = 0.0
+        for k in range(9):
+            sums[0, k] = 0.0
         for i in range(begin, end):
             for k in range(9):
-                sums[i - begin, k] = moments[k]
-            _add(moments, x[i] - ox, y[i] - oy, weight[i])
-        for k in range(9):
-            sums[end - begin, k] = moments[k]
+                sums[i - begin + 1, k] = sums[i - begin, k]
+            _add(sums[i - begin + 1], x[i] - ox, y[i] - oy, weight[i])
         for s in range(len(knots_apart)):
             _roughness(x, y, weight, begin, end, int(1.125 * knots_apart[s]), rough[s])
-        m = _break_points(x, y, begin, end - 1, 0.6, 24, breaks)
-        cost = np.full(m, 1e300)
-        back = np.zeros(m, np.int32)
-        kind_of = np.zeros(m, np.int32)
+        m = _break_points(x, y, begin, end - 1, 0.6, 24, back[3], breaks)
         cost[0] = 0.0
         for j in range(1, m):
+            cost[j] = 1e300
             for i in range(j - 1, max(j - 64, 0) - 1, -1):
                 members = breaks[j] - breaks[i] + 1
                 best, best_kind = 1e300, 2
@@ -245,35 +239,38 @@ def segment(
                             best, best_kind = price[1] + scale * square, 1
                 if cost[i] + best < cost[j]:
                     cost[j] = cost[i] + best
-                    back[j] = i
+                    previous[j] = i
                     kind_of[j] = best_kind
-        j = m - 1
-        start = count
+        pieces_here, j = 0, m - 1
         while j > 0:
-            pieces[count, 0], pieces[count, 1] = breaks[back[j]], breaks[j]
-            kinds[count] = kind_of[j]
-            costs[count] = cost[j] - cost[back[j]]
-            count += 1
-            j = back[j]
-        for k in range((count - start) // 2):
-            a, b = start + k, count - 1 - k
-            for side in range(2):
-                pieces[a, side], pieces[b, side] = pieces[b, side], pieces[a, side]
-            kinds[a], kinds[b] = kinds[b], kinds[a]
-            costs[a], costs[b] = costs[b], costs[a]
-    return pieces[:count].copy(), kinds[:count].copy(), costs[:count].copy()
+            pieces_here += 1
+            j = previous[j]
+        j = m - 1
+        for at in range(count + pieces_here - 1, count - 1, -1):
+            i = previous[j]
+            pieces[at, 0], pieces[at, 1], pieces[at, 2] = breaks[i], breaks[j], kind_of[j]
+            costs[at] = cost[j] - cost[i]
+            j = i
+        count += pieces_here
+    return count
 
 
-@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], i4[::1])")
-def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray, kinds: IntArray) -> FloatArray:
-    """Final fit of each arc `offsets[i] : offsets[i + 1]`: (n, 8) of
+@kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], i4[::1], f8[::1], f8[:, ::1])")
+def fit_arcs(
+    x: FloatArray,
+    y: FloatArray,
+    weight: FloatArray,
+    offsets: IntArray,
+    kinds: IntArray,
+    moments: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `moments` (9,): (n, 8) of
 
     a, b, c, d (line: centroid and unit direction; circle: centre, radius, 0), weighted mean square distance, sum of
     weights, weighted mean square of the position along the line about its middle, plain mean square distance.
     Circles are geometric: Gauss-Newton from Taubin's.
     """
-    out = np.zeros((len(kinds), 8))
-    moments = np.empty(9)
     for arc in range(len(kinds)):
         begin, end = offsets[arc], offsets[arc + 1]
         ox, oy = x[(begin + end) // 2], y[(begin + end) // 2]
@@ -315,11 +312,12 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
                     break
             square = 0.0
             for i in range(begin, end):
-                e = sqrt((x[i] - ox - a) ** 2 + (y[i] - oy - b) ** 2) - r
+                ex, ey = x[i] - ox - a, y[i] - oy - b
+                e = sqrt(ex * ex + ey * ey) - r
                 square += weight[i] * e * e
                 plain += e * e
             square /= moments[0]
-            out[arc, 0], out[arc, 1], out[arc, 2] = a + ox, b + oy, r
+            out[arc, 0], out[arc, 1], out[arc, 2], out[arc, 3] = a + ox, b + oy, r, 0.0
         else:
             for i in range(begin, end):
                 e = dx * (y[i] - oy - cy) - dy * (x[i] - ox - cx)
@@ -327,10 +325,9 @@ def fit_arcs(x: FloatArray, y: FloatArray, weight: FloatArray, offsets: IntArray
             out[arc, 0], out[arc, 1], out[arc, 2], out[arc, 3] = cx + ox, cy + oy, dx, dy
         out[arc, 4] = square
         out[arc, 7] = plain / (end - begin)
-    return out
 
 
-@kernel("f8[:, ::1](f8[::1], f8[::1], f8[::1], i4[::1], f8[:, ::1], i4[:, ::1], f8)")
+@kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], f8[:, ::1], i4[:, ::1], f8, f8[::1], f8[:, ::1])")
 def joint_costs(
     x: FloatArray,
     y: FloatArray,
@@ -339,12 +336,13 @@ def joint_costs(
     alone: FloatArray,
     pairs: IntArray,
     correlation: float,
-) -> FloatArray:
-    """Fits of pairs of arcs taken as one: (m, 4) chi-square / (2 correlation) as a line, as a circle, sagitta, and the
-    sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from one line.
+    moments: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
+    and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from
+    one line; worked in `moments` (9,).
     """
-    out = np.empty((len(pairs), 4))
-    moments = np.empty(9)
     for at in range(len(pairs)):
         a, b = pairs[at, 0], pairs[at, 1]
         ox, oy = x[offsets[a]], y[offsets[a]]
@@ -368,4 +366,3 @@ def joint_costs(
                 away = dx * (my + along * uy - oy - cy) - dy * (mx + along * ux - ox - cx)
                 squares += away * away
         out[at, 3] = squares
-    return out

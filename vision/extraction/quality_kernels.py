@@ -1,21 +1,13 @@
-"""Compiled kernels of marks: the grey on both sides of edge elements, and what runs parallel around them."""
+"""Compiled kernels of arc quality: the grey on both sides of edge elements, and what runs parallel around them."""
 
-import numpy as np
-import numpy.typing as npt
-
-from vision.extraction._compiled import kernel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
+from relmodel.arrays import Bytes, Floats, Ints, Ints32
+from relmodel.compiled import kernel
 
 
-@kernel("f8[:, ::1](f8[:, ::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1])")
-def grey_beside(
-    grey: FloatArray, x: FloatArray, y: FloatArray, nx: FloatArray, ny: FloatArray, distances: FloatArray
-) -> FloatArray:
-    """(n, d): the bilinear grey at each distance along the normals; beyond the border, that of the border."""
+@kernel("void(f8[:, ::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1])")
+def grey_beside(grey: Floats, x: Floats, y: Floats, nx: Floats, ny: Floats, distances: Floats, out: Floats) -> None:
+    """`out` (n, d): the bilinear grey at each distance along the normals; beyond the border, that of the border."""
     rows, columns = grey.shape
-    out = np.empty((len(x), len(distances)))
     for i in range(len(x)):
         for j in range(len(distances)):
             px = min(max(x[i] + distances[j] * nx[i], 0.0), columns - 1.0)
@@ -25,39 +17,19 @@ def grey_beside(
             above = grey[r, c] + u * (grey[r, c + 1] - grey[r, c])
             below = grey[r + 1, c] + u * (grey[r + 1, c + 1] - grey[r + 1, c])
             out[i, j] = above + v * (below - above)
-    return out
-
-
-@kernel("f8[::1](f8[:, ::1], f8[::1], f8[::1])")
-def grey_between(grey: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:
-    """The bilinear grey (n,) at places; beyond the border, that of the border."""
-    rows, columns = grey.shape
-    out = np.empty(len(x))
-    for i in range(len(x)):
-        px, py = min(max(x[i], 0.0), columns - 1.0), min(max(y[i], 0.0), rows - 1.0)
-        c, r = int(px), int(py)
-        left, above = 1.0 - (px - c), 1.0 - (py - r)
-        after, below = min(c + 1, columns - 1), min(r + 1, rows - 1)
-        out[i] = (
-            grey[r, c] * above * left
-            + grey[r, after] * above * (1.0 - left)
-            + grey[below, c] * (1.0 - above) * left
-            + grey[below, after] * (1.0 - above) * (1.0 - left)
-        )
-    return out
 
 
 @kernel("void(i4[::1], i4[::1], i8[::1], i8[::1], i8, i4[::1], i8, u1[::1], f8[::1])")
 def parallels(
-    cell: IntArray,
-    kind: IntArray,
-    near: npt.NDArray[np.int64],
-    alike: npt.NDArray[np.int64],
+    cell: Ints32,
+    kind: Ints32,
+    near: Ints,
+    alike: Ints,
     grades: int,
-    which: IntArray,
+    which: Ints32,
     fainter: int,
-    grid: npt.NDArray[np.uint8],
-    out: FloatArray,
+    grid: Bytes,
+    out: Floats,
 ) -> None:
     """(n,) for each element of `which`: how many lie in the cells `near`, are of a turn that is `alike`, and of its
     grade, of up to `fainter` grades below, or above.
