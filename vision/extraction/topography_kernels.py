@@ -28,9 +28,8 @@ def classify(
     """Labels (n,) of facets of moments (10, n); slopes and second derivatives count from `min_slope` and `min_bend`, or
     from `slope_sigmas` and `bend_sigmas` times the noise (n,).
 
-    `ridges` (5, n) takes, of each ridge and ravine, the step along x and y to the ridge line, the unit normal across it,
-    and the second derivative there.
-    """
+    `ridges` (5, n) takes, of each ridge and ravine, the step along x and y to the ridge line, the unit normal across
+    it, and the second derivative there."""
     a01, a02, a03, a10, a11, a12, a20, a21, a30 = a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]
     step_x, step_y, across_x, across_y, bend_there = ridges[0], ridges[1], ridges[2], ridges[3], ridges[4]
     nothing, half, one, two = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)

@@ -11,6 +11,7 @@ from sqlalchemy import Connection
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.localisation.coverage import measure_coverage
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.scene import Floats, Ints
 from vision.localisation.stored_scene import StoredScene
 
@@ -44,7 +45,12 @@ class PartsInView:
 
 
 def find_parts_in_view(
-    store: Store, connection: Connection, stored: StoredScene, rig: Rig, world_from_rig: Floats
+    store: Store,
+    connection: Connection,
+    stored: StoredScene,
+    rig: Rig,
+    world_from_rig: Floats,
+    p: LocalisationParameters = DEFAULTS,
 ) -> PartsInView:
     """What the cameras of a rig see at a pose, parts first, each kind in the order of occurrences."""
     scene = stored.scene
@@ -71,7 +77,7 @@ def find_parts_in_view(
     visible, covered = np.zeros(len(paths)), np.zeros(len(paths))
     for name, camera in rig.cameras.items():
         found = measure_coverage(
-            scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths)
+            scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths), p
         )
         visible += found.visible
         covered += found.covered

@@ -13,9 +13,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-# A dihedral under 20 degrees is where a blend begins: it shows as shading, not as an edge.
-SMOOTH_COSINE = float(np.cos(np.radians(20)))
-
 
 @dataclass(frozen=True)
 class Scene:
@@ -56,10 +53,9 @@ class Scene:
         return int(self.component_of_arc.max(initial=-1)) + 1
 
     @cached_property
-    def sample_smooth(self) -> Bools:
-        """Samples (n,) where the two faces meet smoothly."""
-        cosine = np.einsum("ij,ij->i", self.sample_normal_a, self.sample_normal_b)
-        return np.asarray(cosine > SMOOTH_COSINE)
+    def sample_cosine(self) -> Floats:
+        """Cosine (n,) of the angle between the two faces at the samples."""
+        return np.asarray(np.einsum("ij,ij->i", self.sample_normal_a, self.sample_normal_b))
 
     @cached_property
     def reference_samples(self) -> Ints:

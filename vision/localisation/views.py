@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 
 from vision.cameras.cameras import Camera
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import EdgeIndex, Refined
 from vision.localisation.scene import Floats, Ints, Scene
 from vision.localisation.visibility import VisibleArcs, find_visible_arcs
 
 SHARP, SMOOTH, SILHOUETTE = range(3)
 KINDS = ("sharp", "smooth", "silhouette")
-# Hidden stretches shorter than this many samples do not break a run: rays graze.
-BRIDGED_SAMPLES = 3
 
 
 @dataclass(frozen=True)
@@ -40,12 +39,14 @@ class ViewArcs:
     run: Ints
 
 
-def find_view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> ViewArcs:
+def find_view_arcs(
+    scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
+) -> ViewArcs:
     """The runs of arcs that a camera sees; silhouettes of a surface are parted where they do not touch."""
-    seen = find_visible_arcs(scene, camera, world_from_camera)
+    seen = find_visible_arcs(scene, camera, world_from_camera, p=p)
     arcs = len(scene.arc_occurrence)
     silhouette = seen.arc >= arcs
-    gap = np.diff(seen.sample, prepend=-BRIDGED_SAMPLES - 2) > BRIDGED_SAMPLES + 1
+    gap = np.diff(seen.sample, prepend=-p.visibility.bridged_samples - 2) > p.visibility.bridged_samples + 1
     first = (np.diff(seen.arc, prepend=-1) != 0) | (gap & ~silhouette)
     run = np.cumsum(first) - 1
     strand = _strands(seen, np.flatnonzero(silhouette))

@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision.cameras.cameras import Camera
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.scene import Bools, Floats, Ints, Scene
-
-# How far a ray starts off the surface; at a tessellation of 0.05 mm this agrees with exact hidden-line removal.
-RAY_OFFSET_MM = 0.1
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,12 @@ class VisibleArcs:
 
 
 def find_visible_arcs(
-    scene: Scene, camera: Camera, world_from_camera: Floats, margin_px: float = 0.0, count: int | None = None
+    scene: Scene,
+    camera: Camera,
+    world_from_camera: Floats,
+    margin_px: float = 0.0,
+    count: int | None = None,
+    p: LocalisationParameters = DEFAULTS,
 ) -> VisibleArcs:
     """The visible samples of the reference's arcs and silhouettes whose pixels lie within `margin_px` of the picture.
 
@@ -52,7 +55,7 @@ def find_visible_arcs(
     to_eye = eye - scene.sample_point[reference]
     faces = [np.einsum("ij,ij->i", n[reference], to_eye) > 0 for n in (scene.sample_normal_a, scene.sample_normal_b)]
     # Where one of two smoothly joined faces turns away, their arc is an outline: a facet mesh has no other.
-    smooth = scene.sample_smooth[reference] & (faces[0] == faces[1])
+    smooth = (scene.sample_cosine[reference] > np.cos(p.visibility.smooth_angle)) & (faces[0] == faces[1])
     front = faces[0] | faces[1]
     reference, smooth = reference[front], smooth[front]
     outline = find_silhouettes(scene, eye)
@@ -80,11 +83,11 @@ def find_visible_arcs(
         rows, times = np.unique(np.minimum(np.searchsorted(along, marks), len(along) - 1), return_counts=True)
         arcs = replace(arcs.take(rows), length_px=times * (along[-1] / count))
         normal, other = normal[rows], other[rows]
-    seen = _free(scene, arcs.point, _unit(normal + other), eye)
+    seen = _free(scene, arcs.point, _unit(normal + other), eye, p.visibility.ray_offset_mm)
     to_eye = _unit(eye - arcs.point)
     for n in (normal, other):
         left = np.flatnonzero(~seen & (np.einsum("ij,ij->i", n, to_eye) > 0))
-        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye)
+        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye, p.visibility.ray_offset_mm)
     return arcs.take(seen)
 
 
@@ -156,8 +159,8 @@ def are_in_picture(point: Floats, camera: Camera, world_from_camera: Floats, mar
     return np.asarray(front & inside)
 
 
-def _free(scene: Scene, point: Floats, off: Floats, eye: Floats) -> Bools:
-    return ~scene.rays.blocked(point + RAY_OFFSET_MM * off, eye)
+def _free(scene: Scene, point: Floats, off: Floats, eye: Floats, offset_mm: float) -> Bools:
+    return ~scene.rays.blocked(point + offset_mm * off, eye)
 
 
 def _unit(v: Floats) -> Floats:

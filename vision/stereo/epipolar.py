@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vision.stereo.parameters import EpipolarParameters
 from vision.stereo.rectification import Floats, Rectification, View
 
 Integers = npt.NDArray[np.int64]
@@ -99,30 +100,12 @@ class Votes:
     start: Integers
 
 
-@dataclass(frozen=True)
-class EpipolarParameters:
-    """`least_rise`: sine of the angle to the rows below which a crossing says nothing of disparity; `angle_sigma` rad;
-    `contrast_sigma`: of the signed logarithm of the step; `skip`: price of a crossing left alone; `layers`: how often
-    what could not keep the order along a row is matched anew.
-
-    On rendered metal true pairs differ by 0.05 rad and 0.25 in the median, by 0.2 rad and 0.8 at the 95th percentile,
-    and one in fifteen changes sign.  Between half and twice these values precision and recall move by a few hundredths.
-    A second layer lifts the recall on random wireframes, where order means little, from .86 to .96.
-    """
-
-    least_rise: float = 0.2
-    angle_sigma: float = 0.25
-    contrast_sigma: float = 0.7
-    skip: float = 2.0
-    layers: int = 2
-
-
 def cross_rows(
-    rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, least_rise: float
+    rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, p: EpipolarParameters
 ) -> Crossings:
     """Crossings of the arcs of one picture with rows first_row .. first_row + rows - 1."""
     points = rectification.points(view, arcs.points)
-    arc, row, at = row_crossings(arcs.offsets, points[:, 0], points[:, 1], _TANGENT_REACH, least_rise)
+    arc, row, at = row_crossings(arcs.offsets, points[:, 0], points[:, 1], p.tangent_reach, p.least_rise)
     inside = (row >= first_row) & (row < first_row + rows)
     arc, row, at = arc[inside], row[inside] - first_row, at[inside]
     order = np.lexsort((at[:, 0], row))
@@ -167,9 +150,6 @@ def row_crossings(
     return arc[p], row, np.column_stack([x[p] + t * (x[p + 1] - x[p]), dx / dy, dy / length, p + t])
 
 
-_TANGENT_REACH = 4  # points to both sides whose chord is the tangent at a crossing
-
-
 def find_common_rows(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
     """First row and number of rows that arcs of both pictures reach."""
     spans = []
@@ -180,9 +160,9 @@ def find_common_rows(rectification: Rectification, left: StereoArcs, right: Ster
     return (int(first), int(last - first) + 1) if last >= first else (0, 0)
 
 
-def compress_contrast(contrast: Floats) -> Floats:
-    """Contrast on a scale on which its logarithm counts and its sign stays; steps below 8 grey levels count little."""
-    return np.asarray(np.arcsinh(contrast / 8.0))
+def compress_contrast(contrast: Floats, scale: float) -> Floats:
+    """Contrast on a scale on which its logarithm counts and its sign stays; steps below `scale` grey count little."""
+    return np.asarray(np.arcsinh(contrast / scale))
 
 
 def vote(
@@ -197,7 +177,9 @@ def vote(
     """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
     from vision.stereo import epipolar_kernels
 
-    columns = [np.column_stack([c.x, c.angle, compress_contrast(c.contrast)]) for c in (left, right)]
+    columns = [
+        np.column_stack([c.x, c.angle, compress_contrast(c.contrast, parameters.contrast_scale)]) for c in (left, right)
+    ]
     match = match_rows(left.start, columns[0], np.column_stack([low, high]), right.start, columns[1], parameters)
     i = np.flatnonzero(match >= 0)
     j = match[i]

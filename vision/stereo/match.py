@@ -5,7 +5,7 @@ their similarity S, whose unary cost there is round(2 (1 - S))."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from vision.extraction.arcs import KINDS
 from vision.extraction.extract import Extraction
 from vision.stereo.epipolar import (
     DepthRange,
-    EpipolarParameters,
     Integers,
     StereoArcs,
     Votes,
@@ -24,17 +23,12 @@ from vision.stereo.epipolar import (
     find_common_rows,
     vote,
 )
+from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
-from vision.stereo.segments import Candidates, SegmentParameters, assign, select_candidates
+from vision.stereo.segments import Candidates, assign, select_candidates
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
 
 Flags = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class StereoParameters:
-    epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
-    segments: SegmentParameters = field(default_factory=SegmentParameters)
 
 
 @dataclass(frozen=True)
@@ -82,17 +76,17 @@ def match_stereo(
     left: Extraction,
     right: Extraction,
     depth_range: DepthRange,
-    parameters: StereoParameters | None = None,
+    parameters: StereoParameters = DEFAULTS,
 ) -> StereoMatches:
     """Match the arcs of two extractions: pictures of the cameras `left` and `right` of the rig, taken together.
 
     `depth_range` bounds how far off the things seen may be; maps from a predicted view match more, and more rightly,
     than two numbers.  Raises InputError where the cameras make no stereo pair.
     """
-    return match_arcs(rig, pack_arcs(left), pack_arcs(right), depth_range, parameters)
+    return match_arcs(rig, pack_arcs(left, parameters), pack_arcs(right, parameters), depth_range, parameters)
 
 
-def pack_arcs(extraction: Extraction) -> StereoArcs:
+def pack_arcs(extraction: Extraction, parameters: StereoParameters = DEFAULTS) -> StereoArcs:
     """The arcs of an extraction as stereo takes them."""
     arcs = extraction.arcs
     straight = arcs.kind == KINDS.index("line")
@@ -101,14 +95,9 @@ def pack_arcs(extraction: Extraction) -> StereoArcs:
         offsets=arcs.offsets.astype(np.int64),
         points=np.column_stack([arcs.x, arcs.y]),
         contrast=np.where(arcs.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(arcs.offsets)),
-        sigma=np.hypot(own, _LIGHT_SIGMA),
+        sigma=np.hypot(own, parameters.light_sigma),
         straight=straight,
     )
-
-
-# px: how far light that falls otherwise on the metal shifts an edge between the two pictures; on rendered metal half of
-# the true pairs are off by more than 0.2 px in disparity, a fifth by more than 0.5, whatever their noise.
-_LIGHT_SIGMA = 0.2
 
 
 def match_arcs(
@@ -116,15 +105,13 @@ def match_arcs(
     left: StereoArcs,
     right: StereoArcs,
     depth_range: DepthRange,
-    parameters: StereoParameters | None = None,
+    parameters: StereoParameters = DEFAULTS,
 ) -> StereoMatches:
     """Match the arcs of the cameras `left` and `right` of the rig, for things seen within `depth_range`."""
-    parameters = parameters or StereoParameters()
     rectification = rectify(rig)
     first_row, rows = find_common_rows(rectification, left, right)
-    rise = parameters.epipolar.least_rise
-    left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, rise)
-    right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, rise)
+    left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, parameters.epipolar)
+    right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, parameters.epipolar)
     pixels = left.points[left_crossings.position.astype(np.int64)]
     camera = rectification.left.camera
     near, far = depth_range.at(pixels, camera.width, camera.height)

@@ -9,19 +9,11 @@ import numpy.typing as npt
 
 from relmodel.matching.assignment import Assignment, solve_assignment
 from vision.stereo.epipolar import Integers, Votes
+from vision.stereo.parameters import SegmentParameters
 from vision.stereo.rectification import Floats
 
 # Why an arc has the partner it has, or none; the words of the table `assignment`.
 MATCHED, NO_CANDIDATE, NULL_CHEAPER, TAKEN = "matched", "no_candidate", "null_cheaper", "taken"
-
-
-@dataclass(frozen=True)
-class SegmentParameters:
-    """`least_votes`: rows that a pair needs to be looked at; `null_cost`: price of an arc without partner, where a pair
-    costs 1 - S; so a pair below S = 1 - null_cost is never made."""
-
-    least_votes: int = 3
-    null_cost: float = 0.7
 
 
 @dataclass(frozen=True)

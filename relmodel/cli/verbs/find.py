@@ -60,13 +60,14 @@ def run(args: argparse.Namespace) -> int:
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         if rig and prior:
-            from vision.cameras.view_volume import SAMPLED_POSES, select_in_view
+            from vision.cameras.view_volume import SelectionParameters, select_in_view
 
             level = args.level or "part"
-            held = select_in_view(store, rig, prior, args.near, args.far, level=level, world=args.world)
+            parameters = SelectionParameters(near_mm=args.near, far_mm=args.far)
+            selection = select_in_view(store, rig, prior, parameters, level=level, world=args.world)
             say(
-                f"the widened view holds {len(held.shown)} {level}s by their boxes; "
-                f"none of {SAMPLED_POSES} sampled poses shows {held.superfluous} of them"
+                f"the widened view contains {len(selection.shown)} {level}s by their boxes; "
+                f"none of {parameters.sampled_poses} sampled poses shows {selection.superfluous} of them"
             )
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
@@ -88,13 +89,14 @@ def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:
 def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volume]:
     """The view of each camera of the rig."""
     from vision.cameras.files import read_pose
-    from vision.cameras.view_volume import build_view_volume, widen_view_volume
+    from vision.cameras.view_volume import SelectionParameters, build_view_volume, widen_view_volume
 
+    p = SelectionParameters(near_mm=args.near, far_mm=args.far)
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
     if prior:
-        return [widen_view_volume(camera, pose, prior, args.near, args.far) for camera, pose in cameras]
+        return [widen_view_volume(camera, pose, prior, p) for camera, pose in cameras]
     world_from_rig = read_pose(args.at)
-    return [build_view_volume(camera, world_from_rig @ pose, args.near, args.far) for camera, pose in cameras]
+    return [build_view_volume(camera, world_from_rig @ pose, p) for camera, pose in cameras]
 
 
 def _volume(args: argparse.Namespace) -> Volume:

@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from vision.stereo.epipolar import EpipolarParameters, match_rows, row_crossings
+from vision.stereo.epipolar import match_rows, row_crossings
+from vision.stereo.parameters import EpipolarParameters
 
 Floats = npt.NDArray[np.float64]
 
