@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
+from graphlib import TopologicalSorter
 from types import TracebackType
 from typing import Any, Self
 
@@ -92,6 +93,20 @@ class Database:
         if name not in self._tables:
             raise ValueError(f"the store has no table {name!r}")
         return self._tables[name]
+
+    @cached_property
+    def _place(self) -> dict[str, int]:
+        """Place of each table that has foreign keys or is pointed at by some, behind all that it points at."""
+        parents: dict[str, list[str]] = {}
+        with self.read() as connection:
+            for row in self.rows(connection, f"foreign_keys.{self.dialect}"):
+                if row.parent != row.relation:
+                    parents.setdefault(row.relation, []).append(row.parent)
+        return {name: place for place, name in enumerate(TopologicalSorter(parents).static_order())}
+
+    def parents_first(self, names: Iterable[str]) -> list[str]:
+        """Names of tables in an order that foreign keys allow to append in: what is pointed at comes first."""
+        return sorted(names, key=lambda name: (self._place.get(name, -1), name))
 
     @contextmanager
     def read(self) -> Iterator[Connection]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -27,7 +27,7 @@ WANTED = [parts for _, _, parts in CASES]
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
 def cubes(
     request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[str]:
+) -> str:
     target = new_store(request.param)
     with Store.open(target) as store:
         fill(store, tmp_path_factory.mktemp("cubes"))

@@ -157,6 +157,25 @@ def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> N
             assert len(classes) == 7
 
 
+def test_a_wire_may_come_before_a_solid(fresh_store: str, tmp_path: Path) -> None:
+    """A shape without faces begins with rows that point at tables which only the next shape fills."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Pnt
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 50), gp_Pnt(30, 0, 50)).Edge()
+    writer = STEPControl_Writer()
+    for shape in (BRepBuilderAPI_MakeWire(edge).Wire(), BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()):
+        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(tmp_path / "wire.step"))
+    with Store.open(fresh_store) as store:
+        assert load(store, tmp_path / "wire.step", name="wire").faces_loaded == 6
+        counts = row_counts(store)
+        assert (counts["shape"], counts["shape_surface"], counts["shape_arc"]) == (2, 6, 1 + 12)
+        assert not [f for f in check(store) if f.rows]
+
+
 def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Path) -> None:
     path = write_step(tmp_path / "a.step", [5.0])
     path.write_bytes(path.read_bytes()[:-3000])
