@@ -98,8 +98,8 @@ def inspect(
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
     rig, prior: YAML files; left, right: pictures; world: its name, where the store has several; overlay: a picture of
-    the model drawn over the images, to be written.  The run records the parameters, defaults included.  Raises InputError for what is handed in and bad, before anything
-    is written.
+    the model drawn over the images, to be written.  The run records the parameters, defaults included.  Raises
+    InputError for bad inputs, before anything is written.
     """
     clock = Clock()
     if overlay is not None:
