@@ -165,7 +165,7 @@ def _roughness(
 
 
 @kernel(
-    "i8(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8, f8, f8[:, ::1], f8[:, ::1], i4[:, ::1],"
+    "i8(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i4[:, ::1],"
     " f8[:, ::1], i4[:, ::1], f8[::1])"
 )
 def segment(
@@ -176,10 +176,7 @@ def segment(
     correlation: float,
     price: FloatArray,
     knots_apart: FloatArray,
-    knot_price: float,
-    min_sagitta: float,
-    min_bow: float,
-    min_rise: float,
+    limits: FloatArray,
     sums: FloatArray,
     rough: FloatArray,
     back: IntArray,
@@ -190,12 +187,16 @@ def segment(
     """Cheapest description of every chain, and of how many pieces: `pieces` (n, 3) of members first..last (inclusive,
     ends shared) and their kinds, and what each costs (n,).
 
-    A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also `knot_price` for each knot of its
+    `limits`: the price of a knot; by how many px, standard deviations of a member and rms distances a circular piece
+    bows out at least, and its least number of members; the tolerance (px) of the candidate breaks, the most members
+    between two, and the most of them that a piece spans.
+    A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also the price of each knot of its
     spline, so many members apart as costs least of `knots_apart`; what a spline leaves is taken of the cubics about
     each member that bend as freely.
-    A circular piece bows out by at least `min_sagitta` px and `min_bow` standard deviations of a member.
     Worked in `sums` (n + 1, 9), `rough` (knots, n + 1), `back` (4, n + 1) and `room` (2, n + 9).
     """
+    knot_price, min_sagitta, min_bow, min_rise, tolerance = limits[0], limits[1], limits[2], limits[3], limits[5]
+    min_circle, spacing, span = int(limits[4]), int(limits[6]), int(limits[7])
     breaks, previous, kind_of = back[0], back[1], back[2]
     cost, moments = room[0], room[1]
     count = 0
@@ -213,11 +214,11 @@ def segment(
             _add(sums[i - begin + 1], x[i] - ox, y[i] - oy, weight[i])
         for s in range(len(knots_apart)):
             _roughness(x, y, weight, begin, end, int(1.125 * knots_apart[s]), rough[s])
-        m = _break_points(x, y, begin, end - 1, 0.6, 24, back[3], breaks)
+        m = _break_points(x, y, begin, end - 1, tolerance, spacing, back[3], breaks)
         cost[0] = 0.0
         for j in range(1, m):
             cost[j] = 1e300
-            for i in range(j - 1, max(j - 64, 0) - 1, -1):
+            for i in range(j - 1, max(j - span, 0) - 1, -1):
                 members = breaks[j] - breaks[i] + 1
                 best, best_kind = 1e300, 2
                 for s in range(len(knots_apart)):
@@ -230,7 +231,7 @@ def segment(
                     line = price[0] + scale * line_of_moments(moments)[4]
                     if line <= best:
                         best, best_kind = line, 0
-                    if members >= 8 and line > price[1]:
+                    if members >= min_circle and line > price[1]:
                         _, _, radius, square = circle_of_moments(moments)
                         dx, dy = x[breaks[j]] - x[breaks[i]], y[breaks[j]] - y[breaks[i]]
                         least = max(min_sagitta, min_bow * sqrt(members / moments[0]), min_rise * sqrt(square))

@@ -134,7 +134,7 @@ def detect_edges(
     values, pixels = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
     )
-    kept = _thin(values, pixels, columns)
+    kept = _thin(values, pixels, columns, p.min_thin_cosine)
     pixels = pixels[kept]
     offset, nx, ny, contrast, width, position_sigma = values.compress(kept, axis=1).astype(np.float64)
     return EdgeElements(
@@ -149,7 +149,7 @@ def detect_edges(
     )
 
 
-def _thin(values: SingleArray, pixels: npt.NDArray[np.int32], columns: int) -> npt.NDArray[np.bool_]:
+def _thin(values: SingleArray, pixels: npt.NDArray[np.int32], columns: int, min_cosine: float) -> npt.NDArray[np.bool_]:
     """Of neighbours that see the same crossing, keep the one it lies nearest to.
 
     `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis
@@ -162,7 +162,7 @@ def _thin(values: SingleArray, pixels: npt.NDArray[np.int32], columns: int) -> n
         other = np.searchsorted(pixels, pixels + step)
         one = np.flatnonzero(np.append(pixels, -1)[other] == pixels + step)
         other = other[one]
-        alike = nx[one] * nx[other] + ny[one] * ny[other] >= np.float64(0.7)
+        alike = nx[one] * nx[other] + ny[one] * ny[other] >= np.float64(min_cosine)
         one, other = one[alike], other[alike]
         further = offset[one] > offset[other]
         loser = np.where(further, one, other)

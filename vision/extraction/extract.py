@@ -121,7 +121,7 @@ def extract(
     # Beside the way from edges over arcs to regions goes what that way does not need, or not yet.
     with ThreadPoolExecutor(1) as beside:
         # Weak ones are dropped only when the arcs are known: a bridge or a join can make significant what alone is not.
-        chains = link(edges, shape, min_contrast=p.linking.min_contrast)
+        chains = link(edges, shape, p.linking, min_contrast=p.linking.min_contrast)
         chains = chains.take(chains.counts >= p.linking.min_elements)
         scoring = beside.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)
         labelling = beside.submit(_topography, grey, noise, mask, p)
@@ -181,5 +181,5 @@ def _topography(
     labels, ridges = label_topography(grey, noise, p.topography)
     if mask is not None:
         ridges = ridges.take(mask.reshape(-1)[ridges.elements.pixel])
-    ridge_arcs = fit_ridge_arcs(ridges, (grey.shape[0], grey.shape[1]), p.topography, p.segmentation, p.fitting)
+    ridge_arcs = fit_ridge_arcs(ridges, (grey.shape[0], grey.shape[1]), p)
     return labels, ridges, ridge_arcs, assess_ridge_arcs(grey, ridges.elements, ridge_arcs, p.quality)

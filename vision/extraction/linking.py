@@ -56,7 +56,9 @@ class Chains:
         return Chains(self.elements[members], offsets, self.closed[kept])
 
 
-def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0.0) -> Chains:
+def link(
+    edges: EdgeElements, shape: tuple[int, int], p: LinkingParameters = _DEFAULTS, *, min_contrast: float = 0.0
+) -> Chains:
     """Chains and loops of the edge elements of an image of `shape` (rows, columns), by mutual best links.
 
     Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture.
@@ -69,7 +71,8 @@ def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0
     at = np.full(shape, -1, np.int32)
     at.reshape(-1)[pixel] = elements
     best = np.full((2, len(used)), -1, np.int32)
-    link_kernels.best_links(x, y, nx, ny, pixel, at, np.full((2, len(used)), 1e9), best)
+    limits = np.array([p.min_link_cosine, p.min_chord_cosine, p.turn_price, p.chord_price])
+    link_kernels.best_links(x, y, nx, ny, pixel, at, limits, np.full((2, len(used)), 1e9), best)
     mutual = (best[0] >= 0) & (best[1].take(best[0]) == elements)
     order, offsets, closed = _follow_links(np.where(mutual, best[0], np.int32(-1)))
     return Chains(used[order].astype(np.int32), offsets, closed)

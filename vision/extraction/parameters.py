@@ -44,8 +44,12 @@ class EdgeParameters:
     """scales: what slopes less than the least step spread over so many is shading"""
     calibration_blur: float = 0.75
     """px: blur of the step for which the bias of the offset is calibrated"""
+    min_thin_cosine: float = 0.7
+    """cosine of the greatest angle between neighbours that see the same crossing, of which one is kept"""
     partner_reach: float = 1.5
     """scales: within this distance the coarser scale has to show the edge too"""
+    min_partner_cosine: float = 0.8
+    """cosine of the greatest angle between partners"""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.significance <= 1.0:
@@ -60,6 +64,14 @@ class LinkingParameters:
     """grey: weaker elements are not linked, so that an edge does not run on into texture"""
     min_elements: int = 5
     """elements: shorter chains are dropped"""
+    min_link_cosine: float = 0.8
+    """cosine of the greatest turn from one element to the next"""
+    min_chord_cosine: float = 0.5
+    """cosine of the greatest angle of their chord to their mean tangent"""
+    turn_price: float = 2.0
+    """px: what one less the cosine of the turn adds to the distance, for the cheapest link"""
+    chord_price: float = 3.0
+    """px: what one less the cosine of the chord's angle adds"""
     fill_reach: float = 25.0
     """px: longest gap that is bridged"""
     fill_angle: float = radians(35.0)
@@ -135,6 +147,14 @@ class SegmentationParameters:
     """standard deviations of an element: likewise"""
     min_rise: float = 7.0
     """rms distances of its elements: likewise"""
+    min_circle_elements: int = 8
+    """elements: shorter pieces are no circular arcs"""
+    break_tolerance: float = 0.6
+    """px: tolerance of the candidate breaks (Douglas and Peucker)"""
+    break_spacing: int = 24
+    """elements at most between two candidate breaks"""
+    max_breaks: int = 64
+    """candidate breaks that a piece spans at most"""
     light_sigma: float = 0.25
     """px: how far shading displaces parts of an edge from their common line"""
     min_reversed: float = 3.0

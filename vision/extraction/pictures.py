@@ -65,7 +65,8 @@ def _edges(grey: FloatArray, found: Extraction) -> Picture:
 
 
 def _linked(found: Extraction) -> Chains:
-    return link(found.edges, found.shape, min_contrast=found.parameters.linking.min_contrast)
+    p = found.parameters.linking
+    return link(found.edges, found.shape, p, min_contrast=p.min_contrast)
 
 
 def _draw_chains(grey: FloatArray, found: Extraction, chains: Chains) -> Picture:

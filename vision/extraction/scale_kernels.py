@@ -9,7 +9,7 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 
-@kernel("b1[::1](f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], f8, i8, i8)")
+@kernel("b1[::1](f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], f8, f8, i8, i8)")
 def partnered(
     x: FloatArray,
     y: FloatArray,
@@ -21,10 +21,11 @@ def partnered(
     other_ny: FloatArray,
     other_pixel: IntArray,
     reach: float,
+    min_cosine: float,
     rows: int,
     columns: int,
 ) -> npt.NDArray[np.bool_]:
-    """Whether one of the other elements, of like direction, lies within `reach` px of each element."""
+    """Whether another element, with a normal within `min_cosine`, lies within `reach` px of each element."""
     at = np.full(rows * columns, -1, np.int32)
     for j in range(len(other_pixel)):
         at[other_pixel[j]] = j
@@ -35,7 +36,7 @@ def partnered(
         for rr in range(max(r - span, 0), min(r + span + 1, rows)):
             for cc in range(max(c - span, 0), min(c + span + 1, columns)):
                 j = at[rr * columns + cc]
-                if j < 0 or nx[i] * other_nx[j] + ny[i] * other_ny[j] < 0.8:
+                if j < 0 or nx[i] * other_nx[j] + ny[i] * other_ny[j] < min_cosine:
                     continue
                 dx, dy = other_x[j] - x[i], other_y[j] - y[i]
                 if dx * dx + dy * dy <= reach * reach:

@@ -35,7 +35,7 @@ def detect_edges_over_scales(
 
         return scale_kernels.partnered(
             some.x, some.y, some.nx, some.ny, others.x, others.y, others.nx, others.ny, others.pixel,
-            p.partner_reach * scale, *grey.shape,
+            p.partner_reach * scale, p.min_partner_cosine, *grey.shape,
         )  # fmt: skip
 
     kept = found[0]

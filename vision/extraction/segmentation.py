@@ -73,9 +73,11 @@ def segment_chains(
     def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
         x, y, w = what.beside(edges.x, edges.y, weight)
         n, spacings = len(x) + 1, np.array(p.knot_spacings)
+        bow = p.min_sagitta, p.min_bow, p.min_rise, p.min_circle_elements
+        limits = np.array([p.knot_price, *bow, p.break_tolerance, p.break_spacing, p.max_breaks], np.float64)
         pieces, costs = np.empty((n, 3), np.int32), np.empty(n)
         count = arc_kernels.segment(
-            x, y, w, what.offsets, correlation, price, spacings, p.knot_price, p.min_sagitta, p.min_bow, p.min_rise,
+            x, y, w, what.offsets, correlation, price, spacings, limits,
             np.empty((n, 9)), np.empty((len(spacings), n)), np.empty((4, n), np.int32), np.empty((2, n + 8)),
             pieces, costs,
         )  # fmt: skip

@@ -14,14 +14,14 @@ from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
-from vision.extraction.parameters import FittingParameters, SegmentationParameters, TopographyParameters
+from vision.extraction.parameters import ExtractionParameters, TopographyParameters
 from vision.extraction.segmentation import fit_arcs
 
 FloatArray = npt.NDArray[np.float64]
 SingleArray = npt.NDArray[np.float32]
 ByteArray = npt.NDArray[np.uint8]
 
-_DEFAULTS, _SEGMENTATION, _FITTING = TopographyParameters(), SegmentationParameters(), FittingParameters()
+_DEFAULTS, _ALL = TopographyParameters(), ExtractionParameters()
 
 LABELS = (
     "peak",
@@ -132,23 +132,23 @@ def _collect_ridges(
 def fit_ridge_arcs(
     ridges: Ridges,
     shape: tuple[int, int],
-    p: TopographyParameters = _DEFAULTS,
-    segmentation: SegmentationParameters = _SEGMENTATION,
-    fitting: FittingParameters = _FITTING,
+    p: ExtractionParameters = _ALL,
 ) -> Arcs:
     """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
 
     Fillets show so: no step, but a ridge of grey along them.  `offsets` and `elements` of the arcs refer to
-    `ridges.elements`.  Kept are chains of `p.min_elements` elements and `p.min_height` grey.
+    `ridges.elements`.  Kept are chains of `p.topography.min_elements` elements and `p.topography.min_height` grey.
     """
-    shorter, found = replace(segmentation, min_elements=p.min_elements // 2), []
+    shorter, found = replace(p.segmentation, min_elements=p.topography.min_elements // 2), []
     for hollow in (False, True):
-        which = np.flatnonzero((ridges.ravine == hollow) & (ridges.elements.contrast >= p.min_height)).astype(np.int32)
+        which = np.flatnonzero(
+            (ridges.ravine == hollow) & (ridges.elements.contrast >= p.topography.min_height)
+        ).astype(np.int32)
         part = ridges.elements.take(which)
-        chains = link(part, shape)
-        chains = chains.take(chains.counts >= p.min_elements)
+        chains = link(part, shape, p.linking)
+        chains = chains.take(chains.counts >= p.topography.min_elements)
         chains = Chains(which[chains.elements], chains.offsets, chains.closed)
-        found.append(fit_arcs(ridges.elements, chains, scale=p.scale, p=shorter, fitting=fitting))
+        found.append(fit_arcs(ridges.elements, chains, scale=p.topography.scale, p=shorter, fitting=p.fitting))
     return concatenate(found)
 
 

@@ -142,6 +142,8 @@ class RefinementParameters:
     """samples that face a camera"""
     min_cosine: float = 0.94
     """cosine of the greatest angle between a predicted arc and an edge element"""
+    max_beside_px: float = 0.75
+    """px along the arc between a sample and the edge element on its normal"""
     seed: int = 1981
     """of the draws of the consensus (Fischler and Bolles, 1981)"""
     draws: int = 300

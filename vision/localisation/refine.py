@@ -10,7 +10,7 @@ from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
 from vision.localisation.scene import Bools, Floats, Ints, Scene
 
 
@@ -29,14 +29,15 @@ class EdgeIndex:
         self.texture = float(np.median(self.strength)) if len(self.strength) else 1.0
 
     def measure(
-        self, pixel: Floats, direction: Floats, reach: float, scale: float, min_cosine: float
+        self, pixel: Floats, direction: Floats, reach: float, scale: float, p: RefinementParameters
     ) -> tuple[Floats, Ints]:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
         from vision.localisation import measure_kernels
 
+        limits = np.array([reach, scale, p.min_cosine, p.max_beside_px])
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
         measure_kernels.nearest_edges(
-            pixel, direction, reach, scale, min_cosine, self.edges.position, self.edges.normal, self.strength,
+            pixel, direction, limits, self.edges.position, self.edges.normal, self.strength,
             self.start, self.order, np.array([self.columns, self.rows]), self.edges.low, offset, found,
         )  # fmt: skip
         return offset, found
@@ -228,7 +229,7 @@ def measure(
             np.ascontiguousarray(direction[rows]),
             reach,
             scale,
-            p.refinement.min_cosine,
+            p.refinement,
         )
         hit = rows[found[rows] >= 0]
         edge, edges = found[hit], index.edges

@@ -7,7 +7,7 @@ from tests.vision.extraction.landscapes import labels_of, random_landscape
 from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.parameters import EdgeParameters, TopographyParameters
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters, TopographyParameters
 from vision.extraction.topography import LABELS, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0
@@ -68,7 +68,7 @@ def test_a_ridge_is_one_straight_arc_at_its_place(sign: float, angle: float) -> 
     image = 100 + sign * 60 * np.exp(-(across**2) / (2 * 2.5**2))
     image += np.random.default_rng(2).normal(0.0, 1.0, image.shape)
     _, ridges = label_topography(image, np.full(256, 1.0))
-    arcs = fit_ridge_arcs(ridges, (80, 80), TopographyParameters(min_height=10.0))
+    arcs = fit_ridge_arcs(ridges, (80, 80), ExtractionParameters(topography=TopographyParameters(min_height=10.0)))
     assert len(arcs) == 1
     assert ridges.ravine[arcs.elements].all() == (sign < 0)
     found = ridges.elements.take(arcs.elements)
