@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vision.extraction.arcs import LINE, Arcs
-from vision.extraction.junctions import END, START, Junctions
+from vision.extraction.junctions import Junctions
+from vision.extraction.meetings import END, START
 from vision.extraction.parameters import JunctionParameters
 from vision.extraction.refined_polylines import RefinedPolylines
 

@@ -11,13 +11,14 @@ import numpy.typing as npt
 from relmodel.errors import InputError
 from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
+from vision.extraction.edge_mask import draw_edge_mask
 from vision.extraction.edges import EdgeElements, to_grey
 from vision.extraction.end_points import snap_end_points
 from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.noise import estimate_noise
 from vision.extraction.parameters import ExtractionParameters
-from vision.extraction.regions import Regions, draw_edge_mask, find_leak_proof_regions, find_plain_regions
+from vision.extraction.regions import Regions, find_leak_proof_regions, find_plain_regions
 from vision.extraction.relations import RegionArcs, Relations, find_region_arcs, find_relations
 from vision.extraction.scales import detect_edges_over_scales
 from vision.extraction.segmentation import segment_chains

@@ -16,6 +16,7 @@ from vision.extraction import relations as relation_columns
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import VERSION, Extraction
+from vision.extraction.meetings import AT
 from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.topography import LABELS
 
@@ -118,7 +119,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         "image_junction_arc": {
             "junction_no": junctions.junction,
             "image_arc_no": junctions.arc,
-            "meets_with": np.array(junction_columns.AT, dtype=object)[junctions.at],
+            "meets_with": np.array(AT, dtype=object)[junctions.at],
         },
         "image_region": {
             "region_no": region_no,

@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
-from vision.extraction.junctions import INTERIOR, Junctions
+from vision.extraction.junctions import Junctions
 from vision.extraction.linking import find_pairs_within
+from vision.extraction.meetings import INTERIOR
 from vision.extraction.parameters import RelationParameters
 from vision.extraction.regions import Regions, sum_borders
 

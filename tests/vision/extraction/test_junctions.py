@@ -9,8 +9,9 @@ from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.edges import detect_edges
 from vision.extraction.end_points import snap_end_points, snap_polylines
 from vision.extraction.extract import extract
-from vision.extraction.junctions import END, INTERIOR, KINDS, START, Junctions, find_junctions
+from vision.extraction.junctions import KINDS, Junctions, find_junctions
 from vision.extraction.linking import fill_gaps
+from vision.extraction.meetings import END, INTERIOR, START
 from vision.extraction.segmentation import fit_arcs
 
 _SEEDS = 10
