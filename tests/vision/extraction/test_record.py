@@ -1,7 +1,10 @@
 """An extraction in the store: what was found is what is read back."""
 
-from dataclasses import replace
+import json
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,7 +19,8 @@ from vision.cameras.images import Picture
 from vision.cameras.record import record_picture
 from vision.extraction.arcs import FREE
 from vision.extraction.extract import extract
-from vision.extraction.record import record_extraction
+from vision.extraction.parameters import ExtractionParameters
+from vision.extraction.record import content_key, record_extraction
 
 MEGABYTE = 1_000_000
 
@@ -129,3 +133,27 @@ def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
     grown = np.diff(sizes) / MEGABYTE
     assert grown.max() <= 3, grown
     assert grown.mean() <= 2.5, grown
+
+
+def _changed(parameters: Any) -> Iterator[Any]:
+    """The parameters with one number or word changed, each of them in turn."""
+    for field in fields(parameters):
+        value = getattr(parameters, field.name)
+        if is_dataclass(value):
+            yield from (replace(parameters, **{field.name: other}) for other in _changed(value))
+        elif isinstance(value, tuple):
+            yield replace(parameters, **{field.name: (*value[:-1], value[-1] + 0.125)})
+        elif isinstance(value, str):
+            yield replace(parameters, **{field.name: "plain" if value else "0123"})
+        else:
+            yield replace(parameters, **{field.name: value / 2})
+
+
+def test_the_key_of_an_extraction_depends_on_each_of_its_parameters() -> None:
+    plain = ExtractionParameters()
+    others = list(_changed(plain))
+    assert len(others) > 100
+    assert len({content_key("ab", p) for p in [plain, *others]}) == 1 + len(others)
+    recorded = json.loads(plain.to_json())
+    assert recorded["edges"]["scales"] == [1.4]
+    assert list(recorded) == sorted(recorded)
