@@ -28,7 +28,6 @@ import hashlib
 import os
 import shutil
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -62,7 +61,7 @@ def kernel(signature: str) -> Callable[[Function], Function]:
 
     def compiled(function: Function) -> Function:
         if cache_folder() is not None:
-            with suppress(OSError, EOFError, UnpicklingError), _cached_here():  # the disk is full, or a file torn
+            with suppress(OSError, EOFError, UnpicklingError), _cached_here():  # full, read-only, or torn
                 return cast(Function, _njit(signature, cache=True, **_OPTIONS)(function))
         return cast(Function, _njit(signature, **_OPTIONS)(function))
 
@@ -129,15 +128,14 @@ def _source(module: str) -> Path:
 @cache
 def cache_folder() -> Path | None:
     """Where the compiled kernels of this installation lie, in the user's cache or under NUMBA_CACHE_DIR; None where it
-    cannot be written, and each process compiles for itself."""
+    cannot be made, and each process compiles for itself.  One that is complete need not be writable."""
     try:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "relmodel"
         folder = Path(os.environ.get("NUMBA_CACHE_DIR") or base) / f"kernels-{cache_key()[:16]}"
         if not folder.is_dir():
             folder.mkdir(parents=True, exist_ok=True)
             _forget(folder)
-        tempfile.TemporaryFile(dir=folder).close()
-    except (OSError, RuntimeError):  # a full or read-only disk; nobody's home
+    except (OSError, RuntimeError):  # a read-only disk; nobody's home
         return None
     return folder
 
@@ -185,7 +183,7 @@ class _Place:
         return str(cache_folder())
 
     def ensure_cache_path(self) -> None:
-        """Made, and tried, when the folder was asked for."""
+        """Made when the folder was asked for."""
 
     def get_source_stamp(self) -> str:
         return cache_key()

@@ -114,6 +114,24 @@ def test_kernels_run_where_nothing_can_be_written(package: Path, tmp_path: Path)
     assert cache.read_text() == ""
 
 
+def test_a_folder_that_can_only_be_read_serves(package: Path, tmp_path: Path) -> None:
+    """As one that was filled when a container's image was made; what it lacks is compiled."""
+    cache = tmp_path / "cache"
+    refuse = f"""
+import sys
+def refuse(event, arguments):
+    if event == "open" and str(arguments[0]).startswith({str(cache)!r}) and "w" in (arguments[1] or ""):
+        raise PermissionError(arguments[0])
+sys.addaudithook(refuse)
+"""
+    said(started(package, cache))
+    assert said(started(package, cache, refuse + _USE)) == "[0.0, 2.0, 4.0] 1\n"
+    for file in cache.rglob("*.nb?"):
+        file.unlink()
+    assert said(started(package, cache, refuse + _USE)) == "[0.0, 2.0, 4.0] 0\n"
+    assert not list(cache.rglob("*.nb?"))
+
+
 @pytest.mark.parametrize("torn", ["*.nbi", "*.nbc"])
 def test_a_torn_file_is_compiled_anew(package: Path, tmp_path: Path, torn: str) -> None:
     said(started(package, tmp_path / "cache"))
