@@ -11,12 +11,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix, rotation_vector
-
-Floats = NDArray[np.float64]
 
 
 def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
@@ -82,7 +80,7 @@ class Camera:
         )
         return self.undistort(border)
 
-    def project(self, points_camera: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    def project(self, points_camera: Floats) -> tuple[Floats, Bools]:
         """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.
 
         A point counts as in front when z > 0 and, for a camera with distortion, when its ray is within 1.2 times the

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from vision.cameras.cameras import Camera, Floats, Prior, Rig
+from vision.cameras.cameras import Camera, Prior, Rig
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
 ROTATION_TOLERANCE = 1e-4

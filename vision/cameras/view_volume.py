@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from relmodel.find.find import BOX_COLUMNS, in_volumes
 from relmodel.find.pairs import Integers
 from relmodel.find.volumes import Frustum, Polyhedron, boxes_met
@@ -14,7 +14,6 @@ from relmodel.find.widening import widened
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from vision.cameras.cameras import Camera, Prior, Rig, perturb
-from vision.localisation.scene import Floats
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Selection:
 
     occurrence_id: Integers
     element_no: Integers
-    shown: npt.NDArray[np.bool_]
+    shown: Bools
 
     @property
     def superfluous(self) -> int:

@@ -7,18 +7,15 @@ so that the dynamic programme over break points looks at no element twice.
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints32
 from relmodel.compiled import helper, kernel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 LINE, CIRCLE, FREE = 0, 1, 2
 
 
 @helper
-def _add(m: FloatArray, x: float, y: float, w: float) -> None:
+def _add(m: Floats, x: float, y: float, w: float) -> None:
     """Add a weighted point to the moments (9,)."""
     z = x * x + y * y
     m[0] += w
@@ -33,7 +30,7 @@ def _add(m: FloatArray, x: float, y: float, w: float) -> None:
 
 
 @helper
-def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
+def line_of_moments(m: Floats) -> tuple[float, float, float, float, float]:
     """Total-least-squares line: centroid x, y, unit direction x, y, and the weighted mean square distance."""
     w = m[0]
     cx, cy = m[1] / w, m[2] / w
@@ -53,7 +50,7 @@ def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
 
 
 @helper
-def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
+def circle_of_moments(m: Floats) -> tuple[float, float, float, float]:
     """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
 
     The radius is infinite where the points determine none.
@@ -108,7 +105,7 @@ def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
 
 @helper
 def _break_points(
-    x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, stack: IntArray, out: IntArray
+    x: Floats, y: Floats, first: int, last: int, tolerance: float, spacing: int, stack: Ints32, out: Ints32
 ) -> int:
     """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart.
 
@@ -143,9 +140,7 @@ def _break_points(
 
 
 @helper
-def _roughness(
-    x: FloatArray, y: FloatArray, weight: FloatArray, begin: int, end: int, reach: int, out: FloatArray
-) -> None:
+def _roughness(x: Floats, y: Floats, weight: Floats, begin: int, end: int, reach: int, out: Floats) -> None:
     """Running sums `out[: end - begin + 1]` of the weighted squares of how far, across the chain, its members lie from
     the cubic through the `reach` members on either side (Savitzky and Golay, 1964); through fewer next to its ends."""
     out[0] = 0.0
@@ -169,20 +164,20 @@ def _roughness(
     " f8[:, ::1], i4[:, ::1], f8[::1])"
 )
 def segment(
-    x: FloatArray,
-    y: FloatArray,
-    weight: FloatArray,
-    offsets: IntArray,
+    x: Floats,
+    y: Floats,
+    weight: Floats,
+    offsets: Ints32,
     correlation: float,
-    price: FloatArray,
-    knots_apart: FloatArray,
-    limits: FloatArray,
-    sums: FloatArray,
-    rough: FloatArray,
-    back: IntArray,
-    room: FloatArray,
-    pieces: IntArray,
-    costs: FloatArray,
+    price: Floats,
+    knots_apart: Floats,
+    limits: Floats,
+    sums: Floats,
+    rough: Floats,
+    back: Ints32,
+    room: Floats,
+    pieces: Ints32,
+    costs: Floats,
 ) -> int:
     """Cheapest description of every chain, and of how many pieces: `pieces` (n, 3) of members first..last (inclusive,
     ends shared) and their kinds, and what each costs (n,).
@@ -258,13 +253,13 @@ def segment(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], i4[::1], f8[::1], f8[:, ::1])")
 def fit_arcs(
-    x: FloatArray,
-    y: FloatArray,
-    weight: FloatArray,
-    offsets: IntArray,
-    kinds: IntArray,
-    moments: FloatArray,
-    out: FloatArray,
+    x: Floats,
+    y: Floats,
+    weight: Floats,
+    offsets: Ints32,
+    kinds: Ints32,
+    moments: Floats,
+    out: Floats,
 ) -> None:
     """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `moments` (9,): (n, 8) of
 
@@ -330,15 +325,15 @@ def fit_arcs(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], f8[:, ::1], i4[:, ::1], f8, f8[::1], f8[:, ::1])")
 def joint_costs(
-    x: FloatArray,
-    y: FloatArray,
-    weight: FloatArray,
-    offsets: IntArray,
-    alone: FloatArray,
-    pairs: IntArray,
+    x: Floats,
+    y: Floats,
+    weight: Floats,
+    offsets: Ints32,
+    alone: Floats,
+    pairs: Ints32,
     correlation: float,
-    moments: FloatArray,
-    out: FloatArray,
+    moments: Floats,
+    out: Floats,
 ) -> None:
     """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
     and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from

@@ -11,13 +11,11 @@ The ridges of fillets and chamfers differ from those of streaks by their height 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.parameters import QualityParameters
-
-FloatArray = npt.NDArray[np.float64]
 
 _DEFAULTS = QualityParameters()
 
@@ -30,15 +28,15 @@ class ArcQuality:
     whose bright side, or whose ridge, is saturated.
     """
 
-    texture: FloatArray
-    highlight: FloatArray
+    texture: Floats
+    highlight: Floats
 
-    def take(self, kept: npt.NDArray[np.bool_]) -> "ArcQuality":
+    def take(self, kept: Bools) -> "ArcQuality":
         """The quality of the arcs that the mask selects."""
         return ArcQuality(self.texture[kept], self.highlight[kept])
 
 
-def assess_arcs(grey: FloatArray, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS) -> ArcQuality:
+def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS) -> ArcQuality:
     """Quality of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
     from vision.extraction import quality_kernels
 
@@ -64,9 +62,7 @@ def assess_arcs(grey: FloatArray, edges: EdgeElements, arcs: Arcs, p: QualityPar
     return ArcQuality(_against(odds), saturated)
 
 
-def assess_ridge_arcs(
-    grey: FloatArray, ridges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS
-) -> ArcQuality:
+def assess_ridge_arcs(grey: Floats, ridges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS) -> ArcQuality:
     """Quality of the arcs along ridges and ravines found in `grey` (rows, columns; 0..255) among all their elements."""
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
@@ -77,14 +73,12 @@ def assess_ridge_arcs(
     return ArcQuality(_against(odds), np.add.reduceat(saturated.astype(np.float64), first) / counts)
 
 
-def _against(odds: FloatArray) -> FloatArray:
+def _against(odds: Floats) -> Floats:
     """The probability of the contrary, from log odds."""
     return np.asarray(1.0 / (1.0 + np.exp(np.clip(odds, -30.0, 30.0))))
 
 
-def _count_parallels(
-    edges: EdgeElements, shape: tuple[int, ...], which: npt.NDArray[np.int32], p: QualityParameters
-) -> FloatArray:
+def _count_parallels(edges: EdgeElements, shape: tuple[int, ...], which: Ints32, p: QualityParameters) -> Floats:
     """How many elements of like orientation and no less than a third of its contrast, itself among them, lie in the
     3 x 3 cells around each element of `which`."""
     from vision.extraction import quality_kernels

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction import covariances
 from vision.extraction.covariances import STATIONS
 from vision.extraction.edges import EdgeElements
@@ -21,11 +22,6 @@ from vision.extraction.refined_polylines import (
     measure_from_lines,
     refine_polylines,
 )
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
 
 _DEFAULTS = FittingParameters()
 
@@ -53,30 +49,30 @@ class Arcs:
     """
 
     kind: npt.NDArray[np.int8]
-    start_x: FloatArray
-    start_y: FloatArray
-    end_x: FloatArray
-    end_y: FloatArray
-    centre_x: FloatArray
-    centre_y: FloatArray
-    radius: FloatArray
-    radius2: FloatArray
-    axis_angle: FloatArray
-    length: FloatArray
-    closed: BoolArray
-    contrast: FloatArray
-    width: FloatArray
-    sigma: FloatArray
-    angle_sigma: FloatArray
-    residual: FloatArray
-    significance: FloatArray
-    covariance: FloatArray
-    offsets: IntArray
-    elements: IntArray
-    bright_left: BoolArray
-    x: FloatArray
-    y: FloatArray
-    point_sigma: FloatArray
+    start_x: Floats
+    start_y: Floats
+    end_x: Floats
+    end_y: Floats
+    centre_x: Floats
+    centre_y: Floats
+    radius: Floats
+    radius2: Floats
+    axis_angle: Floats
+    length: Floats
+    closed: Bools
+    contrast: Floats
+    width: Floats
+    sigma: Floats
+    angle_sigma: Floats
+    residual: Floats
+    significance: Floats
+    covariance: Floats
+    offsets: Ints32
+    elements: Ints32
+    bright_left: Bools
+    x: Floats
+    y: Floats
+    point_sigma: Floats
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -87,12 +83,12 @@ class Arcs:
         return Chains(self.elements, self.offsets, self.closed)
 
     @property
-    def direction(self) -> FloatArray:
+    def direction(self) -> Floats:
         """(n, 2) unit vectors from start to end."""
         chord = np.column_stack([self.end_x - self.start_x, self.end_y - self.start_y])
         return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12))
 
-    def take(self, kept: BoolArray) -> "Arcs":
+    def take(self, kept: Bools) -> "Arcs":
         """The arcs that the mask selects."""
         members = self.chains.take(kept)
         of_member = np.repeat(kept, self.chains.counts)
@@ -114,7 +110,7 @@ def compute_correlation(scale: float) -> float:
     return float(2.0 * np.sqrt(np.pi) * scale)
 
 
-def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> FloatArray:
+def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> Floats:
     """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
     beside it give."""
     contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
@@ -123,7 +119,7 @@ def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: Fitting
 
 
 def fit_group_ellipses(
-    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer], p: FittingParameters
+    x: Floats, y: Floats, w: Floats, members: Chains, groups: npt.NDArray[np.integer], p: FittingParameters
 ) -> Ellipses:
     """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
     arcs = groups.ravel()
@@ -134,12 +130,12 @@ def fit_group_ellipses(
 
 
 def _unbiased_ellipses(
-    x: FloatArray,
-    y: FloatArray,
-    w: FloatArray,
+    x: Floats,
+    y: Floats,
+    w: Floats,
     members: Chains,
-    ovals: IndexArray,
-    half_spread: FloatArray,
+    ovals: Indices,
+    half_spread: Floats,
     scale: float,
     p: FittingParameters,
 ) -> Ellipses:
@@ -158,7 +154,7 @@ def _unbiased_ellipses(
 
 
 def _seen_of_ellipses(
-    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: IndexArray, half_spread: FloatArray, scale: float
+    x: Floats, y: Floats, ellipses: Ellipses, which: Indices, half_spread: Floats, scale: float
 ) -> Deviations:
     """Deviations of points (m,) from where smoothing draws the ellipses `which` (m,) names; `half_spread` is theirs."""
     found = measure_from_ellipses(x, y, ellipses, which, half_spread[which])
@@ -166,7 +162,7 @@ def _seen_of_ellipses(
     return replace(found, distance=found.distance + bias, bias=bias)
 
 
-def fit_members(x: FloatArray, y: FloatArray, weight: FloatArray, members: Chains, kinds: IntArray) -> FloatArray:
+def fit_members(x: Floats, y: Floats, weight: Floats, members: Chains, kinds: Ints32) -> Floats:
     """(n, 8): the fit of each arc, as `arc_kernels.fit_arcs` gives it; `x`, `y`, `weight` run beside the members."""
     from vision.extraction import arc_kernels
 
@@ -178,8 +174,8 @@ def fit_members(x: FloatArray, y: FloatArray, weight: FloatArray, members: Chain
 def measure_arcs(
     edges: EdgeElements,
     members: Chains,
-    kinds: IntArray,
-    bright_right: BoolArray,
+    kinds: Ints32,
+    bright_right: Bools,
     *,
     scale: float,
     p: FittingParameters = _DEFAULTS,
@@ -273,19 +269,19 @@ def measure_arcs(
 
 
 def _deviations(
-    x: FloatArray,
-    y: FloatArray,
-    sigma: FloatArray,
-    w: FloatArray,
+    x: Floats,
+    y: Floats,
+    sigma: Floats,
+    w: Floats,
     members: Chains,
-    kinds: IntArray,
-    fit: FloatArray,
-    drawn: FloatArray,
+    kinds: Ints32,
+    fit: Floats,
+    drawn: Floats,
     ellipses: Ellipses,
-    half_spread: FloatArray,
+    half_spread: Floats,
     scale: float,
     p: FittingParameters,
-) -> tuple[Deviations, FloatArray]:
+) -> tuple[Deviations, Floats]:
     """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
     those of the elliptic ones, in order; `drawn` (n,) by how much (px) circles are drawn inwards."""
     arc = members.chain_of_member

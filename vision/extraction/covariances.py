@@ -6,14 +6,11 @@ as one.
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Indices
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.parameters import FittingParameters
 from vision.extraction.refined_polylines import Deviations
-
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.intp]
 
 STATIONS = 8  # places, at most, at which the covariance of a free curve is kept
 PARAMETERS = {
@@ -24,19 +21,17 @@ PARAMETERS = {
 }
 
 
-def of_lines(along: FloatArray) -> FloatArray:
+def of_lines(along: Floats) -> Floats:
     """Jacobian (m, 2) of distances by the offset and angle of a line; `along` (m,) the place from its centroid."""
     return np.column_stack([-np.ones_like(along), -along])
 
 
-def of_circles(deviations: Deviations) -> FloatArray:
+def of_circles(deviations: Deviations) -> Floats:
     """Jacobian (m, 3) of distances by the centre and radius of a circle."""
     return -np.column_stack([deviations.nx, deviations.ny, np.ones_like(deviations.nx)])
 
 
-def of_ellipses(
-    x: FloatArray, y: FloatArray, deviations: Deviations, ellipses: Ellipses, which: IndexArray
-) -> FloatArray:
+def of_ellipses(x: Floats, y: Floats, deviations: Deviations, ellipses: Ellipses, which: Indices) -> Floats:
     """Jacobian (m, 5) of distances of points (m,) by centre, semi-axes and angle of the ellipses `which` (m,) names."""
     angle = ellipses.angle[which]
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -56,14 +51,14 @@ def of_ellipses(
 
 
 def of_parameters(
-    jacobian: FloatArray,
-    distance: FloatArray,
-    weight: FloatArray,
-    sigma: FloatArray,
-    first: IndexArray,
+    jacobian: Floats,
+    distance: Floats,
+    weight: Floats,
+    sigma: Floats,
+    first: Indices,
     correlation: float,
     p: FittingParameters,
-) -> FloatArray:
+) -> Floats:
     """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing.
 
     The mean square error is that of the distances, but no less than what they and the standard deviations `sigma` (m,)

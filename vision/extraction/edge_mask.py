@@ -3,15 +3,13 @@
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import Junctions
 from vision.extraction.linking import Chains
 from vision.extraction.meetings import END, START
 from vision.extraction.parameters import RegionParameters
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 _DEFAULTS = RegionParameters()
 
@@ -23,7 +21,7 @@ def draw_edge_mask(
     junctions: Junctions,
     shape: tuple[int, int],
     p: RegionParameters = _DEFAULTS,
-) -> BoolArray:
+) -> Bools:
     """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is near; arcs,
     whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
     doubtful are prolonged to the next edge, as far as the arc is long, up to `p.line_reach` px: where an edge loses its
@@ -71,8 +69,8 @@ def draw_edge_mask(
 
 
 def _lonely(
-    arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer], shape: tuple[int, int], p: RegionParameters
-) -> BoolArray:
+    arcs: Arcs, ends: Floats, arc: npt.NDArray[np.integer], shape: tuple[int, int], p: RegionParameters
+) -> Bools:
     """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within `p.meeting` px."""
     holder = np.zeros(shape, np.int32)  # one more than the arc that runs through a pixel
     at = np.round(np.column_stack([arcs.y, arcs.x])).astype(np.intp).clip(0, np.subtract(shape, 1))
@@ -84,7 +82,7 @@ def _lonely(
     return np.asarray(~((found > 0) & (found != arc[:, None] + 1)).any(axis=1))
 
 
-def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: npt.NDArray[np.floating]) -> FloatArray:
+def _meetings(mask: Bools, place: Floats, outward: Floats, reach: npt.NDArray[np.floating]) -> Floats:
     """(m, 2, 2): segments from those of the ends `place` (n, 2) that meet the mask or leave the picture within `reach`
     (n,) px along `outward` (n, 2), to where they do.  Nothing is met in the first px."""
     step = np.arange(2, int(reach.max(initial=2.0)) + 1)

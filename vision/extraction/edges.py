@@ -17,13 +17,11 @@ from math import ceil, log, pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Floats32, Ints32
 from relmodel.errors import InputError
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.noise import estimate_noise
 from vision.extraction.parameters import EdgeParameters
-
-FloatArray = npt.NDArray[np.float64]
-SingleArray = npt.NDArray[np.float32]
 
 _DEFAULTS = EdgeParameters()
 
@@ -37,19 +35,19 @@ class EdgeElements:
     the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending.
     """
 
-    x: FloatArray
-    y: FloatArray
-    nx: FloatArray
-    ny: FloatArray
-    contrast: FloatArray
-    width: FloatArray
-    sigma: FloatArray
-    pixel: npt.NDArray[np.int32]
+    x: Floats
+    y: Floats
+    nx: Floats
+    ny: Floats
+    contrast: Floats
+    width: Floats
+    sigma: Floats
+    pixel: Ints32
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "EdgeElements":
+    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "EdgeElements":
         """The elements that `rows` (indices or a mask) selects."""
         at = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows.astype(np.intp)
         return EdgeElements(**{field.name: getattr(self, field.name).take(at) for field in fields(self)})
@@ -62,7 +60,7 @@ def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
     )
 
 
-def to_grey(image: npt.ArrayLike) -> FloatArray:
+def to_grey(image: npt.ArrayLike) -> Floats:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
     0..255.
 
@@ -89,7 +87,7 @@ def detect_edges(
     sigma: float = 1.4,
     p: EdgeParameters = _DEFAULTS,
     *,
-    noise: FloatArray | None = None,
+    noise: Floats | None = None,
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
@@ -117,7 +115,7 @@ def detect_edges(
     # F on (2, infinity), as the noise comes from the whole picture
     no_chance = 2.0 * covariance[1, 1] * -log(p.significance)
 
-    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
+    def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Floats32, Ints32]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
         edge_kernels.steps(
             moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
@@ -149,7 +147,7 @@ def detect_edges(
     )
 
 
-def _thin(values: SingleArray, pixels: npt.NDArray[np.int32], columns: int, min_cosine: float) -> npt.NDArray[np.bool_]:
+def _thin(values: Floats32, pixels: Ints32, columns: int, min_cosine: float) -> Bools:
     """Of neighbours that see the same crossing, keep the one it lies nearest to.
 
     `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis

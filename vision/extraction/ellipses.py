@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from vision.extraction.parameters import FittingParameters
-
-FloatArray = npt.NDArray[np.float64]
 
 _DEFAULTS = FittingParameters()
 
@@ -33,26 +32,26 @@ class Ellipses:
     pi/2]), and the weighted mean square Sampson distance of the points (px^2); all NaN where the points determine none.
     """
 
-    centre_x: FloatArray
-    centre_y: FloatArray
-    major: FloatArray
-    minor: FloatArray
-    angle: FloatArray
-    square: FloatArray
+    centre_x: Floats
+    centre_y: Floats
+    major: Floats
+    minor: Floats
+    angle: Floats
+    square: Floats
 
 
 def fit_ellipses(
-    x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.NDArray[np.integer], p: FittingParameters = _DEFAULTS
+    x: Floats, y: Floats, weight: Floats, counts: npt.NDArray[np.integer], p: FittingParameters = _DEFAULTS
 ) -> Ellipses:
     """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
     if len(counts) == 0:
         return Ellipses(*np.zeros((6, 0)))
     first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
 
-    def total(values: FloatArray) -> FloatArray:
+    def total(values: Floats) -> Floats:
         return np.asarray(np.add.reduceat(values, first, axis=-1))
 
-    def spread(values: FloatArray) -> FloatArray:
+    def spread(values: Floats) -> Floats:
         return np.asarray(np.repeat(values, counts, axis=-1))
 
     middle_x, middle_y = total(x) / counts, total(y) / counts
@@ -97,7 +96,7 @@ def fit_ellipses(
     return Ellipses(*np.where(good, columns, np.nan))
 
 
-def _direct(scatter: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+def _direct(scatter: Floats) -> tuple[Floats, Bools]:
     """(n, 6) conics a u^2 + b uv + c v^2 + d u + e v + f with 4 ac - b^2 > 0 of least weighted algebraic distance, from
     the scatter (n, 6, 6) of their terms, and which could be found."""
     s1, s2, s3 = scatter[:, _QUADRATIC, _QUADRATIC], scatter[:, _QUADRATIC, _LINEAR], scatter[:, _LINEAR, _LINEAR]

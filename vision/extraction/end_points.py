@@ -3,15 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Ints32
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.junctions import Junctions
 from vision.extraction.meetings import END, START
 from vision.extraction.parameters import JunctionParameters
 from vision.extraction.refined_polylines import RefinedPolylines
-
-IntArray = npt.NDArray[np.int32]
 
 _DEFAULTS = JunctionParameters()
 
@@ -49,7 +47,7 @@ def snap_end_points(arcs: Arcs, junctions: Junctions) -> Arcs:
 
 def snap_polylines(
     arcs: Arcs, junctions: Junctions, p: JunctionParameters = _DEFAULTS
-) -> tuple[RefinedPolylines, IntArray]:
+) -> tuple[RefinedPolylines, Ints32]:
     """The polylines of the arcs, and their offsets (n + 1,), from junction to junction: what runs on beyond one left
     out, the place itself put in."""
     kept = np.ones(len(arcs.x), np.bool_)

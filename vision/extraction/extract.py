@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Bytes, Floats, Ints
 from relmodel.errors import InputError
 from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
@@ -24,8 +25,6 @@ from vision.extraction.scales import detect_edges_over_scales
 from vision.extraction.segmentation import segment_chains
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
 from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
-
-FloatArray = npt.NDArray[np.float64]
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
@@ -58,7 +57,7 @@ class Extraction:
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
-    noise: FloatArray
+    noise: Floats
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
@@ -66,8 +65,8 @@ class Extraction:
     quality: ArcQuality
     regions: Regions
     region_arcs: RegionArcs
-    labels: npt.NDArray[np.uint8]
-    topography: npt.NDArray[np.int64]
+    labels: Bytes
+    topography: Ints
     ridges: Ridges
     ridge_arcs: Arcs
     ridge_quality: ArcQuality
@@ -84,7 +83,7 @@ _DEFAULTS = ExtractionParameters()
 
 
 def extract(
-    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: npt.NDArray[np.bool_] | None = None
+    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: Bools | None = None
 ) -> Extraction:
     """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
 
@@ -176,8 +175,8 @@ def extract(
 
 
 def _topography(
-    grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
-) -> tuple[npt.NDArray[np.uint8], Ridges, Arcs, ArcQuality]:
+    grey: Floats, noise: Floats, mask: Bools | None, p: ExtractionParameters
+) -> tuple[Bytes, Ridges, Arcs, ArcQuality]:
     """Labels without inflections, ridges, the arcs along these and their quality."""
     labels, ridges = label_topography(grey, noise, p.topography)
     if mask is not None:

@@ -8,23 +8,22 @@ exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the sp
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from vision.extraction.covariances import STATIONS
 from vision.extraction.parameters import FittingParameters
 from vision.extraction.refined_polylines import Deviations
 
-FloatArray = npt.NDArray[np.float64]
-
 
 def fit_free_curves(
-    x: FloatArray,
-    y: FloatArray,
-    sigma: FloatArray,
-    weight: FloatArray,
+    x: Floats,
+    y: Floats,
+    sigma: Floats,
+    weight: Floats,
     counts: npt.NDArray[np.integer],
-    half_spread: FloatArray,
+    half_spread: Floats,
     scale: float,
     p: FittingParameters,
-) -> tuple[Deviations, FloatArray]:
+) -> tuple[Deviations, Floats]:
     """How members (m,) lie to the n curves through them, and the covariances (n, `STATIONS`, `STATIONS`) of these.
 
     Set i of at least five members is the next `counts[i]`, seen at facet scale `scale` px.  A covariance is that of the
@@ -44,14 +43,14 @@ def fit_free_curves(
 
 
 def _fit(
-    x: FloatArray,
-    y: FloatArray,
-    sigma: FloatArray,
-    weight: FloatArray,
+    x: Floats,
+    y: Floats,
+    sigma: Floats,
+    weight: Floats,
     half_spread: float,
     scale: float,
     p: FittingParameters,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Floats, Floats]:
     """Deviations (5, m) of the members of one curve, and its covariance at its stations."""
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     length, count = float(place[-1]), len(x)
@@ -87,7 +86,7 @@ def _fit(
     return np.stack([across, nx, ny, -half_spread * curvature, curve_sigma]), excess * station @ of_control @ station.T
 
 
-def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[FloatArray]:
+def _diagonals(place: Floats, sigma: Floats, scale: float) -> list[Floats]:
     """The main diagonal of the covariance of members at `place` and those above it, as far as they are not zero."""
     out = [sigma * sigma]
     for lag in range(1, len(place)):
@@ -98,7 +97,7 @@ def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[Float
     return out
 
 
-def _banded(place: FloatArray, sigma: FloatArray, scale: float, columns: FloatArray) -> FloatArray:
+def _banded(place: Floats, sigma: Floats, scale: float, columns: Floats) -> Floats:
     """That covariance times `columns` (m, k)."""
     main, *others = _diagonals(place, sigma, scale)
     out = main[:, None] * columns
@@ -108,7 +107,7 @@ def _banded(place: FloatArray, sigma: FloatArray, scale: float, columns: FloatAr
     return np.asarray(out)
 
 
-def _basis(place: FloatArray, length: float, intervals: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _basis(place: Floats, length: float, intervals: int) -> tuple[Floats, Floats, Floats]:
     """Values, first and second derivatives (m, intervals + 3) of the uniform cubic B-splines on 0..length."""
     knot = length / intervals
     which = np.minimum(place / knot, intervals - 1).astype(np.intp)

@@ -6,26 +6,21 @@ An end that is prolonged must find a step of its own sign on the way.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.linking import find_pairs_within, interpolate_grey
 from vision.extraction.meetings import END, locate_meetings, stack, take_part
 from vision.extraction.osculating_circles import OsculatingCircles, find_osculating_circles
 from vision.extraction.parameters import JunctionParameters
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
-
 
 @dataclass(frozen=True)
 class Ends:
     """Free ends: arc and `START` or `END` of each, and the curve there walked outwards."""
 
-    arc: IndexArray
-    at: IndexArray
+    arc: Indices
+    at: Indices
     curve: OsculatingCircles
 
 
@@ -34,11 +29,11 @@ class Polylines:
     """Places of all polylines at most a pixel apart, bridges too: the arc of each, its nearest point, where it is, its
     pixel; and the number of the place in each pixel of the picture of `shape` (rows, columns), or -1."""
 
-    arc: IndexArray
-    point: IndexArray
-    place: FloatArray
-    pixel: IndexArray
-    holder: IntArray
+    arc: Indices
+    point: Indices
+    place: Floats
+    pixel: Indices
+    holder: Ints32
     shape: tuple[int, ...]
 
 
@@ -55,15 +50,13 @@ def sample_polylines(arcs: Arcs, shape: tuple[int, ...]) -> Polylines:
     return Polylines(arcs.chains.chain_of_member[begin], begin + (share > 0.5), place, pixel, holder, shape)
 
 
-def _pixels(place: FloatArray, shape: tuple[int, ...]) -> IndexArray:
+def _pixels(place: Floats, shape: tuple[int, ...]) -> Indices:
     """Flat index of the pixel of each place (..., 2), or of that nearest to it a pixel inside the border."""
     column, row = (np.rint(place[..., i]).astype(np.intp).clip(1, shape[1 - i] - 2) for i in (0, 1))
     return np.asarray(row * shape[1] + column)
 
 
-def find_first_polylines(
-    arcs: Arcs, ends: Ends, polylines: Polylines, p: JunctionParameters
-) -> tuple[IndexArray, FloatArray]:
+def find_first_polylines(arcs: Arcs, ends: Ends, polylines: Polylines, p: JunctionParameters) -> tuple[Indices, Floats]:
     """The place on another polyline that each end comes by first, not running beside it, and how far on; -1,
     infinity."""
     count = len(ends.arc)
@@ -88,7 +81,7 @@ def find_first_polylines(
     return hit, far
 
 
-def _chords(arcs: Arcs, point: IndexArray) -> FloatArray:
+def _chords(arcs: Arcs, point: Indices) -> Floats:
     """(..., 2) from three points before `point` on its polyline to three after it."""
     arc = arcs.chains.chain_of_member[point]
     before, after = np.maximum(point - 3, arcs.offsets[arc]), np.minimum(point + 3, arcs.offsets[arc + 1] - 1)
@@ -96,14 +89,14 @@ def _chords(arcs: Arcs, point: IndexArray) -> FloatArray:
 
 
 def find_ends_that_meet(
-    grey: FloatArray,
+    grey: Floats,
     arcs: Arcs,
     ends: Ends,
     polylines: Polylines,
-    hit: IndexArray,
-    way: FloatArray,
+    hit: Indices,
+    way: Floats,
     p: JunctionParameters,
-) -> tuple[IndexArray, IndexArray, FloatArray]:
+) -> tuple[Indices, Indices, Floats]:
     """Pairs of ends, both ways, and the greater of the distances (px) to where they meet."""
     curve = ends.curve
     nothing = np.zeros(0, np.intp)
@@ -133,14 +126,14 @@ def find_ends_that_meet(
 
 
 def find_ends_on_polylines(
-    grey: FloatArray,
+    grey: Floats,
     arcs: Arcs,
     ends: Ends,
     polylines: Polylines,
-    hit: IndexArray,
-    way: FloatArray,
+    hit: Indices,
+    way: Floats,
     p: JunctionParameters,
-) -> tuple[IndexArray, IndexArray, FloatArray]:
+) -> tuple[Indices, Indices, Floats]:
     """Ends that meet the polyline of another arc, the place on the polyline, and the distance (px)."""
     end = np.flatnonzero(hit >= 0)
     if len(end) == 0:
@@ -158,12 +151,12 @@ def find_ends_on_polylines(
     return end[good], met[good], np.abs(along[: len(end)])[good] + 1.0
 
 
-def find_curves_at(arcs: Arcs, polylines: Polylines, at: IndexArray, p: JunctionParameters) -> OsculatingCircles:
+def find_curves_at(arcs: Arcs, polylines: Polylines, at: Indices, p: JunctionParameters) -> OsculatingCircles:
     x, y = polylines.place[at].T
     return find_osculating_circles(arcs, polylines.point[at], x, y, p)
 
 
-def find_crossings(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> IndexArray:
+def find_crossings(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Indices:
     """(n, 2) places where polylines cross, well within both; of two arcs that cross twice, where they come nearer."""
     point, arc = polylines.point, polylines.arc
     inner = _inner(arcs, polylines, p)
@@ -185,7 +178,7 @@ def find_crossings(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> I
     return np.asarray(pair[order[new]])
 
 
-def _inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> BoolArray:
+def _inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Bools:
     """Which places are well within their polyline."""
     from_end = np.minimum(
         polylines.point - arcs.offsets[polylines.arc], arcs.offsets[polylines.arc + 1] - 1 - polylines.point
@@ -194,14 +187,14 @@ def _inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> BoolArray
 
 
 def _supported(
-    grey: FloatArray,
+    grey: Floats,
     arcs: Arcs,
-    arc: IndexArray,
-    at: IndexArray,
+    arc: Indices,
+    at: Indices,
     curve: OsculatingCircles,
-    along: FloatArray,
+    along: Floats,
     p: JunctionParameters,
-) -> BoolArray:
+) -> Bools:
     """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign."""
     shown = np.maximum(along - p.blurred, 0.0)
     s = shown[:, None] * np.linspace(0.1, 1.0, 8)

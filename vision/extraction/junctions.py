@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.junction_candidates import (
     Ends,
@@ -24,11 +25,6 @@ from vision.extraction.linking import find_pairs_within, label_components
 from vision.extraction.meetings import AT, END, INTERIOR, START, Meetings, stack
 from vision.extraction.osculating_circles import find_osculating_circles
 from vision.extraction.parameters import JunctionParameters
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
 
 KINDS = ("L", "T", "Y", "X", "smooth")
 L, T, Y, X, SMOOTH = range(5)
@@ -46,25 +42,25 @@ class Junctions:
     (`away_x`, `away_y`) the unit tangent away from there; of an interior, that towards its end.
     """
 
-    x: FloatArray
-    y: FloatArray
-    covariance: FloatArray
+    x: Floats
+    y: Floats
+    covariance: Floats
     kind: npt.NDArray[np.int8]
-    junction: IntArray
-    arc: IntArray
+    junction: Ints32
+    arc: Ints32
     at: npt.NDArray[np.int8]
-    away_x: FloatArray
-    away_y: FloatArray
+    away_x: Floats
+    away_y: Floats
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def contains(self, arc: IndexArray, at: IndexArray) -> BoolArray:
+    def contains(self, arc: Indices, at: Indices) -> Bools:
         """Whether the arcs `arc` (n,) take part in a junction with what `at` (n,) indexes in `AT`."""
         return np.isin(arc * len(AT) + at, self.arc * len(AT) + self.at)
 
 
-def find_junctions(grey: FloatArray, arcs: Arcs, p: JunctionParameters = _DEFAULTS) -> Junctions:
+def find_junctions(grey: Floats, arcs: Arcs, p: JunctionParameters = _DEFAULTS) -> Junctions:
     """Where free ends of the arcs found in `grey` (rows, columns; 0..255) meet, within `p.reach` px of each, another's
     end or polyline.
 
@@ -96,10 +92,10 @@ def _merge_meetings(
     arcs: Arcs,
     ends: Ends,
     polylines: Polylines,
-    couples: IndexArray,
-    end: IndexArray,
-    met: IndexArray,
-    crossings: IndexArray,
+    couples: Indices,
+    end: Indices,
+    met: Indices,
+    crossings: Indices,
     p: JunctionParameters,
 ) -> Junctions:
     """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of polylines, and of polylines that cross at
@@ -162,7 +158,7 @@ def _once_each(meetings: Meetings, p: JunctionParameters) -> Meetings:
     return meetings.take(np.delete(order, 1 + np.flatnonzero(again)))
 
 
-def _kinds(meetings: Meetings, away: FloatArray, p: JunctionParameters) -> npt.NDArray[np.int8]:
+def _kinds(meetings: Meetings, away: Floats, p: JunctionParameters) -> npt.NDArray[np.int8]:
     """Kind of each junction, by its number of ways and whether two of them run on into each other."""
     through, count = meetings.at == INTERIOR, meetings.count
     group = np.concatenate([meetings.group, meetings.group[through]])

@@ -6,15 +6,10 @@ A chain runs along the tangent (-ny, nx): the bright side lies on the left of wh
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.edges import EdgeElements
 from vision.extraction.parameters import LinkingParameters
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
 
 _DEFAULTS = LinkingParameters()
 
@@ -23,33 +18,33 @@ _DEFAULTS = LinkingParameters()
 class Chains:
     """Chain i is `elements[offsets[i] : offsets[i + 1]]`, indices of edge elements in order; `closed` marks loops."""
 
-    elements: IntArray
-    offsets: IntArray
-    closed: BoolArray
+    elements: Ints32
+    offsets: Ints32
+    closed: Bools
 
     def __len__(self) -> int:
         return len(self.closed)
 
     @property
-    def counts(self) -> IntArray:
+    def counts(self) -> Ints32:
         """Number of elements of each chain."""
         return np.diff(self.offsets)
 
     @property
-    def chain_of_member(self) -> npt.NDArray[np.intp]:
+    def chain_of_member(self) -> Indices:
         """Chain number of each entry of `elements`."""
         return np.repeat(np.arange(len(self)), self.counts)
 
-    def beside(self, *columns: FloatArray) -> tuple[FloatArray, ...]:
+    def beside(self, *columns: Floats) -> tuple[Floats, ...]:
         """Columns of the edge elements, of each entry of `elements`."""
         at = self.elements.astype(np.intp)
         return tuple(column.take(at) for column in columns)
 
-    def mean(self, values: FloatArray) -> FloatArray:
+    def mean(self, values: Floats) -> Floats:
         """Mean over each chain of a column of the edge elements."""
         return np.add.reduceat(values[self.elements], self.offsets[:-1]) / self.counts if len(self) else np.zeros(0)
 
-    def take(self, kept: BoolArray) -> "Chains":
+    def take(self, kept: Bools) -> "Chains":
         """The chains that the mask selects."""
         members = np.repeat(kept, self.counts)
         offsets = np.concatenate([[0], np.cumsum(self.counts[kept])]).astype(np.int32)
@@ -78,7 +73,7 @@ def link(
     return Chains(used[order].astype(np.int32), offsets, closed)
 
 
-def fill_gaps(edges: EdgeElements, chains: Chains, grey: FloatArray, p: LinkingParameters = _DEFAULTS) -> Chains:
+def fill_gaps(edges: EdgeElements, chains: Chains, grey: Floats, p: LinkingParameters = _DEFAULTS) -> Chains:
     """Join chains end to start across gaps: up to `p.near_reach` px, or up to `p.fill_reach` px where both tangents lie
     within `p.fill_angle` of the chord and the picture shows a step of the same sign along the bridge.
 
@@ -117,7 +112,7 @@ def fill_gaps(edges: EdgeElements, chains: Chains, grey: FloatArray, p: LinkingP
     return _concatenate(chains, opened[sequence], offsets, looped)
 
 
-def find_pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
+def find_pairs_within(place: Floats, reach: float, looked: Bools | None = None) -> Indices:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
     from vision.extraction import link_kernels
@@ -132,7 +127,7 @@ def find_pairs_within(place: FloatArray, reach: float, looked: BoolArray | None 
     return out
 
 
-def label_components(pairs: IndexArray, count: int) -> IndexArray:
+def label_components(pairs: Indices, count: int) -> Indices:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
     from vision.extraction import link_kernels
 
@@ -141,7 +136,7 @@ def label_components(pairs: IndexArray, count: int) -> IndexArray:
     return out
 
 
-def _follow_links(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+def _follow_links(successor: Ints32) -> tuple[Ints32, Ints32, Bools]:
     """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
     from vision.extraction import link_kernels
 
@@ -153,7 +148,7 @@ def _follow_links(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
     return order, offsets[: chains + 1], closed[:chains]
 
 
-def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArray, looped: BoolArray) -> Chains:
+def _concatenate(chains: Chains, sequence: Indices, offsets: Ints32, looped: Bools) -> Chains:
     """Open chains strung together in groups `offsets` of `sequence`, then the chains that were loops already."""
     loops = np.flatnonzero(chains.closed)
     pieces = np.concatenate([sequence, loops])
@@ -165,9 +160,7 @@ def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArr
     return Chains(elements, bounds, np.concatenate([looped, np.ones(len(loops), np.bool_)]))
 
 
-def _end_tangents(
-    edges: EdgeElements, chains: Chains, which: npt.NDArray[np.intp], most: int, *, last_end: bool
-) -> FloatArray:
+def _end_tangents(edges: EdgeElements, chains: Chains, which: Indices, most: int, *, last_end: bool) -> Floats:
     """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to `most` elements."""
     reach = np.minimum(most, chains.counts[which])
     total = np.zeros((len(which), 2))
@@ -178,11 +171,11 @@ def _end_tangents(
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
 
 
-def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
+def _angle_to(chord: Floats, tx: Floats, ty: Floats) -> Floats:
     return np.asarray(np.arccos(np.clip(chord[:, 0] * tx + chord[:, 1] * ty, -1.0, 1.0)))
 
 
-def interpolate_grey(grey: FloatArray, place: FloatArray) -> FloatArray:
+def interpolate_grey(grey: Floats, place: Floats) -> Floats:
     """The bilinear grey at places (..., 2); beyond the border, that of the border."""
     rows, columns = grey.shape
     x, y = place[..., 0].clip(0.0, columns - 1.0), place[..., 1].clip(0.0, rows - 1.0)
@@ -197,9 +190,7 @@ def interpolate_grey(grey: FloatArray, place: FloatArray) -> FloatArray:
     )
 
 
-def _bridge_contrast(
-    grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray, p: LinkingParameters
-) -> FloatArray:
+def _bridge_contrast(grey: Floats, start: Floats, chord: Floats, length: Floats, p: LinkingParameters) -> Floats:
     """Mean over some points of each bridge of the grey to its left less that to its right."""
     share = np.linspace(0.1, 0.9, p.support_samples)
     points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]

@@ -7,16 +7,11 @@ follows.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices
 from vision.extraction.arcs import Arcs
 from vision.extraction.osculating_circles import OsculatingCircles
 from vision.extraction.parameters import JunctionParameters
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
 
 AT = ("start", "end", "course")
 START, END, INTERIOR = range(3)
@@ -26,26 +21,26 @@ START, END, INTERIOR = range(3)
 class Meetings:
     """Which arc takes part in which group, with what of it, as which curve."""
 
-    group: IndexArray
-    arc: IndexArray
-    at: IndexArray
+    group: Indices
+    arc: Indices
+    at: Indices
     curve: OsculatingCircles
 
     @property
     def count(self) -> int:
         return int(self.group.max(initial=-1)) + 1
 
-    def take(self, rows: IndexArray | BoolArray) -> "Meetings":
+    def take(self, rows: Indices | Bools) -> "Meetings":
         """Those that `rows` selects, in order of their groups, these numbered anew."""
         rows = np.arange(len(self.group))[rows]
         rows = rows[np.lexsort((self.at[rows], self.arc[rows], self.group[rows]))]
         group = np.unique(self.group[rows], return_inverse=True)[1]
         return Meetings(group.astype(np.intp), self.arc[rows], self.at[rows], self.curve.take(rows))
 
-    def places(self, p: JunctionParameters) -> tuple[FloatArray, FloatArray]:
+    def places(self, p: JunctionParameters) -> tuple[Floats, Floats]:
         return locate_meetings(self.curve, self.at != INTERIOR, self.group, self.count, p)
 
-    def misses(self, arcs: Arcs, place: FloatArray, p: JunctionParameters) -> FloatArray:
+    def misses(self, arcs: Arcs, place: Floats, p: JunctionParameters) -> Floats:
         """By how far (px) each passes its group's place, zero where it takes part there."""
         along, across = self.curve.locate(*place[self.group].T)
         return np.where(take_part(arcs, self.arc, self.curve, along, across, p), 0.0, np.abs(across) + 1e-9)
@@ -53,12 +48,12 @@ class Meetings:
 
 def locate_meetings(
     curve: OsculatingCircles,
-    is_end: BoolArray,
-    group: IndexArray,
+    is_end: Bools,
+    group: Indices,
     count: int,
     p: JunctionParameters,
-    begin: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray]:
+    begin: Floats | None = None,
+) -> tuple[Floats, Floats]:
     """Places (count, 2) where the curves of each group meet, and their covariances (count, 2, 2): Gauss and Newton from
     `begin`, or from the middle of the curves' own places."""
     if begin is None:
@@ -84,8 +79,8 @@ def locate_meetings(
 
 
 def take_part(
-    arcs: Arcs, arc: IndexArray, curve: OsculatingCircles, along: FloatArray, across: FloatArray, p: JunctionParameters
-) -> BoolArray:
+    arcs: Arcs, arc: Indices, curve: OsculatingCircles, along: Floats, across: Floats, p: JunctionParameters
+) -> Bools:
     """Whether curves pass by a place `along` and `across` from them, and that lies where ends may be prolonged to."""
     near = np.abs(across) <= np.maximum(p.max_off, p.max_off_sigmas * curve.sigma(along, p.min_sigma))
     return np.asarray(

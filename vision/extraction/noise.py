@@ -5,18 +5,16 @@ its magnitude within each band of grey is deaf to edges and to most texture.
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from vision.extraction.parameters import NoiseParameters
-
-FloatArray = npt.NDArray[np.float64]
 
 _BINS = 1024  # of the magnitude, one a unit
 _MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
 _DEFAULTS = NoiseParameters()
 
 
-def estimate_noise(grey: FloatArray, p: NoiseParameters = _DEFAULTS) -> FloatArray:
+def estimate_noise(grey: Floats, p: NoiseParameters = _DEFAULTS) -> Floats:
     """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
 
     Nowhere less than `p.floor`.
@@ -38,7 +36,7 @@ def estimate_noise(grey: FloatArray, p: NoiseParameters = _DEFAULTS) -> FloatArr
     return np.maximum(np.interp(np.arange(256), centres[good], sigma), p.floor)
 
 
-def _median(histogram: npt.NDArray[np.int64]) -> float:
+def _median(histogram: Ints) -> float:
     """Median of rounded magnitudes, linear within the unit bin around the whole number that holds it."""
     cumulative = np.cumsum(histogram)
     half = cumulative[-1] / 2.0

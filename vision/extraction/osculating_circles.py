@@ -6,14 +6,12 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.parameters import JunctionParameters
 from vision.extraction.refined_polylines import measure_from_ellipses
-
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -22,27 +20,27 @@ class OsculatingCircles:
     there, and the `curvature` (1/px) towards the normal (-ty, tx).  `variance` (n, 3): that across the curve, s px
     further on, is c0 + c1 s + c2 s^2 (px^2)."""
 
-    x: FloatArray
-    y: FloatArray
-    tx: FloatArray
-    ty: FloatArray
-    curvature: FloatArray
-    variance: FloatArray
+    x: Floats
+    y: Floats
+    tx: Floats
+    ty: Floats
+    curvature: Floats
+    variance: Floats
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "OsculatingCircles":
+    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "OsculatingCircles":
         """The curves that `rows` (indices or a mask) selects."""
         return OsculatingCircles(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
-    def flipped(self, rows: npt.NDArray[np.bool_]) -> "OsculatingCircles":
+    def flipped(self, rows: Bools) -> "OsculatingCircles":
         """The same curves, those of the mask `rows` walked the other way."""
         sign = np.where(rows, -1.0, 1.0)
         variance = self.variance * np.column_stack([np.ones_like(sign), sign, np.ones_like(sign)])
         return OsculatingCircles(self.x, self.y, sign * self.tx, sign * self.ty, sign * self.curvature, variance)
 
-    def points(self, s: FloatArray) -> FloatArray:
+    def points(self, s: Floats) -> Floats:
         """(n, k, 2) points of the curves, `s` (n, k) px along them from where they touch."""
         x, y, tx, ty, k = (c[:, None] for c in (self.x, self.y, self.tx, self.ty, self.curvature))
         half = 0.5 * k * s
@@ -50,13 +48,13 @@ class OsculatingCircles:
         forth, aside = chord * np.cos(half), chord * np.sin(half)
         return np.stack([x + forth * tx - aside * ty, y + forth * ty + aside * tx], axis=-1)
 
-    def normals(self, s: FloatArray) -> FloatArray:
+    def normals(self, s: Floats) -> Floats:
         """(n, k, 2) unit normals there."""
         turn = self.curvature[:, None] * s
         tx, ty = self.tx[:, None], self.ty[:, None]
         return np.stack([-np.sin(turn) * tx - np.cos(turn) * ty, -np.sin(turn) * ty + np.cos(turn) * tx], axis=-1)
 
-    def locate(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def locate(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Of points (n,), one a curve: how far along it, and how far across on the side of the normal, they are."""
         dx, dy, k = x - self.x, y - self.y, self.curvature
         u, v = dx * self.tx + dy * self.ty, dy * self.tx - dx * self.ty
@@ -66,14 +64,14 @@ class OsculatingCircles:
         along = np.where(bent, np.arctan2(k * u, 1.0 - k * v) / np.where(bent, k, 1.0), u)
         return along, across
 
-    def sigma(self, s: FloatArray, least: float) -> FloatArray:
+    def sigma(self, s: Floats, least: float) -> Floats:
         """Standard deviation (n,) across the curves, `s` (n,) px along them, `least` px at least."""
         c0, c1, c2 = self.variance.T
         return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), least**2)))
 
 
 def find_osculating_circles(
-    arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray, p: JunctionParameters
+    arcs: Arcs, point: Indices, x: Floats, y: Floats, p: JunctionParameters
 ) -> OsculatingCircles:
     """Arcs beside places (`x`, `y`) on their polylines, `point` (n,) the nearest of these; walked from start to end."""
     n, arc = len(point), arcs.chains.chain_of_member[point]
@@ -155,18 +153,18 @@ def find_osculating_circles(
     return OsculatingCircles(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
 
 
-def _along(normal: FloatArray, roughly: FloatArray) -> FloatArray:
+def _along(normal: Floats, roughly: Floats) -> Floats:
     """Unit tangents across unit normals (n, 2), on the side of the directions `roughly`."""
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     return np.asarray(np.where(np.sum(tangent * roughly, axis=1, keepdims=True) < 0.0, -tangent, tangent))
 
 
-def _towards(outward: FloatArray, tangent: FloatArray) -> FloatArray:
+def _towards(outward: Floats, tangent: Floats) -> Floats:
     """1 where the normal (-ty, tx) points against `outward` (n, 2), to the centre of curvature, -1 elsewhere."""
     return np.asarray(np.where(tangent[:, 0] * outward[:, 1] - tangent[:, 1] * outward[:, 0] < 0.0, 1.0, -1.0))
 
 
-def _quadratic(covariance: FloatArray, jacobian: FloatArray, change: FloatArray) -> FloatArray:
+def _quadratic(covariance: Floats, jacobian: Floats, change: Floats) -> Floats:
     """(n, 3): c0 + c1 s + c2 s^2, the variance of (jacobian + s change) . parameters; covariance (n, k, k)."""
     change = np.broadcast_to(change, jacobian.shape)
     return np.stack(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Ints32
 from relmodel.columns import Columns, Ragged
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
@@ -242,7 +242,7 @@ def _units(extraction: Extraction) -> dict[str, Columns]:
     }
 
 
-def _members(offsets: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+def _members(offsets: Ints32) -> tuple[Ints32, Ints32]:
     """Of the members of packed groups: which group each is of, and its ordinal there."""
     group = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
     return group, (np.arange(len(group)) - offsets[group]).astype(np.int32)

@@ -9,23 +9,21 @@ much more is seen.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Indices
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.linking import Chains
 from vision.extraction.parameters import FittingParameters
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class RefinedPolylines:
     """Points (px) of all arcs packed, beside their elements, and the standard deviation (px) of each across its arc."""
 
-    x: FloatArray
-    y: FloatArray
-    sigma: FloatArray
+    x: Floats
+    y: Floats
+    sigma: Floats
 
 
 @dataclass(frozen=True)
@@ -34,21 +32,21 @@ class Deviations:
     (px) smoothing has drawn the curve against that normal; NaN where the members determine none.  `sigma` (px) is the
     standard deviation of a curve that bends freely enough to be the polyline itself, NaN on others."""
 
-    distance: FloatArray
-    nx: FloatArray
-    ny: FloatArray
-    bias: FloatArray
-    sigma: FloatArray
+    distance: Floats
+    nx: Floats
+    ny: Floats
+    bias: Floats
+    sigma: Floats
 
 
-def measure_from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
+def measure_from_lines(x: Floats, y: Floats, fit: Floats) -> Deviations:
     """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
     nx, ny = -fit[:, 3], fit[:, 2]
     distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
     return Deviations(distance, nx, ny, np.zeros_like(x), np.full_like(x, np.nan))
 
 
-def compute_curvature_bias(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
+def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
     """By how much (px) discs are larger than the circles of `radius` px that are seen of them through a blur whose
     variance, as their steps show it, is twice `half_spread` px^2.
 
@@ -69,7 +67,7 @@ def compute_curvature_bias(radius: FloatArray, half_spread: FloatArray) -> Float
     return np.asarray(np.where(sound, np.maximum(disc - seen, 0.0), 0.0))
 
 
-def measure_from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray) -> Deviations:
+def measure_from_circles(x: Floats, y: Floats, fit: Floats, bias: Floats) -> Deviations:
     """Deviations of points (m,) from circles; `fit` (m, 3) centre and radius as seen, `bias` (m,) how far these are
     drawn inwards."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
@@ -77,9 +75,7 @@ def measure_from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: Fl
     return Deviations(away - radius, u / away, v / away, bias, np.full_like(x, np.nan))
 
 
-def measure_from_ellipses(
-    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: npt.NDArray[np.intp], half_spread: FloatArray
-) -> Deviations:
+def measure_from_ellipses(x: Floats, y: Floats, ellipses: Ellipses, which: Indices, half_spread: Floats) -> Deviations:
     """Deviations, to first order (Sampson), of points (m,) from the ellipses `which` (m,) names."""
     a, b, angle = ellipses.major[which], ellipses.minor[which], ellipses.angle[which]
     dx, dy = x - ellipses.centre_x[which], y - ellipses.centre_y[which]

@@ -9,16 +9,11 @@ they are or no edge ends beside it."""
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Floats32, Indices, Ints, Ints32
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import label_components
 from vision.extraction.parameters import RegionParameters
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-CountArray = npt.NDArray[np.int64]
 
 _DEFAULTS = RegionParameters()
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `region_kernels.sums`
@@ -37,31 +32,31 @@ class Regions:
     `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
     """
 
-    labels: IntArray
-    area: FloatArray
-    centroid_x: FloatArray
-    centroid_y: FloatArray
-    x0: FloatArray
-    y0: FloatArray
-    x1: FloatArray
-    y1: FloatArray
-    mean: FloatArray
-    variance: FloatArray
-    slope_x: FloatArray
-    slope_y: FloatArray
-    saturated_share: FloatArray
-    hole_count: IntArray
-    ring_region: IntArray
-    ring_offsets: IntArray
-    outline_x: FloatArray
-    outline_y: FloatArray
+    labels: Ints32
+    area: Floats
+    centroid_x: Floats
+    centroid_y: Floats
+    x0: Floats
+    y0: Floats
+    x1: Floats
+    y1: Floats
+    mean: Floats
+    variance: Floats
+    slope_x: Floats
+    slope_y: Floats
+    saturated_share: Floats
+    hole_count: Ints32
+    ring_region: Ints32
+    ring_offsets: Ints32
+    outline_x: Floats
+    outline_y: Floats
 
     def __len__(self) -> int:
         return len(self.area)
 
 
 def find_plain_regions(
-    grey: FloatArray, mask: BoolArray, p: RegionParameters = _DEFAULTS, *, inside: BoolArray | None = None
+    grey: Floats, mask: Bools, p: RegionParameters = _DEFAULTS, *, inside: Bools | None = None
 ) -> Regions:
     """Maximal 4-connected sets of non-edge pixels, at least `p.min_area` px large, where `inside` is true."""
     import cv2
@@ -74,11 +69,11 @@ def find_plain_regions(
 
 
 def find_leak_proof_regions(
-    grey: FloatArray,
-    mask: BoolArray,
+    grey: Floats,
+    mask: Bools,
     p: RegionParameters = _DEFAULTS,
     *,
-    inside: BoolArray | None = None,
+    inside: Bools | None = None,
     edges: EdgeElements | None = None,
 ) -> Regions:
     """Regions behind gaps narrower than themselves; they cover the picture, or what of it is `inside`, edge pixels
@@ -102,7 +97,7 @@ def find_leak_proof_regions(
     return _describe(labels, totals)
 
 
-def _flooded(depth: npt.NDArray[np.float32], p: RegionParameters) -> IntArray:
+def _flooded(depth: Floats32, p: RegionParameters) -> Ints32:
     """Labels 0.. of the trapped balls, grown over the picture."""
     from vision.extraction import region_kernels
 
@@ -122,7 +117,7 @@ def _flooded(depth: npt.NDArray[np.float32], p: RegionParameters) -> IntArray:
     return labels
 
 
-def _share_out(labels: IntArray, edges: EdgeElements, p: RegionParameters) -> None:
+def _share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None:
     """Give the pixels of edge elements, which the flood gave to whom came first, to the region on their side of the
     edge, where they touch it."""
     rows, columns = labels.shape
@@ -138,7 +133,7 @@ def _share_out(labels: IntArray, edges: EdgeElements, p: RegionParameters) -> No
     flat[edges.pixel[touches]] = there[touches]
 
 
-def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32], p: RegionParameters) -> FloatArray:
+def _totals(grey: Floats, labels: Ints32, depth: Floats32, p: RegionParameters) -> Floats:
     """Sums over the regions of the label image and extremes, the columns of `region_kernels.sums`."""
     from vision.extraction import region_kernels
 
@@ -149,12 +144,12 @@ def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32], 
 
 
 def _merge(
-    grey: FloatArray,
-    labels: IntArray,
-    mask: BoolArray,
-    depth: npt.NDArray[np.float32],
+    grey: Floats,
+    labels: Ints32,
+    mask: Bools,
+    depth: Floats32,
     p: RegionParameters,
-) -> tuple[IntArray, FloatArray]:
+) -> tuple[Ints32, Floats]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
     totals = _totals(grey, labels, depth, p)
     a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask, p))
@@ -169,7 +164,7 @@ def _merge(
     return final[labels], totals
 
 
-def sum_borders(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
+def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, Ints]:
     """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `border_kernels.borders`."""
     from vision.extraction import border_kernels
 
@@ -187,12 +182,12 @@ def sum_borders(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[Co
     return a, b, sums[order]
 
 
-def _right_of(labels: IntArray) -> IntArray:
+def _right_of(labels: Ints32) -> Ints32:
     """Each pixel's neighbour to the right; at the border the pixel itself."""
     return np.hstack([labels[:, 1:], labels[:, -1:]])
 
 
-def _near_loose_ends(mask: BoolArray, p: RegionParameters) -> BoolArray:
+def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
     """Pixels within `p.loose_end_reach` px of where an edge ends: from there it runs on to one place, at most, on a
     ring of 5 x 5."""
     import cv2
@@ -212,12 +207,12 @@ def _near_loose_ends(mask: BoolArray, p: RegionParameters) -> BoolArray:
 class _Borders:
     """Neighbours a < b, and of their common border the sums (n, 7) of `border_kernels.borders`."""
 
-    a: CountArray
-    b: CountArray
-    totals: FloatArray
+    a: Ints
+    b: Ints
+    totals: Floats
 
 
-def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tuple[_Borders, FloatArray]:
+def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_Borders, Floats]:
     """The graph with the regions of each component as one."""
     count = int(component.max()) + 1
     merged = np.zeros((count, regions.shape[1]))
@@ -233,7 +228,7 @@ def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tu
     return _Borders(key // count, key % count, totals), merged
 
 
-def _components(borders: _Borders, regions: FloatArray, p: RegionParameters) -> IntArray | None:
+def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints32 | None:
     """Which regions one round makes one; None where there is nothing to merge."""
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
@@ -269,14 +264,14 @@ def _components(borders: _Borders, regions: FloatArray, p: RegionParameters) -> 
     return label_components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
-def _renumber(labels: IntArray, min_area: int) -> IntArray:
+def _renumber(labels: Ints32, min_area: int) -> Ints32:
     """Labels 0.. of the regions that are large enough, -1 elsewhere."""
     area = np.bincount(labels[labels >= 0], minlength=1)
     new = np.where(area >= min_area, np.cumsum(area >= min_area) - 1, -1).astype(np.int32)
     return np.ascontiguousarray(np.where(labels >= 0, new[labels], np.int32(-1)))
 
 
-def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _planes(totals: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Centroid (n, 2), mean, slope (n, 2) and variance about the plane, from `region_kernels.sums`."""
     n = np.maximum(totals[:, 0], 1.0)
     x, y, xx, xy, yy, g, gg, xg, yg = (totals[:, i] / n for i in range(1, 10))
@@ -291,7 +286,7 @@ def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
     return np.column_stack([x, y]), g, np.column_stack([slope_x, slope_y]), variance
 
 
-def _describe(labels: IntArray, totals: FloatArray) -> Regions:
+def _describe(labels: Ints32, totals: Floats) -> Regions:
     centroid, mean, slope, variance = _planes(totals)
     ring_region, ring_offsets, outline = _outlines(labels, totals[:, 11:15].astype(np.intp))
     holes = np.bincount(ring_region, minlength=len(totals)) - 1
@@ -317,12 +312,12 @@ def _describe(labels: IntArray, totals: FloatArray) -> Regions:
     )
 
 
-def _outlines(labels: IntArray, boxes: npt.NDArray[np.intp]) -> tuple[IntArray, IntArray, FloatArray]:
+def _outlines(labels: Ints32, boxes: Indices) -> tuple[Ints32, Ints32, Floats]:
     """Rings of every region, simplified to half a pixel: region of each, offsets, vertices (m, 2)."""
     import cv2
 
     region: list[int] = []
-    rings: list[npt.NDArray[np.int32]] = []
+    rings: list[Ints32] = []
     for i, (x0, y0, x1, y1) in enumerate(boxes):
         crop = (labels[y0 : y1 + 1, x0 : x1 + 1] == i).view(np.uint8)
         found, tree = cv2.findContours(crop, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE, offset=(int(x0), int(y0)))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints, Ints32
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.junctions import Junctions
@@ -16,9 +17,6 @@ from vision.extraction.linking import find_pairs_within
 from vision.extraction.meetings import INTERIOR
 from vision.extraction.parameters import RelationParameters
 from vision.extraction.regions import Regions, sum_borders
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 KINDS = (
     "bounds",
@@ -43,10 +41,10 @@ _DEFAULTS = RelationParameters()
 class RegionArcs:
     """Which arc borders which region, on which side of the arc (0 left, 1 right), over what length (px)."""
 
-    arc: IntArray
-    region: IntArray
+    arc: Ints32
+    region: Ints32
     side: npt.NDArray[np.int8]
-    length: FloatArray
+    length: Floats
 
     def __len__(self) -> int:
         return len(self.arc)
@@ -65,10 +63,10 @@ class Relations:
     """
 
     kind: npt.NDArray[np.int8]
-    a: IntArray
-    b: IntArray
-    value: FloatArray
-    sigma: FloatArray
+    a: Ints32
+    b: Ints32
+    value: Floats
+    sigma: Floats
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -118,10 +116,10 @@ def find_relations(
     return Relations(kind, a.astype(np.int32), b.astype(np.int32), value.astype(np.float64), sigma.astype(np.float64))
 
 
-Part = tuple[npt.NDArray[np.integer], npt.NDArray[np.integer], FloatArray, FloatArray]
+Part = tuple[npt.NDArray[np.integer], npt.NDArray[np.integer], Floats, Floats]
 
 
-def _both_ways(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], value: FloatArray, sigma: FloatArray) -> Part:
+def _both_ways(a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], value: Floats, sigma: Floats) -> Part:
     return np.concatenate([a, b]), np.concatenate([b, a]), np.tile(value, 2), np.tile(sigma, 2)
 
 
@@ -156,7 +154,7 @@ def _neighbours(first_region: int, regions: Regions, p: RelationParameters) -> t
     )
 
 
-def _border_lengths(labels: IntArray, count: int) -> tuple[npt.NDArray[np.int64], FloatArray]:
+def _border_lengths(labels: Ints32, count: int) -> tuple[Ints, Floats]:
     """Pairs of 4-neighbours, as lesser times `count` plus greater, ascending, and the length (px) of their border.
 
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie

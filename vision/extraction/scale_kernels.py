@@ -1,30 +1,27 @@
 """Compiled kernel of scales: which elements of one have a partner at another."""
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints32
 from relmodel.compiled import kernel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 
 @kernel("b1[::1](f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], f8, f8, i8, i8)")
 def partnered(
-    x: FloatArray,
-    y: FloatArray,
-    nx: FloatArray,
-    ny: FloatArray,
-    other_x: FloatArray,
-    other_y: FloatArray,
-    other_nx: FloatArray,
-    other_ny: FloatArray,
-    other_pixel: IntArray,
+    x: Floats,
+    y: Floats,
+    nx: Floats,
+    ny: Floats,
+    other_x: Floats,
+    other_y: Floats,
+    other_nx: Floats,
+    other_ny: Floats,
+    other_pixel: Ints32,
     reach: float,
     min_cosine: float,
     rows: int,
     columns: int,
-) -> npt.NDArray[np.bool_]:
+) -> Bools:
     """Whether another element, with a normal within `min_cosine`, lies within `reach` px of each element."""
     at = np.full(rows * columns, -1, np.int32)
     for j in range(len(other_pixel)):

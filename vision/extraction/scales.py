@@ -6,20 +6,18 @@ operator; what a finer scale already shows is not shown again.  Brush texture ha
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
 from vision.extraction.edges import EdgeElements, concatenate, detect_edges
 from vision.extraction.parameters import EdgeParameters
 
-FloatArray = npt.NDArray[np.float64]
-
 
 def detect_edges_over_scales(
-    grey: FloatArray,
+    grey: Floats,
     p: EdgeParameters,
     *,
-    noise: FloatArray,
+    noise: Floats,
 ) -> EdgeElements:
     """Edge elements of a grey image at the facet scales `p.scales`, ascending; one scale needs no partner.
 
@@ -30,7 +28,7 @@ def detect_edges_over_scales(
         raise UsageError(f"facet scales {', '.join(map(str, scales))} do not ascend: name each once, the finest first")
     found = [detect_edges(grey, scale, p, noise=noise) for scale in scales]
 
-    def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> npt.NDArray[np.bool_]:
+    def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> Bools:
         from vision.extraction import scale_kernels
 
         return scale_kernels.partnered(

@@ -12,6 +12,7 @@ also turns an edge's step round where its surroundings change: straight pieces j
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import (
     CIRCULAR,
     ELLIPTIC,
@@ -28,11 +29,6 @@ from vision.extraction.arcs import (
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains, find_pairs_within
 from vision.extraction.parameters import FittingParameters, SegmentationParameters
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-IndexArray = npt.NDArray[np.intp]
-BoolArray = npt.NDArray[np.bool_]
 
 _DEFAULTS, _FITTING = SegmentationParameters(), FittingParameters()
 
@@ -58,7 +54,7 @@ def segment_chains(
     scale: float,
     p: SegmentationParameters = _DEFAULTS,
     fitting: FittingParameters = _FITTING,
-) -> tuple[Chains, IntArray, BoolArray]:
+) -> tuple[Chains, Ints32, Bools]:
     """The members of the arcs of the chains, in order, the kind of each arc, and of all edge elements which have their
     bright side on the right of who walks along their arc; most of an arc has it on the left.
 
@@ -70,7 +66,7 @@ def segment_chains(
     correlation, weight = compute_correlation(scale), np.zeros(len(edges))
     weight[chains.elements] = weigh_elements(edges, chains, scale, fitting)
 
-    def described(what: Chains, price: FloatArray) -> tuple[Chains, IntArray, FloatArray]:
+    def described(what: Chains, price: Floats) -> tuple[Chains, Ints32, Floats]:
         x, y, w = what.beside(edges.x, edges.y, weight)
         n, spacings = len(x) + 1, np.array(p.knot_spacings)
         bow = p.min_sagitta, p.min_bow, p.min_rise, p.min_circle_elements
@@ -111,16 +107,16 @@ def segment_chains(
 
 def _prefer_free_curves(
     edges: EdgeElements,
-    weight: FloatArray,
+    weight: Floats,
     members: Chains,
-    kinds: IntArray,
-    bright_right: BoolArray,
+    kinds: Ints32,
+    bright_right: Bools,
     curves: Chains,
-    prices: FloatArray,
+    prices: Floats,
     correlation: float,
     p: SegmentationParameters,
     fitting: FittingParameters,
-) -> tuple[Chains, IntArray, BoolArray]:
+) -> tuple[Chains, Ints32, Bools]:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
     arc that leads out of it is none."""
 
@@ -167,8 +163,8 @@ def _start_loops_on_straights(edges: EdgeElements, chains: Chains, p: Segmentati
 
 
 def _pieces_to_members(
-    edges: EdgeElements, chains: Chains, pieces: IntArray, p: SegmentationParameters
-) -> tuple[Chains, BoolArray]:
+    edges: EdgeElements, chains: Chains, pieces: Ints32, p: SegmentationParameters
+) -> tuple[Chains, Bools]:
     """Pieces (first and last place within `chains.elements`) as chains of their own, trimmed at their corners, and
     which of them are long enough for that."""
     chain = np.searchsorted(chains.offsets, pieces[:, 0], side="right") - 1
@@ -188,16 +184,14 @@ def _pieces_to_members(
     return _gather(chains.elements, first[kept], counts[kept], closed), kept
 
 
-def _prices(p: SegmentationParameters) -> FloatArray:
+def _prices(p: SegmentationParameters) -> Floats:
     """Description lengths (4,) of arcs by kind, beside half their chi-square."""
     prices = np.empty(len(KINDS))
     prices[[LINE, CIRCULAR, FREE, ELLIPTIC]] = p.line_price, p.circle_price, p.curve_price, p.ellipse_price
     return prices
 
 
-def _gather(
-    elements: IntArray, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: BoolArray
-) -> Chains:
+def _gather(elements: Ints32, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: Bools) -> Chains:
     offsets = np.concatenate([[0], np.cumsum(counts)])
     where = np.repeat(first - offsets[:-1], counts) + np.arange(offsets[-1])
     return Chains(elements[where], offsets.astype(np.int32), closed)
@@ -205,15 +199,15 @@ def _gather(
 
 def _join(
     edges: EdgeElements,
-    weight: FloatArray,
+    weight: Floats,
     members: Chains,
-    kinds: IntArray,
-    bright_right: BoolArray,
-    fresh: BoolArray,
+    kinds: Ints32,
+    bright_right: Bools,
+    fresh: Bools,
     correlation: float,
     p: SegmentationParameters,
     fitting: FittingParameters,
-) -> tuple[Chains, IntArray, BoolArray, BoolArray]:
+) -> tuple[Chains, Ints32, Bools, Bools]:
     """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
 
     Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
@@ -263,12 +257,12 @@ def _join(
 def _find_continuations(
     edges: EdgeElements,
     members: Chains,
-    kinds: IntArray,
-    direction: FloatArray,
-    bright_right: BoolArray,
-    fresh: BoolArray,
+    kinds: Ints32,
+    direction: Floats,
+    bright_right: Bools,
+    fresh: Bools,
     p: SegmentationParameters,
-) -> tuple[IndexArray, IndexArray, IndexArray, FloatArray]:
+) -> tuple[Indices, Indices, Indices, Floats]:
     """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `p.join_reach` px: the
     first, the second, which of them has to be walked the other way for that (-1: neither), and how far apart (px) their
     ends are.
@@ -303,19 +297,19 @@ def _find_continuations(
 
 
 def _compute_savings(
-    x: FloatArray,
-    y: FloatArray,
-    w: FloatArray,
+    x: Floats,
+    y: Floats,
+    w: Floats,
     members: Chains,
-    kinds: IntArray,
-    alone: FloatArray,
-    pairs: IndexArray,
-    distance: FloatArray,
-    bend: FloatArray,
+    kinds: Ints32,
+    alone: Floats,
+    pairs: Indices,
+    distance: Floats,
+    bend: Floats,
     correlation: float,
     p: SegmentationParameters,
     fitting: FittingParameters,
-) -> tuple[FloatArray, IndexArray]:
+) -> tuple[Floats, Indices]:
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
     one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
     """
@@ -349,16 +343,16 @@ def _compute_savings(
 
 
 def _compute_misfits(
-    x: FloatArray,
-    y: FloatArray,
-    w: FloatArray,
+    x: Floats,
+    y: Floats,
+    w: Floats,
     members: Chains,
-    kinds: IntArray,
-    fit: FloatArray,
-    looked: BoolArray,
+    kinds: Ints32,
+    fit: Floats,
+    looked: Bools,
     correlation: float,
     fitting: FittingParameters,
-) -> FloatArray:
+) -> Floats:
     """What the members of each arc that is `looked` at cost beside its price; of `fit` the rows of ellipses are not
     theirs."""
     square = fit[:, 4].copy()
@@ -367,7 +361,7 @@ def _compute_misfits(
     return np.asarray(square * fit[:, 5] / (2.0 * correlation))
 
 
-def _reverse(members: Chains, which: BoolArray, bright_right: BoolArray) -> tuple[Chains, BoolArray]:
+def _reverse(members: Chains, which: Bools, bright_right: Bools) -> tuple[Chains, Bools]:
     """The arcs of the mask `which` walked the other way, and of which elements the bright side is on the right then."""
     if not which.any():
         return members, bright_right

@@ -14,20 +14,18 @@ exponential distribution of steps of metal.
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains
 from vision.extraction.parameters import SignificanceParameters
-
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 _LEAST = 1e-300
 _DEFAULTS = SignificanceParameters()
 
 
 def compute_false_alarm_terms(
-    grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer], p: SignificanceParameters = _DEFAULTS
-) -> FloatArray:
+    grey: Floats, edges: EdgeElements, which: npt.NDArray[np.integer], p: SignificanceParameters = _DEFAULTS
+) -> Floats:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
     that show as high a step of its sign and orientation; one value per edge element, zero for the others."""
     from vision.extraction import quality_kernels, significance_kernels
@@ -56,7 +54,7 @@ def compute_false_alarm_terms(
     return out
 
 
-def compute_significance(terms: FloatArray, chains: Chains, p: SignificanceParameters = _DEFAULTS) -> FloatArray:
+def compute_significance(terms: Floats, chains: Chains, p: SignificanceParameters = _DEFAULTS) -> Floats:
     """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `terms` is of all elements."""
     from scipy.special import gammaincc
 
@@ -65,9 +63,7 @@ def compute_significance(terms: FloatArray, chains: Chains, p: SignificanceParam
     return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(p.tests))
 
 
-def select_significant(
-    terms: FloatArray, arcs: Chains, chains: Chains, p: SignificanceParameters
-) -> tuple[BoolArray, BoolArray]:
+def select_significant(terms: Floats, arcs: Chains, chains: Chains, p: SignificanceParameters) -> tuple[Bools, Bools]:
     """Which of the arcs, given by their members, are significant or of a chain that is; and which chains contain
     them."""
     of_significant = np.zeros(len(terms), np.bool_)
@@ -80,14 +76,14 @@ def select_significant(
     return kept, _contains_any(of_arc, chains)
 
 
-def _contains_any(marked: BoolArray, chains: Chains) -> BoolArray:
+def _contains_any(marked: Bools, chains: Chains) -> Bools:
     """(n,): whether any element of each chain is `marked`."""
     return (
         np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)
     )
 
 
-def _sum_around(cells: FloatArray, axis: int, across: int) -> FloatArray:
+def _sum_around(cells: Floats, axis: int, across: int) -> Floats:
     """Sums over `across` cells along an axis, centred; beyond the border lies nothing."""
     half = across // 2
     width = [(0, 0)] * cells.ndim

@@ -8,18 +8,14 @@ the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
 from vision.extraction.parameters import ExtractionParameters, TopographyParameters
 from vision.extraction.segmentation import fit_arcs
-
-FloatArray = npt.NDArray[np.float64]
-SingleArray = npt.NDArray[np.float32]
-ByteArray = npt.NDArray[np.uint8]
 
 _DEFAULTS, _ALL = TopographyParameters(), ExtractionParameters()
 
@@ -50,18 +46,18 @@ class Ridges:
     """
 
     elements: EdgeElements
-    ravine: npt.NDArray[np.bool_]
+    ravine: Bools
 
-    def take(self, kept: npt.NDArray[np.bool_]) -> "Ridges":
+    def take(self, kept: Bools) -> "Ridges":
         """The ridges that the mask selects."""
         return Ridges(self.elements.take(kept), self.ravine[kept])
 
 
 def label_topography(
-    grey: FloatArray,
-    noise: FloatArray,
+    grey: Floats,
+    noise: Floats,
     p: TopographyParameters = _DEFAULTS,
-) -> tuple[ByteArray, Ridges]:
+) -> tuple[Bytes, Ridges]:
     """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `p.scale` px, and the
     ridges and ravines as elements.
 
@@ -76,7 +72,7 @@ def label_topography(
     labels = np.empty(grey.shape, np.uint8)
     flat = labels.reshape(-1)
 
-    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
+    def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Ints32, Floats32]:
         here, ridges = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
         topography_kernels.classify(
             moments,
@@ -97,7 +93,7 @@ def label_topography(
     return labels, _collect_ridges(pixel, rows.astype(np.float64), grey, noise, slope_sigma, p)
 
 
-def mark_inflections(labels: ByteArray, pixels: npt.NDArray[np.int32]) -> None:
+def mark_inflections(labels: Bytes, pixels: Ints32) -> None:
     """Make inflections of the `pixels` (row * columns + column) of edges where no stronger label (peak, pit, saddle,
     ridge, ravine) holds."""
     flat = labels.reshape(-1)
@@ -105,10 +101,10 @@ def mark_inflections(labels: ByteArray, pixels: npt.NDArray[np.int32]) -> None:
 
 
 def _collect_ridges(
-    pixel: npt.NDArray[np.int32],
-    rows: FloatArray,
-    grey: FloatArray,
-    noise: FloatArray,
+    pixel: Ints32,
+    rows: Floats,
+    grey: Floats,
+    noise: Floats,
     slope_sigma: float,
     p: TopographyParameters,
 ) -> Ridges:
@@ -152,7 +148,7 @@ def fit_ridge_arcs(
     return concatenate(found)
 
 
-def count_labels(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
+def count_labels(labels: Bytes, regions: Ints32, count: int) -> Ints:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
     kinds = len(LABELS)
     # Pixels of no region (-1) fall into the first row, which is left out.

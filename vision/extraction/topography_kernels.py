@@ -4,11 +4,9 @@ One straight course for every pixel, without a branch: so the compiler works on 
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bytes, Floats32
 from relmodel.compiled import kernel
-
-SingleArray = npt.NDArray[np.float32]
 
 # The order of `topography.LABELS`.
 PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADDLE_HILL = range(11)
@@ -16,14 +14,14 @@ PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADD
 
 @kernel("void(f4[:, ::1], f4[::1], f4, f4, f4, f4, u1[::1], f4[:, ::1])")
 def classify(
-    a: SingleArray,
-    noise: SingleArray,
+    a: Floats32,
+    noise: Floats32,
     min_slope: float,
     slope_sigmas: float,
     min_bend: float,
     bend_sigmas: float,
-    labels: npt.NDArray[np.uint8],
-    ridges: SingleArray,
+    labels: Bytes,
+    ridges: Floats32,
 ) -> None:
     """Labels (n,) of facets of moments (10, n); slopes and second derivatives count from `min_slope` and `min_bend`, or
     from `slope_sigmas` and `bend_sigmas` times the noise (n,).

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse
-from vision.localisation.scene import Floats
 
 
 @dataclass(frozen=True)

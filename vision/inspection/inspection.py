@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store
@@ -26,7 +27,6 @@ from vision.inspection.record import Inspected, record_inspection
 from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
-from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene, read_scene
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
@@ -20,7 +21,6 @@ from vision.localisation.correspondence import REASONS
 from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
-from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene
 from vision.localisation.verdict import Hypothesis
 from vision.localisation.views import KINDS, SILHOUETTE

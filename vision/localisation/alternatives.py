@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Prior, perturbation
 from vision.localisation.parameters import DEFAULTS, RivalParameters
-from vision.localisation.scene import Floats, Ints, Scene
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)

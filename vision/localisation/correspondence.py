@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from relmodel.arrays import Bools, Floats, Ints
 from vision.extraction.arcs import Arcs
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.parameters import DEFAULTS, CorrespondenceParameters
-from vision.localisation.scene import Bools, Floats, Ints
 from vision.localisation.views import ViewArcs
 
 REASONS = ("assigned", "orientation", "distance", "overlap", "better_elsewhere")

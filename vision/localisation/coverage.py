@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.scene import Floats, Ints, Scene
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from vision.cameras.cameras import Rig
 from vision.localisation.parameters import DEFAULTS, DepthRangeParameters
-from vision.localisation.scene import Floats, Scene
+from vision.localisation.scene import Scene
 from vision.stereo.epipolar import DepthRange
 
 

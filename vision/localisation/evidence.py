@@ -16,12 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
 from vision.cameras.cameras import Camera
 from vision.extraction.edges import EdgeElements
 from vision.localisation.parameters import DEFAULTS, EvidenceParameters
-from vision.localisation.scene import Floats
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class EdgePoints:
 
 
 def collect_edge_points(
-    elements: EdgeElements, image: NDArray[np.uint8] | Floats, camera: Camera, p: EvidenceParameters = DEFAULTS.evidence
+    elements: EdgeElements, image: Bytes | Floats, camera: Camera, p: EvidenceParameters = DEFAULTS.evidence
 ) -> EdgePoints:
     """The edge elements of a picture (rows, columns) without the camera's distortion."""
     position = np.stack([elements.x, elements.y], axis=1)
@@ -78,11 +77,11 @@ class Evidence:
     the picture, so that kernels can look beyond it.  chance (classes, orientations, blocks, blocks): how often cells
     have each strength there, on blocks of `block` cells without the border."""
 
-    field: NDArray[np.float32]
+    field: Floats32
     cell: float
     origin: Floats
     pad: int
-    chance: NDArray[np.float32]
+    chance: Floats32
     block: int
     parameters: EvidenceParameters
 
@@ -101,7 +100,7 @@ class Evidence:
         return mean, np.maximum((share * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
 
 
-def bin_orientations(direction: Floats, count: int) -> NDArray[np.int64]:
+def bin_orientations(direction: Floats, count: int) -> Ints:
     """The orientation (n,), one of `count`, of image directions (n, 2), modulo pi."""
     angle = np.arctan2(direction[:, 1], direction[:, 0])
     return np.rint(angle * (count / np.pi)).astype(np.int64) % count
@@ -152,13 +151,13 @@ def build_evidence(
     return Evidence(out, cell, edges.low - cell * pad, pad, chance, block, p)
 
 
-def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> NDArray[np.bool_]:
+def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> Bools:
     """Cells (rows, columns) within the box of the picture."""
     width, height = (edges.high - edges.low) / cell
     return np.asarray((np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5))
 
 
-def _around(layer: NDArray[np.float32], blocks: tuple[int, int], window: int) -> NDArray[np.float32]:
+def _around(layer: Floats32, blocks: tuple[int, int], window: int) -> Floats32:
     """Sums of the shares of a layer in the blocks of a window about each block."""
     import cv2
 

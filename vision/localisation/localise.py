@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relmodel.arrays import Bytes, Floats
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.arcs import Arcs
@@ -26,7 +26,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import EdgeIndex, Refined, refine
-from vision.localisation.scene import Floats, Scene
+from vision.localisation.scene import Scene
 from vision.localisation.verdict import Hypothesis, assess_pose, decide, find_rivals
 from vision.localisation.views import (
     EdgeMeasurements,
@@ -67,7 +67,7 @@ class Localisation:
 def localise(
     scene: Scene,
     rig: Rig,
-    images: Mapping[str, NDArray[np.uint8] | Floats],
+    images: Mapping[str, Bytes | Floats],
     extractions: dict[str, Extraction],
     prior: Prior,
     p: LocalisationParameters = DEFAULTS,

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.localisation.coverage import measure_coverage
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.scene import Floats, Ints
 from vision.localisation.stored_scene import StoredScene
 
 PART = -1  # feature number of a part as a whole

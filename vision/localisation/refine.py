@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
-from vision.localisation.scene import Bools, Floats, Ints, Scene
+from vision.localisation.scene import Scene
 
 
 class EdgeIndex:

@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from vision.localisation.scene import Scene
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class StoredScene:
     shape_id: Ints
     arc_no: Ints
     surface_no: Ints
-    sample_parameter: NDArray[np.float64]
+    sample_parameter: Floats
 
 
 def read_scene(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:

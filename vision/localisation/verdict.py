@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Prior, perturbation
 from vision.localisation.evidence import Evidence
@@ -22,7 +23,6 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.refine import Refined
-from vision.localisation.scene import Floats
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import EdgeIndex, Refined
-from vision.localisation.scene import Floats, Ints, Scene
+from vision.localisation.scene import Scene
 from vision.localisation.visibility import VisibleArcs, find_visible_arcs
 
 SHARP, SMOOTH, SILHOUETTE = range(3)

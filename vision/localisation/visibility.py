@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.scene import Bools, Floats, Ints, Scene
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)

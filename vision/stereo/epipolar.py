@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from vision.stereo.parameters import EpipolarParameters
-from vision.stereo.rectification import Floats, Rectification, View
-
-Integers = npt.NDArray[np.int64]
+from vision.stereo.rectification import Rectification, View
 
 
 @dataclass(frozen=True)
@@ -26,11 +24,11 @@ class StereoArcs:
     deviation, px.  `straight` (n,): whether it is a line.
     """
 
-    offsets: Integers
+    offsets: Ints
     points: Floats
     contrast: Floats
     sigma: Floats
-    straight: npt.NDArray[np.bool_]
+    straight: Bools
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -69,14 +67,14 @@ class Crossings:
     the row; `position`: index of the arc's point before the crossing, plus the share of the way to the next.
     """
 
-    arc: Integers
-    row: Integers
+    arc: Ints
+    row: Ints
     x: Floats
     angle: Floats
     contrast: Floats
     sigma: Floats
     position: Floats
-    start: Integers
+    start: Ints
 
 
 @dataclass(frozen=True)
@@ -88,16 +86,16 @@ class Votes:
     `left_crossing`, `right_crossing`, ordered by pair and row; those of pair k stand from `start[k]` to `start[k + 1]`.
     """
 
-    left: Integers
-    right: Integers
-    votes: Integers
-    overlap: Integers
+    left: Ints
+    right: Ints
+    votes: Ints
+    overlap: Ints
     disparity: Floats
-    left_extent: Integers
-    right_extent: Integers
-    left_crossing: Integers
-    right_crossing: Integers
-    start: Integers
+    left_extent: Ints
+    right_extent: Ints
+    left_crossing: Ints
+    right_crossing: Ints
+    start: Ints
 
 
 def cross_rows(
@@ -124,9 +122,7 @@ def cross_rows(
     )
 
 
-def row_crossings(
-    offsets: Integers, x: Floats, y: Floats, reach: int, least_rise: float
-) -> tuple[Integers, Integers, Floats]:
+def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: float) -> tuple[Ints, Ints, Floats]:
     """Where polylines cross the whole rows: (arc, row, [x, slope, rise, position]) of each crossing.
 
     The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
@@ -208,13 +204,13 @@ def vote(
 
 
 def match_rows(
-    left_start: Integers,
+    left_start: Ints,
     left: Floats,
     bounds: Floats,
-    right_start: Integers,
+    right_start: Ints,
     right: Floats,
     parameters: EpipolarParameters,
-) -> Integers:
+) -> Ints:
     """The right crossing matched to each left one, -1 for none.
 
     left, right (n, 3): x, angle and contrast of crossings, those of a row between two of left_start, right_start
@@ -233,14 +229,14 @@ def match_rows(
     return match
 
 
-def _by_arc(crossings: Crossings, count: int) -> tuple[Integers, Integers, Integers]:
+def _by_arc(crossings: Crossings, count: int) -> tuple[Ints, Ints, Ints]:
     """Start of each arc's crossings, their rows ascending within the arc, and how many each arc has."""
     order = np.argsort(crossings.arc, kind="stable")
     extent = np.bincount(crossings.arc, minlength=count).astype(np.int64)
     return np.concatenate([[0], np.cumsum(extent)]).astype(np.int64), crossings.row[order], extent
 
 
-def _group_medians(values: Floats, start: Integers) -> Floats:
+def _group_medians(values: Floats, start: Ints) -> Floats:
     """Median of each run of values, start[k] .. start[k + 1]; none is empty."""
     group = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ordered = values[np.lexsort((values, group))]

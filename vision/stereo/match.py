@@ -10,25 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Ints
 from relmodel.matching.assignment import Assignment
 from vision.cameras.cameras import Rig
 from vision.extraction.arcs import KINDS
 from vision.extraction.extract import Extraction
-from vision.stereo.epipolar import (
-    DepthRange,
-    Integers,
-    StereoArcs,
-    Votes,
-    cross_rows,
-    find_common_rows,
-    vote,
-)
+from vision.stereo.epipolar import DepthRange, StereoArcs, Votes, cross_rows, find_common_rows, vote
 from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
 from vision.stereo.segments import Candidates, assign, select_candidates
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
-
-Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -46,12 +37,12 @@ class StereoMatches:
     candidates: Candidates
     assignment: Assignment
     reason: npt.NDArray[np.str_]
-    left_votable: Flags
-    right_votable: Flags
+    left_votable: Bools
+    right_votable: Bools
     triangulated: Triangulated
 
     @property
-    def left_unmatched(self) -> Flags:
+    def left_unmatched(self) -> Bools:
         """Left arcs that should have found a counterpart and did not: highlights, texture, what one camera alone sees.
 
         A fragment whose rows vote for an arc that goes to another fragment has a counterpart, though no partner.
@@ -59,13 +50,13 @@ class StereoMatches:
         return self._unmatched(self.votes.left, self.votes.left_extent, self.assignment.label >= 0, self.left_votable)
 
     @property
-    def right_unmatched(self) -> Flags:
+    def right_unmatched(self) -> Bools:
         """Right arcs that should have found a counterpart and did not."""
         taken = np.zeros(len(self.right_votable), bool)
         taken[self.assignment.label[self.assignment.label >= 0]] = True
         return self._unmatched(self.votes.right, self.votes.right_extent, taken, self.right_votable)
 
-    def _unmatched(self, arc: Integers, extent: Integers, matched: Flags, votable: Flags) -> Flags:
+    def _unmatched(self, arc: Ints, extent: Ints, matched: Bools, votable: Bools) -> Bools:
         most = np.zeros(len(extent), np.int64)
         np.maximum.at(most, arc, self.votes.votes)
         return votable & ~matched & (2 * most < extent)

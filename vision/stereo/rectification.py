@@ -10,12 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from vision.cameras.cameras import Camera, Rig
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.matching.assignment import Assignment, solve_assignment
-from vision.stereo.epipolar import Integers, Votes
+from vision.stereo.epipolar import Votes
 from vision.stereo.parameters import SegmentParameters
-from vision.stereo.rectification import Floats
 
 # Why an arc has the partner it has, or none; the words of the table `assignment`.
 MATCHED, NO_CANDIDATE, NULL_CHEAPER, TAKEN = "matched", "no_candidate", "null_cheaper", "taken"
@@ -20,9 +20,9 @@ MATCHED, NO_CANDIDATE, NULL_CHEAPER, TAKEN = "matched", "no_candidate", "null_ch
 class Candidates:
     """Pairs of arcs that may be one, with S in 0..1 and the cost 1 - S; `pair` is their place among the votes."""
 
-    pair: Integers
-    left: Integers
-    right: Integers
+    pair: Ints
+    left: Ints
+    right: Ints
     similarity: Floats
     cost: Floats
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from tests.vision.extraction.synthetic import FloatArray, disc, step
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import disc, step
 from vision.extraction.extract import extract
 
 
-def brushed(shape: tuple[int, int], seed: int = 3) -> FloatArray:
+def brushed(shape: tuple[int, int], seed: int = 3) -> Floats:
     """Streaks along the columns, about 50 px long and 1.2 px wide, standard deviation 10 grey."""
     noise = gaussian_filter(np.random.default_rng(seed).normal(size=shape), (20.0, 1.2))
     return np.asarray(10.0 * noise / noise.std())

@@ -5,7 +5,8 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from tests.vision.extraction.synthetic import FloatArray, disc, linked, render, step
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import disc, linked, render, step
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
 from vision.extraction.edges import detect_edges
 from vision.extraction.ellipses import fit_ellipses
@@ -16,13 +17,13 @@ from vision.extraction.segmentation import fit_arcs
 ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
 
 
-def arcs_of(image: FloatArray) -> Arcs:
+def arcs_of(image: Floats) -> Arcs:
     edges = detect_edges(image)
     chains = linked(edges, image.shape)
     return fit_arcs(edges, fill_gaps(edges, chains, image), scale=1.4)
 
 
-def noisy(image: FloatArray, sigma: float, seed: int = 7) -> FloatArray:
+def noisy(image: Floats, sigma: float, seed: int = 7) -> Floats:
     return image + np.random.default_rng(seed).normal(0, sigma, image.shape)
 
 
@@ -150,7 +151,7 @@ def test_ellipse_through_part_of_its_course() -> None:
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
     half, corner = 50.0, 15.0
 
-    def inside(x: FloatArray, y: FloatArray) -> FloatArray:
+    def inside(x: Floats, y: Floats) -> Floats:
         dx, dy = np.abs(x - 80) - (half - corner), np.abs(y - 80) - (half - corner)
         outside = np.hypot(np.maximum(dx, 0), np.maximum(dy, 0))
         return np.asarray(corner - outside - np.minimum(np.maximum(dx, dy), 0))
@@ -236,7 +237,7 @@ def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
     assert 0.5 < np.median(squares) / 0.8 < 2.0
 
 
-def _known(shape: str) -> tuple[FloatArray, FloatArray]:
+def _known(shape: str) -> tuple[Floats, Floats]:
     if shape == "line":
         return step(0.4, 0.0, (91, 91)), np.array([45.0, 45.0, 0.4 + np.pi / 2])
     if shape == "circle":
@@ -244,7 +245,7 @@ def _known(shape: str) -> tuple[FloatArray, FloatArray]:
     return 220 - _ellipse((64.2, 61.8), (48, 33), 0.4, 130), np.array([64.2, 61.8, 48.0, 33.0, 0.4])
 
 
-def _ellipse(centre: tuple[float, float], axes: tuple[float, float], angle: float, size: int) -> FloatArray:
+def _ellipse(centre: tuple[float, float], axes: tuple[float, float], angle: float, size: int) -> Floats:
     """A bright ellipse (160 on 60), drawn six times as large, blurred there, and averaged over the pixels."""
     times = 6
     y, x = (np.mgrid[: times * size, : times * size] - (times - 1) / 2) / times

@@ -6,7 +6,8 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
-from tests.vision.extraction.synthetic import FloatArray, linked
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import linked
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
@@ -19,7 +20,7 @@ from vision.extraction.refined_polylines import Deviations
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
 
 
-def _wave() -> FloatArray:
+def _wave() -> Floats:
     """70 x 130, bright below the wave, drawn eight times as large, blurred there and averaged over the pixels."""
     times = 8
     y, x = (np.mgrid[: times * 70, : times * 130] - (times - 1) / 2) / times
@@ -29,14 +30,14 @@ def _wave() -> FloatArray:
     return np.asarray(60 + 100 * share.reshape(70, times, 130, times).mean(axis=(1, 3)))
 
 
-def _free_curve(image: FloatArray) -> Arcs:
+def _free_curve(image: Floats) -> Arcs:
     edges = detect_edges(image)
     chains = fill_gaps(edges, linked(edges, image.shape), image)
     chains = chains.take(np.arange(len(chains)) == np.argmax(chains.counts))
     return measure_arcs(edges, chains, np.array([FREE], np.int32), np.zeros(len(edges), np.bool_), scale=1.4)
 
 
-def _offsets(x: FloatArray, y: FloatArray) -> FloatArray:
+def _offsets(x: Floats, y: Floats) -> Floats:
     """How far to the right of the wave, walked as the points (x, y) are, these lie."""
     dense = np.linspace(-3, 133, 40000)
     wave = np.column_stack([dense, _MIDDLE + _HIGH * np.sin(2 * np.pi * dense / _LONG)])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from tests.vision.extraction.synthetic import JUNCTIONS, FloatArray, linked, render, sectors
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import JUNCTIONS, linked, render, sectors
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.edges import detect_edges
 from vision.extraction.end_points import snap_end_points, snap_polylines
@@ -17,7 +18,7 @@ from vision.extraction.segmentation import fit_arcs
 _SEEDS = 10
 
 
-def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, FloatArray]:
+def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, Floats]:
     rng = np.random.default_rng(seed)
     place, turn = 33.5 + rng.uniform(-2, 2, 2), rng.uniform(0, 2 * np.pi)
     turns, greys = JUNCTIONS[name]

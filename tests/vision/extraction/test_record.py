@@ -8,10 +8,10 @@ from typing import Any
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import sqlalchemy as sa
 from scipy.ndimage import gaussian_filter
 
+from relmodel.arrays import Floats
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.vision.extraction.synthetic import disc, sectors
@@ -104,7 +104,7 @@ def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
     assert (polyline[:, 2] < 0.1).all()
 
 
-def crowded_picture() -> npt.NDArray[np.float64]:
+def crowded_picture() -> Floats:
     """1280x960 pixels with discs and tilted squares in turn: as many edge elements, arcs and regions as a bulkhead."""
     y, x = np.mgrid[:80, :80] - 39.5
     shapes = np.hypot(x, y) < 28, (abs(x + 0.3 * y) < 26) & (abs(y - 0.3 * x) < 26)

@@ -5,7 +5,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.special import erf
 
-from tests.vision.extraction.synthetic import FloatArray, disc, step
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import disc, step
 from vision.extraction.arcs import Arcs
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.extract import extract
@@ -19,7 +20,7 @@ from vision.extraction.refined_polylines import (
 _ANGLES = np.linspace(0.05, 2 * np.pi, 8, endpoint=False)
 
 
-def _arcs(image: FloatArray, noise: float, seed: int) -> Arcs:
+def _arcs(image: Floats, noise: float, seed: int) -> Arcs:
     return extract(image + np.random.default_rng(seed).normal(0.0, noise, image.shape)).arcs
 
 

@@ -9,6 +9,7 @@ import pytest
 import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
+from relmodel.arrays import Bools, Floats, Ints, Ints32
 from tests.vision.extraction.synthetic import disc, linked, render
 from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
@@ -17,11 +18,11 @@ from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
 from vision.extraction.linking import fill_gaps, link
-from vision.extraction.regions import BoolArray, FloatArray, find_leak_proof_regions, find_plain_regions, sum_borders
+from vision.extraction.regions import find_leak_proof_regions, find_plain_regions, sum_borders
 from vision.extraction.segmentation import fit_arcs
 
 
-def frame(gap: int) -> tuple[FloatArray, BoolArray]:
+def frame(gap: int) -> tuple[Floats, Bools]:
     """120 x 160, parted at column 80 by a wall of edge pixels with a hole of `gap` px; the right is brighter."""
     mask = np.zeros((120, 160), np.bool_)
     mask[:, 80] = True
@@ -84,7 +85,7 @@ def test_a_disc_and_its_surround() -> None:
     assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
 
 
-def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> FloatArray:
+def _overlap(labels: Ints32, truth: Ints) -> Floats:
     """(true regions,): the intersection of each with the region that fits it best over their union."""
     shared = np.zeros((truth.max() + 1, labels.max() + 1))
     np.add.at(shared, (truth, labels), 1.0)
@@ -92,9 +93,7 @@ def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> Flo
     return np.asarray((shared / union).max(axis=1))
 
 
-def _drawn(
-    truth: Callable[[FloatArray, FloatArray], npt.NDArray[np.int64]], greys: list[float], seed: int
-) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+def _drawn(truth: Callable[[Floats, Floats], Ints], greys: list[float], seed: int) -> tuple[Floats, Ints]:
     """160 x 160 of regions `truth(x, y)`, drawn five times as large, blurred there, noise 3; and where they are."""
     times, n = 5, 160
     x, y = np.meshgrid(*2 * [(np.arange(times * n) - (times - 1) / 2) / times])
@@ -106,7 +105,7 @@ def _drawn(
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 3.0, 8))
 def test_a_plate_with_holes_is_one_region_whatever_its_necks(turn: float) -> None:
-    def truth(x: FloatArray, y: FloatArray) -> npt.NDArray[np.int64]:
+    def truth(x: Floats, y: Floats) -> Ints:
         u, v = (x - 80) * np.cos(turn) + (y - 80) * np.sin(turn), (y - 80) * np.cos(turn) - (x - 80) * np.sin(turn)
         parts = [np.hypot(u + 25, v + 3) < 18, np.hypot(u - 25, v) < 9, np.hypot(u - 25, v) < 18]
         parts.append((np.abs(u) < 55) & (np.abs(v) < 35))
@@ -147,7 +146,7 @@ def test_edge_pixels_go_to_the_side_that_they_lie_on() -> None:
 
 @pytest.mark.parametrize("width", [2.0, 3.0, 4.0])
 def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
-    def distance(x: FloatArray, y: FloatArray) -> FloatArray:
+    def distance(x: Floats, y: Floats) -> Floats:
         return np.asarray(0.5 * width - np.abs((x - 80) * np.sin(0.5) - (y - 80) * np.cos(0.5)))
 
     grey = render(distance, (160, 160), 0.7, 60, 160) + np.random.default_rng(2).normal(0, 3, (160, 160))
@@ -207,7 +206,7 @@ def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
         assert (mask[ahead].any(axis=1) == reached).all()
 
 
-def _corners_shared(labels: npt.NDArray[np.int32], edge: BoolArray) -> Counter[tuple[int, int]]:
+def _corners_shared(labels: Ints32, edge: Bools) -> Counter[tuple[int, int]]:
     """Of pairs of labels: corners at which two of their sides off the edges meet."""
     shared: Counter[tuple[int, int]] = Counter()
     for r, c in np.ndindex(labels.shape[0] - 1, labels.shape[1] - 1):
@@ -224,7 +223,7 @@ def test_borders_are_those_of_all_neighbours(kinds: int) -> None:
     shape = (12, 17) if kinds == 3 else (60, 50)
     labels = rng.integers(-1, kinds, shape).astype(np.int32)
     edge, loose = rng.random(shape) < 0.3, rng.random(shape) < 0.2
-    expected: dict[tuple[int, int], npt.NDArray[np.int64]] = {}
+    expected: dict[tuple[int, int], Ints] = {}
     for r, c in np.ndindex(shape):
         for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
             other = r + down, c + right

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from relmodel.arrays import Floats
 from relmodel.errors import UsageError
-from tests.vision.extraction.synthetic import FloatArray, step
+from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import EdgeElements
 from vision.extraction.noise import estimate_noise
 from vision.extraction.parameters import EdgeParameters
@@ -13,13 +14,13 @@ from vision.extraction.scales import detect_edges_over_scales
 _ANGLE = 0.4
 
 
-def _elements(image: FloatArray, *scales: float) -> EdgeElements:
+def _elements(image: Floats, *scales: float) -> EdgeElements:
     return detect_edges_over_scales(
         image, EdgeParameters(scales=scales, min_contrast=5.0, max_sigma=1.0), noise=estimate_noise(image)
     )
 
 
-def _distance(found: EdgeElements) -> FloatArray:
+def _distance(found: EdgeElements) -> Floats:
     return np.asarray((found.x - 63.5) * np.cos(_ANGLE) + (found.y - 63.5) * np.sin(_ANGLE))
 
 

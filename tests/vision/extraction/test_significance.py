@@ -4,14 +4,15 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 from scipy.stats import chi2
 
-from tests.vision.extraction.synthetic import FloatArray, step
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.linking import link
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance
 
 
-def streaks(shape: tuple[int, int], strength: float, seed: int = 3) -> FloatArray:
+def streaks(shape: tuple[int, int], strength: float, seed: int = 3) -> Floats:
     """Brushed metal: noise smoothed along x far more than along y, of standard deviation `strength`."""
     lay = gaussian_filter(np.random.default_rng(seed).normal(size=shape), (1.2, 25.0))
     return np.asarray(120.0 + strength * lay / lay.std())

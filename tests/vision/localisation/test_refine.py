@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
 from vision.cameras.cameras import perturb, perturbation
 from vision.localisation.evidence import EdgePoints, build_evidence
 from vision.localisation.hypotheses import look_up_evidence, predict, project_directions, project_with_jacobians
 from vision.localisation.refine import EdgeIndex, refine
-from vision.localisation.scene import Floats, Scene
+from vision.localisation.scene import Scene
 from vision.localisation.visibility import find_visible_arcs
 
 SIGMA = 0.1

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from relmodel.arrays import Floats, Ints
 from relmodel.find.find import world_named
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world.placement import place_world
-from vision.localisation.scene import Floats, Ints
 from vision.localisation.stored_scene import read_scene
 
 _FACES = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from vision.cameras.cameras import Camera, Rig
 from vision.stereo.epipolar import StereoArcs
-
-Floats = npt.NDArray[np.float64]
 
 DISTORTION = np.array([-0.12, 0.05, 0.001, -0.0005, -0.01])
 
@@ -53,7 +52,7 @@ class Scene:
 
     left: StereoArcs
     right: StereoArcs
-    partner: npt.NDArray[np.int64]
+    partner: Ints
     polyline: list[Floats | None]
 
 
@@ -71,7 +70,7 @@ def wireframe_scene(rig: Rig, seed: int, arcs: int = 60, clutter: int = 40, nois
         polylines.append(segment(centre - way, centre + way))
     contrast = rng.uniform(15, 90, arcs) * rng.choice([-1, 1], arcs)
 
-    def picture(name: str) -> tuple[StereoArcs, npt.NDArray[np.int64]]:
+    def picture(name: str) -> tuple[StereoArcs, Ints]:
         drawn = [pixels(rig, name, c) + rng.normal(0, noise, (len(c), 2)) for c in polylines]
         size = contrast * rng.uniform(0.8, 1.25, arcs)
         closed = np.array([bool(np.allclose(c[0], c[-1])) for c in polylines])

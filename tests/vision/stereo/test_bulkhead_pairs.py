@@ -8,17 +8,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.spatial import cKDTree
 
+from relmodel.arrays import Bytes, Floats
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.stereo.epipolar import DepthRange, StereoArcs
 from vision.stereo.match import StereoMatches, match_stereo, pack_arcs
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,7 @@ class Score:
     recall: float
 
 
-def read_pair(folder: Path, pair: int) -> tuple[Rig, list[npt.NDArray[np.uint8]], Floats, Floats, Floats]:
+def read_pair(folder: Path, pair: int) -> tuple[Rig, list[Bytes], Floats, Floats, Floats]:
     """Rig (its frame is the left camera's), pictures, pixels and depths of visible left edges, left depth map."""
     stem = f"pair_{pair:02d}"
     truth = json.loads((folder / f"{stem}_truth.json").read_text())
