@@ -98,7 +98,7 @@ def test_sixteen_bits_give_what_eight_bits_give() -> None:
 def test_border_constant_and_wrong_images() -> None:
     assert len(detect_edges(np.zeros((5, 5), np.uint8))) == 0
     assert len(detect_edges(np.full((80, 80), 255, np.uint8))) == 0
-    with pytest.raises(InputError, match="not a grey picture"):
+    with pytest.raises(InputError, match="not a grey image"):
         detect_edges(np.zeros((4, 4, 3)))
     with pytest.raises(InputError, match="not finite"):
         detect_edges(np.full((40, 40), np.nan))
