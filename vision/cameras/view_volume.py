@@ -38,13 +38,13 @@ DEFAULTS = SelectionParameters()
 def widen_view_volume(
     camera: Camera, rig_from_camera: Floats, prior: Prior, p: SelectionParameters = DEFAULTS
 ) -> Polyhedron:
-    """A polyhedron that holds the camera's view from any pose of the rig within `p.confidence` of the prior."""
+    """A polyhedron that contains the camera's view from any pose of the rig within `p.confidence` of the prior."""
     view = build_view_volume(camera, prior.world_from_rig @ rig_from_camera, p)
     return widened(view, prior.covariance, p.confidence, rig_from_camera)
 
 
 def build_view_volume(camera: Camera, world_from_camera: Floats, p: SelectionParameters = DEFAULTS) -> Frustum:
-    """A frustum that holds what the camera sees from a pose between two depths."""
+    """A frustum that contains what the camera sees from a pose between two depths."""
     width, height, matrix = camera.undistorted_view()
     return Frustum(width, height, matrix, world_from_camera, p.near_mm, p.far_mm)
 
@@ -65,9 +65,9 @@ def sample_views(rig: Rig, prior: Prior, p: SelectionParameters = DEFAULTS) -> l
 
 @dataclass(frozen=True)
 class Selection:
-    """What the widened views of a rig hold: parts, or elements of a level, each once.
+    """What the widened views of a rig contain: parts, or elements of a level, each once.
 
-    shown: (n,) whether one of the sampled views holds it too; the others are superfluous, as far as sampling tells.
+    shown: (n,) whether one of the sampled views contains it too; the others are superfluous, as far as sampling tells.
     """
 
     occurrence_id: Integers

@@ -52,9 +52,9 @@ def draw_edge_mask(
         np.concatenate([-edges.nx[first], edges.nx[last]]),
     )
     outward = np.column_stack([outward_x, outward_y])
-    doubtless = ~(arcs.significance[straight] < p.min_line_significance)
-    which, at = np.repeat(straight[doubtless], 2), np.tile([START, END], np.count_nonzero(doubtless))
-    ends = lines[doubtless].reshape(-1, 2)
+    certain = ~(arcs.significance[straight] < p.min_line_significance)
+    which, at = np.repeat(straight[certain], 2), np.tile([START, END], np.count_nonzero(certain))
+    ends = lines[certain].reshape(-1, 2)
     free = ~junctions.contains(which, at) & _lonely(arcs, ends, which, shape, p)
     away = np.where(at == END, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
     reach = np.minimum(arcs.length[which[free]], p.line_reach)

@@ -56,7 +56,7 @@ def _fit(
     length, count = float(place[-1]), len(x)
     intervals = int(np.clip(round(length / p.knot_spacing), 1, max(count // 2 - 3, 1)))
     value, slope, bend = _basis(place, length, intervals)
-    # a curve that no element holds anywhere is kept from bending there
+    # where a curve has no elements it is kept from bending
     stiff = 1e-6 * weight.mean() * np.diff(np.eye(intervals + 3), 2, axis=0)
     gain = np.linalg.solve(value.T @ (weight[:, None] * value) + stiff.T @ stiff, value.T * weight)
     control = gain @ np.column_stack([x, y])

@@ -28,7 +28,7 @@ class Regions:
     """Columns of one length n, the label image (rows, columns; -1 belongs to none), and the packed outlines.
 
     Areas in px, places in px, grey on 0..255.  The grey plane is `mean` + slope . (p - centroid), `variance` the
-    variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) holds vertices
+    variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) has vertices
     `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
     """
 

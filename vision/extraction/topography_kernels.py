@@ -1,6 +1,6 @@
 """Compiled kernel of the topographic labels.
 
-One straight course for every pixel, without a branch: so the compiler works on many pixels at once.
+Straight-line code for every pixel, without a branch, so that the compiler works on many pixels at once.
 """
 
 import numpy as np

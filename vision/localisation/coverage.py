@@ -29,7 +29,7 @@ def measure_coverage(
     group_count: int,
     p: LocalisationParameters = DEFAULTS,
 ) -> Coverage:
-    """Coverage of groups of surfaces; `group[i]` holds `surface[i]`, a surface may be in several groups."""
+    """Coverage of groups of surfaces; `group[i]` contains `surface[i]`, a surface may be in several groups."""
     from vision.localisation import coverage_kernels
 
     rays = _rays(camera, p.visibility.coverage_step_px)

@@ -1,6 +1,6 @@
 """How much an edge predicted at a place and orientation is supported by a picture, against what chance would find.
 
-For each of a few orientations (modulo pi) the picture is a grid of cells that hold the strongest edge element within
+For each of a few orientations (modulo pi) the picture is a grid of cells with the strongest edge element within
 reach.  A cell's evidence is the log likelihood ratio
 
     log( (d_k + (1 - d) q_k) / q_k )

@@ -61,7 +61,7 @@ class Scene:
 
     @cached_property
     def curved_triangles(self) -> Ints:
-        """Triangles of inspected, curved surfaces: only those can hold a silhouette."""
+        """Triangles of inspected, curved surfaces: only those can have a silhouette."""
         n = self.vertex_normals[self.triangles]
         bend = np.minimum(np.einsum("fi,fi->f", n[:, 0], n[:, 1]), np.einsum("fi,fi->f", n[:, 1], n[:, 2]))
         inspected = self.inspected[self.surface_occurrence[self.triangle_surface]]
@@ -79,7 +79,7 @@ class Scene:
             sample_arc=self.sample_arc[samples],
             sample_length=lengths,
         )
-        # Cached properties of the whole that hold for the part: the same triangles occlude.
+        # Cached properties of the whole that are those of the part: the same triangles occlude.
         part.__dict__["rays"] = self.rays
         part.__dict__["curved_triangles"] = triangles
         return part
