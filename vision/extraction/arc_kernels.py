@@ -7,18 +7,15 @@ so that the dynamic programme over break points looks at no element twice.
 from math import sqrt
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints32
 from relmodel.compiled import helper, kernel
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 LINE, CIRCLE, FREE = 0, 1, 2
 
 
 @helper
-def _add(m: FloatArray, x: float, y: float, w: float) -> None:
+def _add(m: Floats, x: float, y: float, w: float) -> None:
     """Add a weighted point to the moments (9,)."""
     z = x * x + y * y
     m[0] += w
@@ -33,7 +30,7 @@ def _add(m: FloatArray, x: float, y: float, w: float) -> None:
 
 
 @helper
-def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
+def line_of_moments(m: Floats) -> tuple[float, float, float, float, float]:
     """Total-least-squares line: centroid x, y, unit direction x, y, and the weighted mean square distance."""
     w = m[0]
     cx, cy = m[1] / w, m[2] / w
@@ -53,7 +50,7 @@ def line_of_moments(m: FloatArray) -> tuple[float, float, float, float, float]:
 
 
 @helper
-def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
+def circle_of_moments(m: Floats) -> tuple[float, float, float, float]:
     """Taubin's circle (PAMI 13, 1991; Newton's method after Chernov, 2010): centre x, y, radius, mean square distance.
 
     The radius is infinite where the points determine none.
@@ -108,7 +105,7 @@ def circle_of_moments(m: FloatArray) -> tuple[float, float, float, float]:
 
 @helper
 def _break_points(
-    x: FloatArray, y: FloatArray, first: int, last: int, tolerance: float, spacing: int, stack: IntArray, out: IntArray
+    x: Floats, y: Floats, first: int, last: int, tolerance: float, spacing: int, stack: Ints32, out: Ints32
 ) -> int:
     """Candidate breaks of first..last (inclusive): Douglas-Peucker at `tolerance`, and no two over `spacing` apart.
 
@@ -143,9 +140,7 @@ def _break_points(
 
 
 @helper
-def _roughness(
-    x: FloatArray, y: FloatArray, weight: FloatArray, begin: int, end: int, reach: int, out: FloatArray
-) -> None:
+def _roughness(x: Floats, y: Floats, weight: Floats, begin: int, end: int, reach: int, out: Floats) -> None:
     """Running sums `out[: end - begin + 1]` of the weighted squares of how far, across the chain, its members lie from
     the cubic through the `reach` members on either side (Savitzky and Golay, 1964); through fewer next to its ends."""
     out[0] = 0.0
@@ -165,37 +160,38 @@ def _roughness(
 
 
 @kernel(
-    "i8(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8, f8, f8, f8, f8[:, ::1], f8[:, ::1], i4[:, ::1],"
+    "i8(f8[::1], f8[::1], f8[::1], i4[::1], f8, f8[::1], f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], i4[:, ::1],"
     " f8[:, ::1], i4[:, ::1], f8[::1])"
 )
 def segment(
-    x: FloatArray,
-    y: FloatArray,
-    weight: FloatArray,
-    offsets: IntArray,
+    x: Floats,
+    y: Floats,
+    weight: Floats,
+    offsets: Ints32,
     correlation: float,
-    price: FloatArray,
-    knots_apart: FloatArray,
-    knot_price: float,
-    min_sagitta: float,
-    min_bow: float,
-    min_rise: float,
-    sums: FloatArray,
-    rough: FloatArray,
-    back: IntArray,
-    room: FloatArray,
-    pieces: IntArray,
-    costs: FloatArray,
+    price: Floats,
+    knots_apart: Floats,
+    limits: Floats,
+    sums: Floats,
+    rough: Floats,
+    back: Ints32,
+    room: Floats,
+    pieces: Ints32,
+    costs: Floats,
 ) -> int:
     """Cheapest description of every chain, and of how many pieces: `pieces` (n, 3) of members first..last (inclusive,
     ends shared) and their kinds, and what each costs (n,).
 
-    A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also `knot_price` for each knot of its
+    `limits`: the price of a knot; by how many px, standard deviations of a member and rms distances a circular piece
+    bows out at least, and its least number of members; the tolerance (px) of the candidate breaks, the most members
+    between two, and the most of them that a piece spans.
+    A piece costs `price[kind]` plus chi-square / (2 correlation), a free one also the price of each knot of its
     spline, so many members apart as costs least of `knots_apart`; what a spline leaves is taken of the cubics about
     each member that bend as freely.
-    A circular piece bows out by at least `min_sagitta` px and `min_bow` standard deviations of a member.
     Worked in `sums` (n + 1, 9), `rough` (knots, n + 1), `back` (4, n + 1) and `room` (2, n + 9).
     """
+    knot_price, min_sagitta, min_bow, min_rise, tolerance = limits[0], limits[1], limits[2], limits[3], limits[5]
+    min_circle, spacing, span = int(limits[4]), int(limits[6]), int(limits[7])
     breaks, previous, kind_of = back[0], back[1], back[2]
     cost, moments = room[0], room[1]
     count = 0
@@ -213,11 +209,11 @@ def segment(
             _add(sums[i - begin + 1], x[i] - ox, y[i] - oy, weight[i])
         for s in range(len(knots_apart)):
             _roughness(x, y, weight, begin, end, int(1.125 * knots_apart[s]), rough[s])
-        m = _break_points(x, y, begin, end - 1, 0.6, 24, back[3], breaks)
+        m = _break_points(x, y, begin, end - 1, tolerance, spacing, back[3], breaks)
         cost[0] = 0.0
         for j in range(1, m):
             cost[j] = 1e300
-            for i in range(j - 1, max(j - 64, 0) - 1, -1):
+            for i in range(j - 1, max(j - span, 0) - 1, -1):
                 members = breaks[j] - breaks[i] + 1
                 best, best_kind = 1e300, 2
                 for s in range(len(knots_apart)):
@@ -230,7 +226,7 @@ def segment(
                     line = price[0] + scale * line_of_moments(moments)[4]
                     if line <= best:
                         best, best_kind = line, 0
-                    if members >= 8 and line > price[1]:
+                    if members >= min_circle and line > price[1]:
                         _, _, radius, square = circle_of_moments(moments)
                         dx, dy = x[breaks[j]] - x[breaks[i]], y[breaks[j]] - y[breaks[i]]
                         least = max(min_sagitta, min_bow * sqrt(members / moments[0]), min_rise * sqrt(square))
@@ -257,13 +253,13 @@ def segment(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], i4[::1], f8[::1], f8[:, ::1])")
 def fit_arcs(
-    x: FloatArray,
-    y: FloatArray,
-    weight: FloatArray,
-    offsets: IntArray,
-    kinds: IntArray,
-    moments: FloatArray,
-    out: FloatArray,
+    x: Floats,
+    y: Floats,
+    weight: Floats,
+    offsets: Ints32,
+    kinds: Ints32,
+    moments: Floats,
+    out: Floats,
 ) -> None:
     """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `moments` (9,): (n, 8) of
 
@@ -329,15 +325,15 @@ def fit_arcs(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], f8[:, ::1], i4[:, ::1], f8, f8[::1], f8[:, ::1])")
 def joint_costs(
-    x: FloatArray,
-    y: FloatArray,
-    weight: FloatArray,
-    offsets: IntArray,
-    alone: FloatArray,
-    pairs: IntArray,
+    x: Floats,
+    y: Floats,
+    weight: Floats,
+    offsets: Ints32,
+    alone: Floats,
+    pairs: Ints32,
     correlation: float,
-    moments: FloatArray,
-    out: FloatArray,
+    moments: Floats,
+    out: Floats,
 ) -> None:
     """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
     and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from

@@ -1,4 +1,4 @@
-"""Compiled kernels of edge detection: the noise, and which pixels may hold a crossing."""
+"""Compiled kernels of edge detection: the noise, and which pixels may contain a crossing."""
 
 from math import pi
 
@@ -53,7 +53,7 @@ def steps(
 
     `out` (6, n): offset along the gradient, nx, ny (unit gradient), contrast, blur, standard deviation of the offset.
     `covariance`: of the a_ij under unit noise, the variances of a20, a11 + 2 (a20, a02), a30, a21 + 2 (a30, a12).
-    One straight course for every pixel, without a branch: so the compiler works on many pixels at once.
+    Straight-line code for every pixel, without a branch, so that the compiler works on many pixels at once.
     """
     a01, a02, a03, a10, a11, a12, a20, a21, a30 = a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]
     offset, nx, ny, contrast, blur, sigma = out[0], out[1], out[2], out[3], out[4], out[5]

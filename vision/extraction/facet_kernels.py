@@ -7,22 +7,20 @@ pixels at once.  Single precision rounds 1e-7 of the grey range, far below any n
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Floats32
 from relmodel.compiled import helper, kernel
-
-FloatArray = npt.NDArray[np.float64]
-SingleArray = npt.NDArray[np.float32]
 
 _STRETCH = 512  # px
 _SIGN = np.float32(1.0), np.float32(-1.0)  # of even and odd kernels
 
 
-def half_kernels(one_d: FloatArray) -> SingleArray:
+def half_kernels(one_d: Floats) -> Floats32:
     """(4, 1 + 4m): taps 0..k of the even and odd kernels p0..p3, zeros up to a whole number of fours."""
     half = one_d[:, one_d.shape[1] // 2 :]
     return np.ascontiguousarray(np.pad(half, ((0, 0), (0, -(half.shape[1] - 1) % 4))), dtype=np.float32)
 
 
-def mirrored(grey: npt.NDArray[np.floating], taps: SingleArray) -> SingleArray:
+def mirrored(grey: npt.NDArray[np.floating], taps: Floats32) -> Floats32:
     """The picture with as many rows and columns mirrored on each side as `taps` reach."""
     import cv2
 
@@ -32,9 +30,7 @@ def mirrored(grey: npt.NDArray[np.floating], taps: SingleArray) -> SingleArray:
 
 
 @helper
-def _correlate(
-    source: SingleArray, centre: int, step: int, taps: SingleArray, sign: np.float32, out: SingleArray
-) -> None:
+def _correlate(source: Floats32, centre: int, step: int, taps: Floats32, sign: np.float32, out: Floats32) -> None:
     """Correlate what begins at `centre` of `source` with one kernel, even (`sign` 1) or odd (-1), `step` from one of
     its taps to the next."""
     here, w0 = source[centre:], taps[0]
@@ -56,14 +52,14 @@ def _correlate(
 
 @helper
 def _correlate_two(
-    source: SingleArray,
+    source: Floats32,
     centre: int,
     step: int,
-    taps: SingleArray,
-    others: SingleArray,
+    taps: Floats32,
+    others: Floats32,
     odd: bool,
-    out: SingleArray,
-    out2: SingleArray,
+    out: Floats32,
+    out2: Floats32,
 ) -> None:
     """The same with two kernels, both even or both odd: these share the sums or differences about the centre."""
     here, w0, v0 = source[centre:], taps[0], others[0]
@@ -90,7 +86,7 @@ def _correlate_two(
 
 
 @kernel("void(f4[::1], i8, i8, f4[:, ::1], f4[:, ::1], f4[:, :, ::1])")
-def moments(grey: SingleArray, width: int, first: int, taps: SingleArray, down: SingleArray, out: SingleArray) -> None:
+def moments(grey: Floats32, width: int, first: int, taps: Floats32, down: Floats32, out: Floats32) -> None:
     """The a_ij of every pixel of some rows from `first` on: (10, rows, columns) in the order 00 01 02 03 10 11 12 20
     21 30.
 

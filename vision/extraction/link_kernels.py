@@ -6,16 +6,26 @@ from relmodel.arrays import Bools, Floats, Ints, Ints32
 from relmodel.compiled import kernel
 
 
-@kernel("void(f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8[:, ::1], i4[:, ::1])")
+@kernel("void(f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8[::1], f8[:, ::1], i4[:, ::1])")
 def best_links(
-    x: Floats, y: Floats, nx: Floats, ny: Floats, pixel: Ints32, at: Ints32, least: Floats, best: Ints32
+    x: Floats,
+    y: Floats,
+    nx: Floats,
+    ny: Floats,
+    pixel: Ints32,
+    at: Ints32,
+    limits: Floats,
+    least: Floats,
+    best: Ints32,
 ) -> None:
     """The best element ahead of each along its tangent (-ny, nx), and the best behind: `best` (2, n), at first -1.
 
-    Looked for in 5 x 5 pixels at cost d + 2 (1 - cos turn) + 3 (1 - cos(chord, mean tangent)).  `at` (rows, columns)
-    holds the elements of the pixels, or -1; `least` (2, n) the costs, at first what none exceeds.
+    Looked for in 5 x 5 pixels at cost d + a (1 - cos turn) + b (1 - cos(chord, mean tangent)).  `limits`: the least of
+    both cosines, a and b.  `at` (rows, columns) contains the elements of the pixels, or -1; `least` (2, n) the costs,
+    at first what none exceeds.
     """
     rows, columns = at.shape
+    min_turn, min_along, turn_price, chord_price = limits[0], limits[1], limits[2], limits[3]
     # Each pair is priced once, from its first; `pixel` ascends, so of equal prices the first in the picture is kept.
     for i in range(len(x)):
         r, c = pixel[i] // columns, pixel[i] % columns
@@ -25,15 +35,15 @@ def best_links(
                 if j < 0:
                     continue
                 turn = nx[i] * nx[j] + ny[i] * ny[j]
-                if turn < 0.8:
+                if turn < min_turn:
                     continue
                 dx, dy = x[j] - x[i], y[j] - y[i]
                 d = sqrt(dx * dx + dy * dy)
                 mx, my = -(ny[i] + ny[j]), nx[i] + nx[j]
                 along = (dx * mx + dy * my) / (max(d, 1e-9) * sqrt(mx * mx + my * my))
-                if abs(along) < 0.5:
+                if abs(along) < min_along:
                     continue
-                cost = d + 2.0 * (1.0 - turn) + 3.0 * (1.0 - abs(along))
+                cost = d + turn_price * (1.0 - turn) + chord_price * (1.0 - abs(along))
                 ahead = 0 if along > 0.0 else 1
                 if cost < least[ahead, i]:
                     least[ahead, i] = cost

@@ -1,14 +1,12 @@
 """Compiled kernel of the topographic labels.
 
-One straight course for every pixel, without a branch: so the compiler works on many pixels at once.
+Straight-line code for every pixel, without a branch, so that the compiler works on many pixels at once.
 """
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bytes, Floats32
 from relmodel.compiled import kernel
-
-SingleArray = npt.NDArray[np.float32]
 
 # The order of `topography.LABELS`.
 PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADDLE_HILL = range(11)
@@ -16,23 +14,22 @@ PEAK, PIT, SADDLE, RIDGE, RAVINE, INFLECTION, FLAT, SLOPE, CONVEX, CONCAVE, SADD
 
 @kernel("void(f4[:, ::1], f4[::1], f4, f4, f4, f4, u1[::1], f4[:, ::1])")
 def classify(
-    a: SingleArray,
-    noise: SingleArray,
+    a: Floats32,
+    noise: Floats32,
     min_slope: float,
     slope_sigmas: float,
     min_bend: float,
     bend_sigmas: float,
-    labels: npt.NDArray[np.uint8],
-    crests: SingleArray,
+    labels: Bytes,
+    ridges: Floats32,
 ) -> None:
     """Labels (n,) of facets of moments (10, n); slopes and second derivatives count from `min_slope` and `min_bend`, or
     from `slope_sigmas` and `bend_sigmas` times the noise (n,).
 
-    `crests` (5, n) takes, of each ridge and ravine, the step along x and y to the crest, the unit normal across it, and
-    the second derivative there.
-    """
+    `ridges` (5, n) takes, of each ridge and ravine, the step along x and y to the ridge line, the unit normal across
+    it, and the second derivative there."""
     a01, a02, a03, a10, a11, a12, a20, a21, a30 = a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8], a[9]
-    step_x, step_y, across_x, across_y, bend_there = crests[0], crests[1], crests[2], crests[3], crests[4]
+    step_x, step_y, across_x, across_y, bend_there = ridges[0], ridges[1], ridges[2], ridges[3], ridges[4]
     nothing, half, one, two = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
     three, four, tiny = np.float32(3.0), np.float32(4.0), np.float32(1e-12)
     for i in range(len(labels)):

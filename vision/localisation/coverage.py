@@ -6,13 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.cameras import Camera
-from vision.localisation.scene import Floats, Ints, Scene
-
-# One ray stands for a square of this many pixels a side: shares of parts that cover 400 px are good to about 5 %.
-STEP_PX = 3
-# Triangles that reach nearer to the camera's plane than this are tested against every ray.
-NEAR_MM = 1.0
+from relmodel.arrays import Floats, Ints
+from vision.cameras.cameras import Camera
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -23,19 +20,25 @@ class Coverage:
     covered: Floats
 
 
-def coverage(
-    scene: Scene, camera: Camera, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
+def measure_coverage(
+    scene: Scene,
+    camera: Camera,
+    world_from_camera: Floats,
+    group: Ints,
+    surface: Ints,
+    group_count: int,
+    p: LocalisationParameters = DEFAULTS,
 ) -> Coverage:
-    """Coverage of groups of surfaces; `group[i]` holds `surface[i]`, a surface may be in several groups."""
+    """Coverage of groups of surfaces; `group[i]` contains `surface[i]`, a surface may be in several groups."""
     from vision.localisation import coverage_kernels
 
-    rays = _rays(camera)
+    rays = _rays(camera, p.visibility.coverage_step_px)
     visible = _visible(scene, rays, world_from_camera)
     camera_from_world = np.linalg.inv(world_from_camera)
     corners = scene.vertices @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
     order = np.argsort(group, kind="stable")
     triangle_order = np.argsort(scene.triangle_surface, kind="stable")
-    boxes, sides = _triangles(rays, corners, scene.triangles[triangle_order])
+    boxes, sides = _triangles(rays, corners, scene.triangles[triangle_order], p)
     covered = np.zeros(group_count)
     coverage_kernels.covered(
         rays.directions,
@@ -68,14 +71,14 @@ class _Rays:
         return np.asarray((points / points[:, 2:] @ self.matrix.T)[:, :2])
 
 
-def _triangles(rays: _Rays, corners: Floats, triangles: Ints) -> tuple[Ints, Floats]:
+def _triangles(rays: _Rays, corners: Floats, triangles: Ints, p: LocalisationParameters) -> tuple[Ints, Floats]:
     """Boxes (t, 4) of the cells that triangles may cover, none for one turned away or behind, and their sides (t, 9).
 
     A ray d meets the triangle (a, b, c), counter-clockwise from outside, where d . (a x b), d . (b x c) and d . (c x a)
     are negative; that needs no clipping at the camera's plane.
     """
     last = np.array(rays.weight.shape[::-1]) - 1.0
-    front = corners[:, 2] > NEAR_MM
+    front = corners[:, 2] > p.visibility.coverage_near_mm
     cells = np.zeros((len(corners), 2))
     cells[front] = rays.cells(corners[front])
     of_corners = cells[triangles]
@@ -93,16 +96,16 @@ def _triangles(rays: _Rays, corners: Floats, triangles: Ints) -> tuple[Ints, Flo
     return boxes.astype(np.int64), sides
 
 
-def _rays(camera: Camera) -> _Rays:
+def _rays(camera: Camera, step: int) -> _Rays:
     width, height, matrix = camera.undistorted_view()
-    x, y = np.arange(0.5 * (STEP_PX - 1), width, STEP_PX), np.arange(0.5 * (STEP_PX - 1), height, STEP_PX)
+    x, y = np.arange(0.5 * (step - 1), width, step), np.arange(0.5 * (step - 1), height, step)
     pixels = np.stack([*np.meshgrid(x, y), np.ones((len(y), len(x)))], axis=-1)
     directions = np.ascontiguousarray(pixels @ np.linalg.inv(matrix).T, dtype=np.float64)
     real, front = camera.project(directions.reshape(-1, 3))
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
-    to_cells = np.asarray(np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix, float)
-    to_cells[:2, 2] -= 0.5 * (STEP_PX - 1) / STEP_PX
-    return _Rays(directions, np.where(inside, float(STEP_PX**2), 0.0).reshape(len(y), len(x)), to_cells)
+    to_cells = np.asarray(np.diag([1 / step, 1 / step, 1.0]) @ matrix, float)
+    to_cells[:2, 2] -= 0.5 * (step - 1) / step
+    return _Rays(directions, np.where(inside, float(step**2), 0.0).reshape(len(y), len(x)), to_cells)
 
 
 def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:

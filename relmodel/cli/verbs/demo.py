@@ -27,8 +27,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
-    from vision.demonstration import PoseError, pose_error, read_truth
     from vision.inspection import KERNELS, inspect
+    from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
 
     source = resource_dir("demo")
     truth_file = source / f"pair_{args.pair}_truth.json"
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     print_rows(("in view", "level", "visible"), parts, "table")
     print(f"\nverdict   {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
-        off: PoseError = pose_error(answer.world_from_rig, truth)
+        off: PoseError = measure_pose_error(answer.world_from_rig, truth)
         print(f"pose      {off.target_mm:.3f} mm and {off.rotation_deg:.4f} degrees off the truth at the target point")
     print(f"time      {sum(answer.timings_s.values()):.1f} s for the inspection")
     print(f"store     {target}")

@@ -5,12 +5,11 @@ from __future__ import annotations
 from itertools import combinations, pairwise
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from vision.stereo.epipolar import EpipolarParameters, match_rows, row_crossings
-
-Floats = npt.NDArray[np.float64]
+from relmodel.arrays import Floats
+from vision.stereo.epipolar import match_rows, row_crossings
+from vision.stereo.parameters import EpipolarParameters
 
 
 def test_a_circle_is_crossed_twice_a_row() -> None:

@@ -11,34 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import skew
-from vision.cameras import Prior, perturbation
+from vision.cameras.cameras import Prior, perturbation
 from vision.localisation.evidence import Evidence
-from vision.localisation.hypotheses import CORRELATION_PX, Prediction, evidence_at, image_directions, image_jacobians
+from vision.localisation.hypotheses import (
+    Prediction,
+    look_up_evidence,
+    project_directions,
+    project_with_jacobians,
+)
+from vision.localisation.parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.refine import Refined
-from vision.localisation.scene import Floats
-
-# Shares of the expected evidence that a pose must find in all, and in each camera that sees anything to speak of.
-# Right poses of brushed metal find 0.7 to 1.2 in each camera, wrong ones that are no repetition up to 0.3.
-MIN_SHARE, MIN_SHARE_CAMERA = 0.55, 0.4
-# Evidence is in natural logarithms of odds, and the search tries some millions of poses (odds of 15): below this much
-# a pose could be chance.  A camera that expects less than the half of it has no say of its own.
-MIN_EVIDENCE = 24.0
-# Of the measured edge length this share must lie within AGREEMENT_PX of the prediction: 0.8 to 0.9 does at right poses,
-# a third by chance.
-MIN_AGREEMENT, AGREEMENT_PX = 0.65, 1.0
-# A rival within this share of the best pose's evidence (at least MIN_MARGIN) makes the answer ambiguous, unless the
-# odds against it by the prior are overwhelming.
-RIVAL_SHARE, MIN_MARGIN, PRIOR_ODDS = 0.05, 10.0, 12.0
-# A pose further from the prior than this many sigma contradicts it: one in 5,000 errs by 5 in six dimensions.
-MAX_SIGMA = 6.0
-# What an accepted pose must promise at the middle of what is seen: standard deviations along the worst direction.  One
-# camera alone sees depth by scale only, some 1:200 of the distance where a part fills a fifth of the picture: a limit
-# made for stereo would refuse it everywhere.  Its own is what still tells cells a few centimetres apart, ten sigma.
-MAX_TRANSLATION_MM, MAX_ROTATION = 1.0, float(np.radians(0.1))
-MAX_TRANSLATION_MM_ALONE, MAX_ROTATION_ALONE = 3.0, float(np.radians(0.5))
-# Cameras solved apart may differ by this many sigma of the difference, in six dimensions.
-MAX_APART_SIGMA = 8.0
 
 
 @dataclass(frozen=True)
@@ -57,12 +41,12 @@ class Support:
         return np.asarray(np.where(self.expected > 0, self.found / np.maximum(self.expected, 1e-9), 0.0))
 
 
-def support(prediction: Prediction, fields: list[Evidence]) -> Support:
+def measure_support(prediction: Prediction, fields: list[Evidence], correlation_px: float) -> Support:
     """What a prediction gathers of the pictures' evidence at its own pose, and what the right one would."""
-    pixel, _ = image_jacobians(prediction)
-    direction = image_directions(prediction)
+    pixel, _ = project_with_jacobians(prediction)
+    direction = project_directions(prediction)
     w = prediction.weight
-    found = evidence_at(prediction, fields, pixel, direction)
+    found = look_up_evidence(prediction, fields, pixel, direction)
     mean, variance = np.zeros(len(w)), np.zeros(len(w))
     for number, e in enumerate(fields):
         rows = prediction.view == number
@@ -71,7 +55,7 @@ def support(prediction: Prediction, fields: list[Evidence]) -> Support:
     def total(values: Floats) -> Floats:
         return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
 
-    return Support(total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * CORRELATION_PX)
+    return Support(total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * correlation_px)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,25 +75,27 @@ class Hypothesis:
         return 0.5 * self.prior_sigma**2 - self.evidence
 
 
-def hypothesis(refined: Refined, fields: list[Evidence], prior: Prior) -> Hypothesis:
+def assess_pose(refined: Refined, fields: list[Evidence], prior: Prior, p: LocalisationParameters) -> Hypothesis:
+    """The refined pose with its evidence and its distance from the prior."""
     delta = perturbation(prior.world_from_rig, refined.world_from_rig)
     distance = float(np.sqrt(delta @ np.linalg.solve(prior.covariance, delta)))
-    return Hypothesis(refined, support(refined.prediction, fields), distance)
+    return Hypothesis(refined, measure_support(refined.prediction, fields, p.search.correlation_px), distance)
 
 
-def rivals(best: Hypothesis, others: list[Hypothesis]) -> list[Hypothesis]:
+def find_rivals(best: Hypothesis, others: list[Hypothesis], p: VerdictParameters) -> list[Hypothesis]:
     """Those of the others that pictures and prior leave about as likely as the best."""
-    margin = max(RIVAL_SHARE * best.evidence, MIN_MARGIN)
+    margin = max(p.rival_share * best.evidence, p.min_margin)
 
     def rivals_best(h: Hypothesis) -> bool:
         odds = 0.5 * (h.prior_sigma**2 - best.prior_sigma**2)
-        return h.evidence > best.evidence - margin and odds < PRIOR_ODDS
+        return h.evidence > best.evidence - margin and odds < p.prior_odds
 
     return [h for h in others if rivals_best(h)]
 
 
-def precision(refined: Refined) -> tuple[float, float]:
-    """Standard deviations along the worst directions: of the point amid what is seen (mm) and of rotation (rad)."""
+def compute_precision(refined: Refined) -> tuple[float, float]:
+    """Standard deviations along the worst directions: of the point in the middle of what is seen (mm) and of rotation
+    (rad)."""
     seen = refined.prediction.point
     middle = np.median(seen, axis=0)
     jacobian = np.concatenate([-np.eye(3), skew(middle)], axis=1)
@@ -118,14 +104,14 @@ def precision(refined: Refined) -> tuple[float, float]:
     return float(np.sqrt(worst[0])), float(np.sqrt(worst[1]))
 
 
-def agreement(refined: Refined) -> float:
-    """Share of the voters' length on which edges were found that lies within AGREEMENT_PX of its prediction."""
+def compute_agreement(refined: Refined, p: VerdictParameters) -> float:
+    """Share of the voters' length on which edges were found that lies within `agreement_px` of its prediction."""
     m, w = refined.measurements, refined.prediction.weight
     found = m.weight > 0
-    return float(w[found & (np.abs(m.offset) < AGREEMENT_PX)].sum() / max(w[found].sum(), 1e-9))
+    return float(w[found & (np.abs(m.offset) < p.agreement_px)].sum() / max(w[found].sum(), 1e-9))
 
 
-def apart(poses: list[Refined]) -> float:
+def compute_disagreement(poses: list[Refined]) -> float:
     """How far the poses that single cameras give lie apart: the largest distance of two, in sigmas."""
     worst = 0.0
     for i, a in enumerate(poses):
@@ -135,50 +121,58 @@ def apart(poses: list[Refined]) -> float:
     return worst
 
 
-def verdict(best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alone: list[Refined]) -> tuple[str, str]:
+def decide(
+    best: Hypothesis, rivals: list[Hypothesis], cameras: list[str], alone: list[Refined], p: VerdictParameters
+) -> tuple[str, str]:
     """`accepted`, `ambiguous` or `refused`, and why in one sentence.
 
     rivals: the other hypotheses that are about as likely; alone: the poses that single cameras give, where they can.
     """
     s = best.support
     share = float(s.found.sum() / max(s.expected.sum(), 1e-9))
-    sd_mm, sd_rad = precision(best.refined)
-    if best.evidence < MIN_EVIDENCE:
+    sd_mm, sd_rad = compute_precision(best.refined)
+    if best.evidence < p.min_evidence:
         return (
             "refused",
-            f"the pictures give too little evidence for any pose ({best.evidence:.0f}, {MIN_EVIDENCE:.0f} needed)",
+            f"the pictures give too little evidence for any pose ({best.evidence:.0f}, {p.min_evidence:.0f} needed)",
         )
-    if share < MIN_SHARE:
+    if share < p.min_share:
         return (
             "refused",
-            f"the best pose finds {share:.0%} of the edge evidence that a right one would ({MIN_SHARE:.0%} needed)",
+            f"the best pose finds {share:.0%} of the edge evidence expected of a correct one "
+            f"({p.min_share:.0%} needed)",
         )
     for name, found, expected in zip(cameras, s.found, s.expected, strict=True):
-        if expected > 0.5 * MIN_EVIDENCE and found < MIN_SHARE_CAMERA * expected:
+        if expected > 0.5 * p.min_evidence and found < p.min_share_camera * expected:
             return (
                 "refused",
-                f"camera {name} finds only {found / expected:.0%} of the edge evidence that a right pose would",
+                f"camera {name} finds only {found / expected:.0%} of the edge evidence expected of a correct pose",
             )
-    agreeing = agreement(best.refined)
-    if agreeing < MIN_AGREEMENT:
-        return "refused", f"only {agreeing:.0%} of the edges found lie on the model's arcs ({MIN_AGREEMENT:.0%} needed)"
-    if best.prior_sigma > MAX_SIGMA:
+    agreeing = compute_agreement(best.refined, p)
+    if agreeing < p.min_agreement:
+        return (
+            "refused",
+            f"only {agreeing:.0%} of the edges found lie on the model's arcs ({p.min_agreement:.0%} needed)",
+        )
+    if best.prior_sigma > p.max_sigma:
         return "refused", f"the best pose lies {best.prior_sigma:.1f} sigma from the prior, which contradicts it"
     if rivals:
         return "ambiguous", f"{len(rivals) + 1} distinct poses explain the pictures about equally well"
     one = len(cameras) == 1
-    most_mm = MAX_TRANSLATION_MM_ALONE if one else MAX_TRANSLATION_MM
-    most_rad = MAX_ROTATION_ALONE if one else MAX_ROTATION
+    most_mm = p.max_translation_mm_alone if one else p.max_translation_mm
+    most_rad = p.max_rotation_alone if one else p.max_rotation
     if sd_mm > most_mm or sd_rad > most_rad:
         return "refused", (
-            f"what is seen fixes the pose only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma; "
+            f"the pose is determined only to {sd_mm:.2g} mm and {np.degrees(sd_rad):.2g} degrees (one sigma; "
             f"{most_mm:g} mm and {np.degrees(most_rad):.2g} degrees needed)"
         )
-    sigmas = apart(alone)
-    if sigmas > MAX_APART_SIGMA:
+    sigmas = compute_disagreement(alone)
+    if sigmas > p.max_apart_sigma:
         return "refused", f"the cameras solved apart disagree by {sigmas:.0f} sigma"
-    silent = int(best.refined.silent.sum())
-    elsewhere = f"; {silent} of the model's bodies not where the model says, and not trusted" if silent else ""
+    excluded = int(best.refined.excluded.sum())
+    elsewhere = (
+        f"; {excluded} components of the model are not where the model says and were left out" if excluded else ""
+    )
     return "accepted", (
         f"{share:.0%} of the expected edge evidence found, no rival pose, {best.prior_sigma:.1f} sigma from the prior"
         + elsewhere

@@ -13,7 +13,8 @@ from scipy.linalg import expm
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix, rotation_vector, skew
-from vision.cameras import Camera, perturb, perturbation, read_prior, read_rig
+from vision.cameras.cameras import Camera, perturb, perturbation
+from vision.cameras.files import read_prior, read_rig
 
 MATRIX = np.array([[800.0, 0, 310], [0, 790, 245], [0, 0, 1]])
 COEFFICIENTS = [-0.2, 0.08, 0.001, -0.002, 0.01, 0.05, -0.02, 0.003, 0.001, -0.0005, 0.0004, 0.0002, 0.01, -0.02]

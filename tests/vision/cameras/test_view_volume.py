@@ -13,12 +13,13 @@ from relmodel.store import Run, Store
 from tests.find.test_find import PLACES, Oracle, fill
 from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
-from vision.cameras import Camera, Prior, Rig, perturb
-from vision.input_rows import record_rig
-from vision.view_volume import sampled_views, select, view_volume
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.record import record_rig
+from vision.cameras.view_volume import SelectionParameters, build_view_volume, sample_views, select_in_view
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
 NEAR, FAR = 60.0, 900.0
+NEAR_TO_FAR = SelectionParameters(near_mm=NEAR, far_mm=FAR)
 LENSES = {
     "barrel": [-0.28, 0.09, 0.001, -0.0008, -0.012],
     "cushion": [0.22, 0.03, -0.002, 0.001, 0.004],
@@ -65,8 +66,8 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             record_rig(run, connection, rig)
             camera_id = int(connection.execute(store.table("camera").select()).one().id)
-        found = [in_volume(store, view_volume(camera, pose, NEAR, FAR)) for pose in poses]
-        plain = [in_volume(store, view_volume(Camera(640, 480, MATRIX), pose, NEAR, FAR)) for pose in poses]
+        found = [in_volume(store, build_view_volume(camera, pose, NEAR_TO_FAR)) for pose in poses]
+        plain = [in_volume(store, build_view_volume(Camera(640, 480, MATRIX), pose, NEAR_TO_FAR)) for pose in poses]
     statements = []
     for pose in poses:
         numbers = ", ".join(f"CAST({x!r} AS DOUBLE PRECISION)" for x in [*pose[:3].ravel().tolist(), NEAR, FAR])
@@ -93,10 +94,10 @@ def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, t
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
             prior = Prior(pose, sigma, sigma / 1000)
-            views = sampled_views(rig, prior, NEAR, FAR)
+            views = sample_views(rig, prior, NEAR_TO_FAR)
             for level in ("part", "feature"):
-                held = select(store, rig, prior, NEAR, FAR, level=level)
+                selected = select_in_view(store, rig, prior, NEAR_TO_FAR, level=level)
                 union = set().union(*(oracle.in_view(view, level) for view in views))
-                assert held.shown.sum() == len(union)
-                assert held.superfluous == len(held.shown) - len(union)
-                assert held.superfluous <= 0.5 * len(held.shown)
+                assert selected.shown.sum() == len(union)
+                assert selected.superfluous == len(selected.shown) - len(union)
+                assert selected.superfluous <= 0.5 * len(selected.shown)

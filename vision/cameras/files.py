@@ -1,24 +1,15 @@
-"""Cameras, rigs and priors of a rig's pose, and the files that hold them.
-
-Conventions: mm and radians, OpenCV's camera frame (x right, y down, z forward), pixel (0, 0) at the centre of the
-top-left pixel, `a_from_b` takes coordinates in b to coordinates in a.  A pose is perturbed on its right, in the rig's
-frame, ordered (t, r): `world_from_rig' = world_from_rig @ [Exp(r), t]`.
-"""
+"""The YAML and JSON files that hold rigs, priors and poses; what is wrong in one is refused in a sentence."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from relmodel.geometry.transforms import rotation_matrix, rotation_vector
-
-Floats = NDArray[np.float64]
+from vision.cameras.cameras import Camera, Prior, Rig
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
 ROTATION_TOLERANCE = 1e-4
@@ -27,142 +18,6 @@ LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
 # A prior wider than this names no place; the search for one would take hours.
 MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
-
-
-def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
-    """`world_from_rig @ [Exp(r), t]` for perturbations `delta` (..., 6) = (t mm, r rad); (..., 4, 4)."""
-    delta = np.asarray(delta, float)
-    step = np.zeros((*delta.shape[:-1], 4, 4))
-    step[..., :3, :3] = rotation_matrix(delta[..., 3:])
-    step[..., :3, 3] = delta[..., :3]
-    step[..., 3, 3] = 1
-    return np.asarray(world_from_rig @ step)
-
-
-def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:
-    """The perturbation (6,) = (t mm, r rad) that takes pose a to pose b: `perturb(a, it) = b`."""
-    d = np.linalg.inv(world_from_a) @ world_from_b
-    return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])
-
-
-@dataclass(frozen=True)
-class Camera:
-    """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14)."""
-
-    width: int
-    height: int
-    matrix: Floats
-    distortion: Floats = field(default_factory=lambda: np.zeros(0))
-
-    @cached_property
-    def is_pinhole(self) -> bool:
-        return not np.any(self.distortion)
-
-    @cached_property
-    def field_radius(self) -> float:
-        """Largest distance of a seen ray from the axis, as x/z; beyond it a distortion polynomial may fold back."""
-        return float(np.linalg.norm(self._normalise(self._ideal_rim), axis=1).max())
-
-    @cached_property
-    def undistorted_bounds(self) -> Floats:
-        """Bounds (4,) u0 v0 u1 v1, px, of the least picture of a pinhole camera of this matrix that holds all that this
-        one sees; whole pixels."""
-        edges = self._ideal_rim.reshape(4, -1, 2)
-        # An edge leaves the chord between two samples by an eighth of its second difference; twice that bounds it.
-        bend = 0.0 if self.is_pinhole else np.abs(np.diff(edges, 2, axis=1)).max() / 4
-        low = np.floor(self._ideal_rim.min(axis=0) - bend + 0.5)
-        high = np.ceil(self._ideal_rim.max(axis=0) + bend + 0.5)
-        return np.concatenate([low, high]) - 0.5
-
-    def undistorted_view(self) -> tuple[int, int, Floats]:
-        """Width, height and matrix of that picture, its own first pixel at (0, 0)."""
-        low, high = self.undistorted_bounds[:2] + 0.5, self.undistorted_bounds[2:] + 0.5
-        matrix = self.matrix.copy()
-        matrix[:2, 2] -= low
-        return int(high[0] - low[0]), int(high[1] - low[1]), matrix
-
-    @cached_property
-    def _ideal_rim(self) -> Floats:
-        """Points (n, 2) around the picture's rim, freed of distortion."""
-        w, h = self.width - 0.5, self.height - 0.5
-        x, y = np.linspace(-0.5, w, 33), np.linspace(-0.5, h, 33)
-        rim = np.concatenate(
-            [np.stack([x, np.full(33, v)], 1) for v in (-0.5, h)]
-            + [np.stack([np.full(33, u), y], 1) for u in (-0.5, w)]
-        )
-        return self.undistort(rim)
-
-    def project(self, points_camera: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-        """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.
-
-        A point counts as in front when z > 0 and, for a camera with distortion, when its ray is within 1.2 times the
-        widest ray that the picture shows.  Pixels of the others are meaningless.
-        """
-        z = points_camera[:, 2]
-        front = z > 1e-9
-        xy = points_camera[:, :2] / np.where(front, z, 1.0)[:, None]
-        if not self.is_pinhole:
-            front = front & (np.linalg.norm(xy, axis=1) < 1.2 * self.field_radius)
-            xy = np.where(front[:, None], xy, 0.0)
-        return self._distort(xy), front
-
-    def undistort(self, pixels: Floats) -> Floats:
-        """Pixels (n, 2) of the same rays in a camera with this matrix and no distortion (Newton, to 1e-9 px)."""
-        if self.is_pinhole:
-            return pixels.copy()
-        xy, h = self._normalise(pixels), 1e-6
-        for _ in range(20):
-            value = self._distort(xy)
-            jacobian = np.stack([(self._distort(xy + step) - value) / h for step in h * np.eye(2)], axis=2)
-            step = np.linalg.solve(jacobian, (pixels - value)[..., None])[..., 0]
-            xy += step
-            if np.abs(step).max(initial=0.0) < 1e-12:
-                break
-        return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
-
-    def _normalise(self, pixels: Floats) -> Floats:
-        return np.asarray((pixels - self.matrix[:2, 2]) @ np.linalg.inv(self.matrix[:2, :2]).T)
-
-    def _distort(self, xy: Floats) -> Floats:
-        if self.is_pinhole or not len(xy):
-            return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
-        import cv2
-
-        points = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
-        zero = np.zeros(3)
-        unit, _ = cv2.projectPoints(points, zero, zero, np.eye(3), self.distortion)
-        return np.asarray(unit.reshape(-1, 2) @ self.matrix[:2, :2].T + self.matrix[:2, 2], float)
-
-
-@dataclass(frozen=True)
-class Rig:
-    """Cameras by name, in the file's order, and where each sits in the rig (4, 4)."""
-
-    cameras: dict[str, Camera]
-    rig_from_camera: dict[str, Floats]
-
-    def only(self, *names: str) -> Rig:
-        """The rig with these cameras alone."""
-        for name in names:
-            if name not in self.cameras:
-                raise InputError(
-                    f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): add it to the rig"
-                )
-        return Rig({n: self.cameras[n] for n in names}, {n: self.rig_from_camera[n] for n in names})
-
-
-@dataclass(frozen=True)
-class Prior:
-    """Where the rig is thought to be, with one standard deviation per axis of the rig's frame (mm, radians)."""
-
-    world_from_rig: Floats
-    sigma_translation_mm: float
-    sigma_rotation: float
-
-    @cached_property
-    def covariance(self) -> Floats:
-        """(6, 6), ordered (t mm, r rad), of a right perturbation in the rig's frame."""
-        return np.diag(np.repeat([self.sigma_translation_mm**2, self.sigma_rotation**2], 3))
 
 
 def read_rig(path: Path | str) -> Rig:
@@ -296,8 +151,8 @@ def _check_view(camera: Camera, path: Path, name: str) -> None:
     pixels = np.stack(np.meshgrid(x, y), axis=-1)
     with np.errstate(all="ignore"):
         try:
-            xy = camera._normalise(camera.undistort(pixels.reshape(-1, 2)))
-            off = np.abs(camera._distort(xy).reshape(pixels.shape) - pixels).max()
+            xy = camera.normalise(camera.undistort(pixels.reshape(-1, 2)))
+            off = np.abs(camera.distort(xy).reshape(pixels.shape) - pixels).max()
         except np.linalg.LinAlgError:
             xy, off = pixels.reshape(-1, 2), np.nan
     across, down = (np.diff(xy.reshape(pixels.shape), axis=axis) for axis in (1, 0))
@@ -317,7 +172,7 @@ def _rigid(matrix: Floats, path: Path, name: str) -> Floats:
     r = matrix[:3, :3]
     off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
     if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
-        raise InputError(f"{path}: {name} is no rigid transform, for it mirrors: give a rotation, mm, and 0 0 0 1")
+        raise InputError(f"{path}: {name} mirrors, so it is no rigid transform: give a rotation, mm, and 0 0 0 1")
     if off > ROTATION_TOLERANCE:
         raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
     u, _, vt = np.linalg.svd(r)

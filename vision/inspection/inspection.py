@@ -8,25 +8,28 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store
-from vision.cameras import Prior, Rig, read_prior, read_rig
+from vision.cameras.cameras import Prior, Rig
+from vision.cameras.drawing import check_writable
+from vision.cameras.files import read_prior, read_rig
+from vision.cameras.images import Picture, read_picture
+from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction import extract as extraction
-from vision.extraction.extract import Extraction, ExtractionParameters, extract
-from vision.images import Picture, read_picture
-from vision.inspection_rows import Inspected, record_inspection
-from vision.localisation.depth_range import predicted_depth_range
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import ExtractionParameters
+from vision.inspection.overlay import draw_overlay
+from vision.inspection.parameters import DEFAULTS, InspectionParameters
+from vision.inspection.record import Inspected, record_inspection
+from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.overlay import draw_overlay
-from vision.localisation.parts_in_view import PartsInView, parts_in_view
-from vision.localisation.scene import Floats
-from vision.localisation.stored_scene import StoredScene, scene_from_store
-from vision.overlay import check_writable
+from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
+from vision.localisation.stored_scene import StoredScene, read_scene
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
-from vision.view_volume import FAR_MM, NEAR_MM, Selection, select
 
 # The kernels of an inspection.
 KERNELS = (
@@ -90,12 +93,13 @@ def inspect(
     world: str | None = None,
     keep_images: bool = True,
     overlay: str | Path | None = None,
+    parameters: InspectionParameters = DEFAULTS,
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
     rig, prior: YAML files; left, right: pictures; world: its name, where the store has several; overlay: a picture of
-    the model drawn over the images, to be written.  Raises InputError for what is handed in and bad, before anything
-    is written.
+    the model drawn over the images, to be written.  The run records the parameters, defaults included.  Raises
+    InputError for bad inputs, before anything is written.
     """
     clock = Clock()
     if overlay is not None:
@@ -114,26 +118,25 @@ def inspect(
         world_id, world_name = world_named(store, connection, world)
     if world_id < 0:
         raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    selection = select(store, cameras, believed, NEAR_MM, FAR_MM, world=world_name)
+    selection = select_in_view(store, cameras, believed, parameters.selection, world=world_name)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
     with store.read() as connection:
-        stored = scene_from_store(store, connection, world_id, selection.occurrence_id.tolist())
+        stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
     clock.lap("select")
 
     inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
     inputs |= {role: _digest(path) for role, path in (("rig", rig), ("prior", prior))}
-    parameters = ExtractionParameters()
     with Run.begin(
         store,
         "inspect",
-        {"world": world_name, "extraction": asdict(parameters)},
+        {"world": world_name, **asdict(parameters)},
         inputs=inputs,
         packages=PACKAGES,
     ) as run:
-        extractions = _extract(pictures, parameters)
+        extractions = _extract(pictures, parameters.extraction)
         clock.lap("extract")
-        stereo = _stereo(stored, cameras, believed, extractions)
+        stereo = _stereo(stored, cameras, believed, extractions, parameters)
         clock.lap("stereo")
         found = localise(
             stored.scene,
@@ -141,12 +144,15 @@ def inspect(
             {name: picture.grey for name, picture in pictures.items()},
             extractions,
             believed,
+            parameters.localisation,
         )
         clock.lap("localise")
         parts = None
         if found.best is not None and found.verdict != "refused":
             with store.read() as connection:
-                parts = parts_in_view(store, connection, stored, cameras, found.best.refined.world_from_rig)
+                parts = find_parts_in_view(
+                    store, connection, stored, cameras, found.best.refined.world_from_rig, parameters.localisation
+                )
         clock.lap("view")
         if overlay is not None:
             draw_overlay(overlay, pictures, cameras, found)
@@ -170,12 +176,16 @@ def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> 
         return {name: task.result() for name, task in work.items()}
 
 
-def _stereo(stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, Extraction]) -> StereoMatches | None:
+def _stereo(
+    stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, Extraction], parameters: InspectionParameters
+) -> StereoMatches | None:
     """Matches of a pair; None for one camera."""
     if len(extractions) < 2:
         return None
-    depths = predicted_depth_range(stored.scene, rig, prior.world_from_rig, prior.covariance)
-    return match_stereo(rig, extractions["left"], extractions["right"], depths)
+    depths = predict_depth_range(
+        stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.localisation.depth_range
+    )
+    return match_stereo(rig, extractions["left"], extractions["right"], depths, parameters.stereo)
 
 
 def _answer(

@@ -5,16 +5,22 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.special import erf
 
-from tests.vision.extraction.synthetic import FloatArray, disc, step
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import disc, step
 from vision.extraction.arcs import Arcs
-from vision.extraction.courses import drawn_inwards, from_circles, from_ellipses, from_lines
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.extract import extract
+from vision.extraction.refined_polylines import (
+    compute_curvature_bias,
+    measure_from_circles,
+    measure_from_ellipses,
+    measure_from_lines,
+)
 
 _ANGLES = np.linspace(0.05, 2 * np.pi, 8, endpoint=False)
 
 
-def _arcs(image: FloatArray, noise: float, seed: int) -> Arcs:
+def _arcs(image: Floats, noise: float, seed: int) -> Arcs:
     return extract(image + np.random.default_rng(seed).normal(0.0, noise, image.shape)).arcs
 
 
@@ -55,7 +61,7 @@ def test_discs_are_drawn_inwards_as_the_profile_of_a_blurred_one_says(radius: fl
     top = CubicSpline(r[::20], slope)
     seen = float(next(root for root in top.derivative().roots(extrapolate=False) if top(root, 2) < 0.0))
     spread = -float(top(seen) / top(seen, 2))
-    found = drawn_inwards(np.array([seen]), np.array([0.5 * spread]))[0]
+    found = compute_curvature_bias(np.array([seen]), np.array([0.5 * spread]))[0]
     assert found == pytest.approx(radius - seen, abs=0.015)
 
 
@@ -65,11 +71,11 @@ def test_deviations_are_distances_along_normals() -> None:
     direction = np.array([np.cos(0.7), np.sin(0.7)])
     along = rng.uniform(-50, 50, 200)
     x, y = 30 + along * direction[0] - out * direction[1], 40 + along * direction[1] + out * direction[0]
-    line = from_lines(x, y, np.tile([30.0, 40.0, *direction], (200, 1)))
+    line = measure_from_lines(x, y, np.tile([30.0, 40.0, *direction], (200, 1)))
     assert line.distance == pytest.approx(out, abs=1e-12)
 
     x, y = 30 + (25 + out) * np.cos(t), 40 + (25 + out) * np.sin(t)
-    circle = from_circles(x, y, np.tile([30.0, 40.0, 25.0], (200, 1)), np.full(200, 0.5))
+    circle = measure_from_circles(x, y, np.tile([30.0, 40.0, 25.0], (200, 1)), np.full(200, 0.5))
     assert circle.distance == pytest.approx(out, abs=1e-12)
     assert np.column_stack([circle.nx, circle.ny]) == pytest.approx(np.column_stack([np.cos(t), np.sin(t)]))
     assert circle.bias == pytest.approx(0.5)
@@ -81,7 +87,7 @@ def test_deviations_are_distances_along_normals() -> None:
     u, v = a * np.cos(t) + out * nu / norm, b * np.sin(t) + out * nv / norm
     x, y = 30 + np.cos(angle) * u - np.sin(angle) * v, 40 + np.sin(angle) * u + np.cos(angle) * v
     ellipses = Ellipses(*(np.array([value]) for value in (30.0, 40.0, a, b, angle, 0.0)))
-    oval = from_ellipses(x, y, ellipses, np.zeros(200, np.intp), np.full(200, 0.5))
+    oval = measure_from_ellipses(x, y, ellipses, np.zeros(200, np.intp), np.full(200, 0.5))
     assert oval.distance == pytest.approx(out, abs=2e-3)
     normal = np.column_stack([np.cos(angle) * nu - np.sin(angle) * nv, np.sin(angle) * nu + np.cos(angle) * nv])
     assert np.column_stack([oval.nx, oval.ny]) == pytest.approx(normal / norm[:, None], abs=0.01)

@@ -1,19 +1,17 @@
-"""Compiled kernel of courses: averages along arcs."""
+"""Compiled kernel of refined polylines: averages along arcs."""
 
 from math import exp
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints32
 from relmodel.compiled import kernel
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @kernel("UniTuple(f8[::1], 3)(f8[::1], f8[::1], f8[::1], i4[::1], f8)")
 def average_along(
-    place: FloatArray, values: FloatArray, weight: FloatArray, offsets: npt.NDArray[np.int32], window: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    place: Floats, values: Floats, weight: Floats, offsets: Ints32, window: float
+) -> tuple[Floats, Floats, Floats]:
     """Weighted means (m,) of `values` about each member of its arc `offsets[i] : offsets[i + 1]`, under a Gaussian of
     standard deviation `window` over `place`, ascending along each arc; the sum of squares of the shares; and the mean
     of 1 / `weight` under those squares."""

@@ -1,4 +1,4 @@
-"""The course of an arc at measuring grade: its elements moved across it to where their neighbours along it agree.
+"""Refined polylines of arcs: each edge element moved across its arc to where its neighbours along the arc agree.
 
 An element sees 2 sqrt(pi) times the facet's scale along the edge; once an arc is known, what lies further along tells
 as much about it.  The deviations of its elements from the fitted curve are averaged along it under a Gaussian window,
@@ -9,51 +9,44 @@ much more is seen.
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Indices
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses
 from vision.extraction.linking import Chains
-
-FloatArray = npt.NDArray[np.float64]
-
-_WINDOW = 5.0  # facet scales: standard deviation of the window along the arc
-_SCATTER = (
-    1.0 - 2.0 / (1.0 + 0.5 * _WINDOW**2) ** 0.5 + 1.0 / (1.0 + _WINDOW**2) ** 0.5
-)  # of elements about it, sigma^2
-PRIOR_FREEDOM = 5.0  # degrees of freedom that the elements' own standard deviations count for, beside their scatter
+from vision.extraction.parameters import FittingParameters
 
 
 @dataclass(frozen=True)
-class Course:
+class RefinedPolylines:
     """Points (px) of all arcs packed, beside their elements, and the standard deviation (px) of each across its arc."""
 
-    x: FloatArray
-    y: FloatArray
-    sigma: FloatArray
+    x: Floats
+    y: Floats
+    sigma: Floats
 
 
 @dataclass(frozen=True)
 class Deviations:
     """Of each member of an arc: signed distance (px) from the fitted curve along the unit normal (nx, ny), and how far
     (px) smoothing has drawn the curve against that normal; NaN where the members determine none.  `sigma` (px) is the
-    standard deviation of a curve that bends freely enough to be the course itself, NaN on others."""
+    standard deviation of a curve that bends freely enough to be the polyline itself, NaN on others."""
 
-    distance: FloatArray
-    nx: FloatArray
-    ny: FloatArray
-    bias: FloatArray
-    sigma: FloatArray
+    distance: Floats
+    nx: Floats
+    ny: Floats
+    bias: Floats
+    sigma: Floats
 
 
-def from_lines(x: FloatArray, y: FloatArray, fit: FloatArray) -> Deviations:
+def measure_from_lines(x: Floats, y: Floats, fit: Floats) -> Deviations:
     """Deviations of points (m,) from lines; `fit` (m, 4) centroid and unit direction."""
     nx, ny = -fit[:, 3], fit[:, 2]
     distance = (x - fit[:, 0]) * nx + (y - fit[:, 1]) * ny
     return Deviations(distance, nx, ny, np.zeros_like(x), np.full_like(x, np.nan))
 
 
-def drawn_inwards(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
+def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
     """By how much (px) discs are larger than the circles of `radius` px that are seen of them through a blur whose
     variance, as their steps show it, is twice `half_spread` px^2.
 
@@ -74,7 +67,7 @@ def drawn_inwards(radius: FloatArray, half_spread: FloatArray) -> FloatArray:
     return np.asarray(np.where(sound, np.maximum(disc - seen, 0.0), 0.0))
 
 
-def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray) -> Deviations:
+def measure_from_circles(x: Floats, y: Floats, fit: Floats, bias: Floats) -> Deviations:
     """Deviations of points (m,) from circles; `fit` (m, 3) centre and radius as seen, `bias` (m,) how far these are
     drawn inwards."""
     u, v, radius = x - fit[:, 0], y - fit[:, 1], fit[:, 2]
@@ -82,9 +75,7 @@ def from_circles(x: FloatArray, y: FloatArray, fit: FloatArray, bias: FloatArray
     return Deviations(away - radius, u / away, v / away, bias, np.full_like(x, np.nan))
 
 
-def from_ellipses(
-    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: npt.NDArray[np.intp], half_spread: FloatArray
-) -> Deviations:
+def measure_from_ellipses(x: Floats, y: Floats, ellipses: Ellipses, which: Indices, half_spread: Floats) -> Deviations:
     """Deviations, to first order (Sampson), of points (m,) from the ellipses `which` (m,) names."""
     a, b, angle = ellipses.major[which], ellipses.minor[which], ellipses.angle[which]
     dx, dy = x - ellipses.centre_x[which], y - ellipses.centre_y[which]
@@ -99,37 +90,39 @@ def from_ellipses(
     return Deviations(distance, nx, ny, half_spread * curvature, np.full_like(x, np.nan))
 
 
-def settle(edges: EdgeElements, members: Chains, deviations: Deviations, scale: float) -> Course:
+def refine_polylines(
+    edges: EdgeElements, members: Chains, deviations: Deviations, scale: float, p: FittingParameters
+) -> RefinedPolylines:
     """Courses of arcs of edge elements found at facet scale `scale` px; what has no deviation stays where it was seen.
 
     The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
     ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
-    course than their own standard deviations say, as they do where noise is no longer small beside the step, it follows
-    the scatter, the more the longer the arc is.
-    """
-    from vision.extraction import course_kernels
+    polyline than their own standard deviations say, as they do where noise is no longer small beside the step, it
+    follows the scatter, the more the longer the arc is."""
+    from vision.extraction import polyline_kernels
 
     x, y, sigma = members.beside(edges.x, edges.y, edges.sigma)
     if len(members) == 0:
-        return Course(x, y, sigma)
+        return RefinedPolylines(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
     steps[members.offsets[:-1]] = 0.0
     known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
-    distance, concentration, variance = course_kernels.average_along(
-        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, _WINDOW * scale
+    distance, concentration, variance = polyline_kernels.average_along(
+        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, p.window * scale
     )
     spacing = np.add.reduceat(steps, members.offsets[:-1]) / np.maximum(members.counts - 1, 1)
     shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
     part = shared * concentration
     shrunk = np.sqrt(variance * part / np.sqrt(1.0 + part**2))
     about = np.where(known, deviations.distance - distance, 0.0) ** 2 / sigma**2
+    scatter = 1.0 - 2.0 / (1.0 + 0.5 * p.window**2) ** 0.5 + 1.0 / (1.0 + p.window**2) ** 0.5  # of elements, in sigma^2
     freedom = members.counts * np.maximum(spacing, 0.5) / (2.0 * np.sqrt(np.pi) * scale)
-    squares = np.add.reduceat(about, members.offsets[:-1]) / (_SCATTER * members.counts)
-    excess = (PRIOR_FREEDOM + freedom * squares) / (PRIOR_FREEDOM + freedom)
+    squares = np.add.reduceat(about, members.offsets[:-1]) / (scatter * members.counts)
+    excess = (p.prior_freedom + freedom * squares) / (p.prior_freedom + freedom)
     shrunk *= np.sqrt(np.repeat(excess, members.counts))
     distance = np.where(itself, 0.0, distance)
     move = np.where(known, distance + deviations.bias - deviations.distance, 0.0)
-    return Course(
+    return RefinedPolylines(
         x=x + move * np.where(known, deviations.nx, 0.0),
         y=y + move * np.where(known, deviations.ny, 0.0),
         sigma=np.where(itself, deviations.sigma, np.where(known, shrunk, sigma)),

@@ -11,8 +11,8 @@ from sqlalchemy import Connection
 from relmodel.columns import Columns, Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
-from vision.cameras import Camera, Rig
-from vision.images import Picture
+from vision.cameras.cameras import Camera, Rig
+from vision.cameras.images import Picture
 
 
 def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_bytes: bool) -> int:

@@ -3,18 +3,18 @@
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Ints32
 from vision.extraction.arcs import LINE, Arcs
-from vision.extraction.courses import Course
-from vision.extraction.junctions import END, START, Junctions
+from vision.extraction.junctions import Junctions
+from vision.extraction.meetings import END, START
+from vision.extraction.parameters import JunctionParameters
+from vision.extraction.refined_polylines import RefinedPolylines
 
-IntArray = npt.NDArray[np.int32]
-
-_OVERRUN = 6  # points, at most, that a course runs on beyond the junction
+_DEFAULTS = JunctionParameters()
 
 
-def close_ends(arcs: Arcs, junctions: Junctions) -> Arcs:
+def snap_end_points(arcs: Arcs, junctions: Junctions) -> Arcs:
     """The arcs with the ends that take part in a junction moved there."""
     start, end = (np.column_stack(pair) for pair in ((arcs.start_x, arcs.start_y), (arcs.end_x, arcs.end_y)))
     direction, length = arcs.direction, arcs.length.copy()
@@ -45,9 +45,11 @@ def close_ends(arcs: Arcs, junctions: Junctions) -> Arcs:
     )
 
 
-def closed_courses(arcs: Arcs, junctions: Junctions) -> tuple[Course, IntArray]:
-    """The courses of the arcs, and their offsets (n + 1,), from junction to junction: what runs on beyond one left out,
-    the place itself put in."""
+def snap_polylines(
+    arcs: Arcs, junctions: Junctions, p: JunctionParameters = _DEFAULTS
+) -> tuple[RefinedPolylines, Ints32]:
+    """The polylines of the arcs, and their offsets (n + 1,), from junction to junction: what runs on beyond one left
+    out, the place itself put in."""
     kept = np.ones(len(arcs.x), np.bool_)
     inserted = []
     place = np.column_stack([junctions.x, junctions.y])[junctions.junction]
@@ -57,7 +59,7 @@ def closed_courses(arcs: Arcs, junctions: Junctions) -> tuple[Course, IntArray]:
         first, behind = arcs.offsets[junctions.arc[met]], arcs.offsets[junctions.arc[met] + 1]
         last = first if which == START else behind - 1
         beyond = np.ones(len(met), np.bool_)
-        for step in range(_OVERRUN):
+        for step in range(p.overrun_points):
             point = np.clip(last + inward * step, first, behind - 1)
             gap = np.column_stack([arcs.x[point], arcs.y[point]]) - place[met]
             beyond &= np.sum(gap * away[met], axis=1) <= 0.0
@@ -68,7 +70,7 @@ def closed_courses(arcs: Arcs, junctions: Junctions) -> tuple[Course, IntArray]:
     sigma = np.sqrt(np.einsum("ni,nij,nj->n", normal, junctions.covariance[junctions.junction[met]], normal))
     columns = zip((arcs.x, arcs.y, arcs.point_sigma), (place[met, 0], place[met, 1], sigma), strict=True)
     held = np.insert(kept, at, True)
-    course = Course(*(np.insert(column, at, values)[held] for column, values in columns))
+    polyline = RefinedPolylines(*(np.insert(column, at, values)[held] for column, values in columns))
     counts = np.add.reduceat(kept, arcs.offsets[:-1], dtype=np.int32) if len(arcs) else np.zeros(0, np.int32)
     np.add.at(counts, junctions.arc[met], 1)
-    return course, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    return polyline, np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Compiled kernels of marks: the grey on both sides of edge elements, and what runs parallel around them."""
+"""Compiled kernels of arc quality: the grey on both sides of edge elements, and what runs parallel around them."""
 
 from relmodel.arrays import Bytes, Floats, Ints, Ints32
 from relmodel.compiled import kernel

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ class Picture:
     data: bytes
     depth: int
     channels: int
-    grey: npt.NDArray[np.float64]
+    grey: Floats
 
     @property
     def width(self) -> int:
@@ -99,7 +100,7 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
     return Picture(path.name, hashlib.sha256(data).hexdigest(), data, depth, channels, _grey(pixels))
 
 
-def read_mask(path: str | Path) -> npt.NDArray[np.bool_]:
+def read_mask(path: str | Path) -> Bools:
     """(height, width): where a picture is brighter than half.
 
     Raises InputError as `read_picture` does, and where that is nowhere.
@@ -127,7 +128,7 @@ def _deep_colour(data: bytes) -> npt.NDArray[np.generic]:
     return np.asarray(pixels)[..., 2::-1]  # decoded as blue, green, red
 
 
-def _grey(pixels: npt.NDArray[np.generic]) -> npt.NDArray[np.float64]:
+def _grey(pixels: npt.NDArray[np.generic]) -> Floats:
     """Luminance (ITU-R BT.601 weights) of 0..255."""
     values = pixels.astype(np.float64)
     if values.ndim == 3:

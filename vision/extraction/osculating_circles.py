@@ -1,49 +1,46 @@
-"""Arcs near a point of theirs: each as the circle that touches it there, with what is known of it across."""
+"""Osculating circles of arcs: each arc near one of its points as the circle that touches it there, with its lateral
+variance."""
 
 from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
-from vision.extraction.courses import from_ellipses
 from vision.extraction.ellipses import Ellipses
-
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.intp]
-
-_LEAST_SIGMA = 0.02  # px across an arc
-_TANGENT = 6  # points to an end, or to either side, that give a free curve its direction
+from vision.extraction.parameters import JunctionParameters
+from vision.extraction.refined_polylines import measure_from_ellipses
 
 
 @dataclass(frozen=True)
-class LocalCurves:
+class OsculatingCircles:
     """Circles that touch arcs, columns of one length n: a point (`x`, `y`) of each, the unit tangent (`tx`, `ty`)
     there, and the `curvature` (1/px) towards the normal (-ty, tx).  `variance` (n, 3): that across the curve, s px
     further on, is c0 + c1 s + c2 s^2 (px^2)."""
 
-    x: FloatArray
-    y: FloatArray
-    tx: FloatArray
-    ty: FloatArray
-    curvature: FloatArray
-    variance: FloatArray
+    x: Floats
+    y: Floats
+    tx: Floats
+    ty: Floats
+    curvature: Floats
+    variance: Floats
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "LocalCurves":
+    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "OsculatingCircles":
         """The curves that `rows` (indices or a mask) selects."""
-        return LocalCurves(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+        return OsculatingCircles(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
-    def flipped(self, rows: npt.NDArray[np.bool_]) -> "LocalCurves":
+    def flipped(self, rows: Bools) -> "OsculatingCircles":
         """The same curves, those of the mask `rows` walked the other way."""
         sign = np.where(rows, -1.0, 1.0)
         variance = self.variance * np.column_stack([np.ones_like(sign), sign, np.ones_like(sign)])
-        return LocalCurves(self.x, self.y, sign * self.tx, sign * self.ty, sign * self.curvature, variance)
+        return OsculatingCircles(self.x, self.y, sign * self.tx, sign * self.ty, sign * self.curvature, variance)
 
-    def points(self, s: FloatArray) -> FloatArray:
+    def points(self, s: Floats) -> Floats:
         """(n, k, 2) points of the curves, `s` (n, k) px along them from where they touch."""
         x, y, tx, ty, k = (c[:, None] for c in (self.x, self.y, self.tx, self.ty, self.curvature))
         half = 0.5 * k * s
@@ -51,13 +48,13 @@ class LocalCurves:
         forth, aside = chord * np.cos(half), chord * np.sin(half)
         return np.stack([x + forth * tx - aside * ty, y + forth * ty + aside * tx], axis=-1)
 
-    def normals(self, s: FloatArray) -> FloatArray:
+    def normals(self, s: Floats) -> Floats:
         """(n, k, 2) unit normals there."""
         turn = self.curvature[:, None] * s
         tx, ty = self.tx[:, None], self.ty[:, None]
         return np.stack([-np.sin(turn) * tx - np.cos(turn) * ty, -np.sin(turn) * ty + np.cos(turn) * tx], axis=-1)
 
-    def locate(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def locate(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
         """Of points (n,), one a curve: how far along it, and how far across on the side of the normal, they are."""
         dx, dy, k = x - self.x, y - self.y, self.curvature
         u, v = dx * self.tx + dy * self.ty, dy * self.tx - dx * self.ty
@@ -67,18 +64,20 @@ class LocalCurves:
         along = np.where(bent, np.arctan2(k * u, 1.0 - k * v) / np.where(bent, k, 1.0), u)
         return along, across
 
-    def sigma(self, s: FloatArray) -> FloatArray:
-        """Standard deviation (n,) across the curves, `s` (n,) px along them."""
+    def sigma(self, s: Floats, least: float) -> Floats:
+        """Standard deviation (n,) across the curves, `s` (n,) px along them, `least` px at least."""
         c0, c1, c2 = self.variance.T
-        return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), _LEAST_SIGMA**2)))
+        return np.asarray(np.sqrt(np.maximum(c0 + s * (c1 + s * c2), least**2)))
 
 
-def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) -> LocalCurves:
-    """Arcs beside places (`x`, `y`) on their courses, `point` (n,) the nearest of these; walked from start to end."""
+def find_osculating_circles(
+    arcs: Arcs, point: Indices, x: Floats, y: Floats, p: JunctionParameters
+) -> OsculatingCircles:
+    """Arcs beside places (`x`, `y`) on their polylines, `point` (n,) the nearest of these; walked from start to end."""
     n, arc = len(point), arcs.chains.chain_of_member[point]
     first, last = arcs.offsets[arc], arcs.offsets[arc + 1] - 1
     x, y = x.copy(), y.copy()
-    before, after = np.maximum(point - _TANGENT, first), np.minimum(point + _TANGENT, last)
+    before, after = np.maximum(point - p.tangent_points, first), np.minimum(point + p.tangent_points, last)
     tangent = np.column_stack([arcs.x[after] - arcs.x[before], arcs.y[after] - arcs.y[before]])
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
     curvature, variance = np.zeros(n), np.zeros((n, 3))
@@ -111,13 +110,15 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
         *(getattr(arcs, name)[which] for name in ("centre_x", "centre_y", "radius", "radius2", "axis_angle", "sigma"))
     )
     each = np.arange(len(which))
-    seen = from_ellipses(x[oval], y[oval], ellipses, each, np.ones(len(which)))
+    seen = measure_from_ellipses(x[oval], y[oval], ellipses, each, np.ones(len(which)))
     normal = np.column_stack([seen.nx, seen.ny])
     x[oval], y[oval] = x[oval] - seen.distance * seen.nx, y[oval] - seen.distance * seen.ny
     tangent[oval] = _along(normal, tangent[oval])
     curvature[oval] = _towards(normal, tangent[oval]) * seen.bias
     ahead = [
-        covariances.of_ellipses(px, py, from_ellipses(px, py, ellipses, each, np.ones(len(which))), ellipses, each)
+        covariances.of_ellipses(
+            px, py, measure_from_ellipses(px, py, ellipses, each, np.ones(len(which))), ellipses, each
+        )
         for px, py in ((x[oval] + step * tangent[oval].T) for step in (-1.0, 0.0, 1.0))
     ]
     variance[oval] = _quadratic(arcs.covariance[which][:, :5, :5], ahead[1], 0.5 * (ahead[2] - ahead[0]))
@@ -125,10 +126,10 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
     # a free curve as the parabola through three of its points
     free = kind == FREE
     at, low, high = point[free], first[free], last[free]
-    middle = np.clip(at, np.minimum(low + _TANGENT, high), np.maximum(high - _TANGENT, low))
+    middle = np.clip(at, np.minimum(low + p.tangent_points, high), np.maximum(high - p.tangent_points, low))
     three = [
-        np.column_stack([arcs.x[p], arcs.y[p]])
-        for p in (np.maximum(middle - _TANGENT, low), middle, np.minimum(middle + _TANGENT, high))
+        np.column_stack([arcs.x[q], arcs.y[q]])
+        for q in (np.maximum(middle - p.tangent_points, low), middle, np.minimum(middle + p.tangent_points, high))
     ]
     to, on = three[1] - three[0], three[2] - three[1]
     a, b = np.hypot(*to.T), np.hypot(*on.T)
@@ -149,21 +150,21 @@ def local_curves(arcs: Arcs, point: IndexArray, x: FloatArray, y: FloatArray) ->
     unknown = ~np.isfinite(variance).all(axis=1)
     sigma, lean = arcs.sigma[arc[unknown]], arcs.angle_sigma[arc[unknown]]
     variance[unknown] = np.column_stack([sigma**2, 0.0 * sigma, lean**2])
-    return LocalCurves(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
+    return OsculatingCircles(x, y, tangent[:, 0], tangent[:, 1], curvature, variance)
 
 
-def _along(normal: FloatArray, roughly: FloatArray) -> FloatArray:
+def _along(normal: Floats, roughly: Floats) -> Floats:
     """Unit tangents across unit normals (n, 2), on the side of the directions `roughly`."""
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     return np.asarray(np.where(np.sum(tangent * roughly, axis=1, keepdims=True) < 0.0, -tangent, tangent))
 
 
-def _towards(outward: FloatArray, tangent: FloatArray) -> FloatArray:
+def _towards(outward: Floats, tangent: Floats) -> Floats:
     """1 where the normal (-ty, tx) points against `outward` (n, 2), to the centre of curvature, -1 elsewhere."""
     return np.asarray(np.where(tangent[:, 0] * outward[:, 1] - tangent[:, 1] * outward[:, 0] < 0.0, 1.0, -1.0))
 
 
-def _quadratic(covariance: FloatArray, jacobian: FloatArray, change: FloatArray) -> FloatArray:
+def _quadratic(covariance: Floats, jacobian: Floats, change: Floats) -> Floats:
     """(n, 3): c0 + c1 s + c2 s^2, the variance of (jacobian + s change) . parameters; covariance (n, k, k)."""
     change = np.broadcast_to(change, jacobian.shape)
     return np.stack(

@@ -7,25 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
-from vision.cameras import Prior, Rig
+from vision.cameras.cameras import Prior, Rig
+from vision.cameras.images import Picture
+from vision.cameras.record import record_picture, record_rig
+from vision.cameras.view_volume import Selection
 from vision.extraction.extract import Extraction
 from vision.extraction.record import record_extraction
-from vision.images import Picture
-from vision.input_rows import record_picture, record_rig
 from vision.localisation.correspondence import REASONS
-from vision.localisation.judge import Hypothesis
 from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
-from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene
+from vision.localisation.verdict import Hypothesis
 from vision.localisation.views import KINDS, SILHOUETTE
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo
-from vision.view_volume import Selection
 
 BEST = 0  # number of the hypothesis that the views and correspondences belong to
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from relmodel import paths
+from relmodel.arrays import Bytes, Floats
 from relmodel.errors import InputError
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
 
 Rgb = tuple[int, int, int]
-Image = NDArray[np.uint8]
 
 # cv2 draws at fixed-point places: four bits below the pixel are enough to look sub-pixel.
 _SHIFT = 4
@@ -25,12 +24,12 @@ _SHIFT = 4
 class Stroke:
     """Segments (n, 2, 2) in pixels (x, y) that are drawn in one colour."""
 
-    segments: NDArray[np.float64]
+    segments: Floats
     colour: Rgb
     thickness: int = 1
 
 
-def draw(grey: NDArray[np.float64], strokes: Sequence[Stroke]) -> Image:
+def draw(grey: Floats, strokes: Sequence[Stroke]) -> Bytes:
     """An image (rows, columns) of 0..255 in colour (rows, columns, 3: RGB) with strokes over it, the later above."""
     import cv2
 
@@ -49,7 +48,7 @@ def check_writable(path: str | Path) -> None:
     paths.check_writable(path, "overlay")
 
 
-def save_side_by_side(path: str | Path, images: Sequence[Image]) -> None:
+def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:
     """Write images of one height, a gap between them, as one picture; the suffix names the format.
 
     Raises InputError where it cannot be written.

@@ -6,18 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.cameras import Rig
-from vision.images import Picture
+from vision.cameras.cameras import Rig
+from vision.cameras.drawing import Stroke, draw, save_side_by_side
+from vision.cameras.images import Picture
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH
-from vision.overlay import Stroke, draw, save_side_by_side
 
 MATCHED, UNMATCHED, BLEND = (60, 220, 60), (240, 70, 60), (70, 130, 250)
 
 
 def draw_overlay(path: str | Path, pictures: dict[str, Picture], rig: Rig, found: Localisation) -> None:
     """Write the pictures side by side with the visible arcs of the model: matched to an image arc in green, not matched
-    in red, rims of blends (which show as shading, not as edges) in blue."""
+    in red, edges of blends (which show as shading, not as edges) in blue."""
     drawn = []
     for name, picture in pictures.items():
         strokes = []

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse
-from vision.localisation.scene import Floats
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def read_truth(path: Path) -> Truth:
     return Truth(data["variant"], np.array(data["world_from_rig"]), target)
 
 
-def pose_error(world_from_rig: Floats, truth: Truth) -> PoseError:
+def measure_pose_error(world_from_rig: Floats, truth: Truth) -> PoseError:
     """Error of a pose (4, 4) against the truth."""
     off = inverse(truth.world_from_rig) @ world_from_rig
     cosine = np.clip((np.trace(off[:3, :3]) - 1) / 2, -1, 1)
