@@ -116,23 +116,6 @@ COMMENT ON COLUMN arc_offset.axis_y IS 'y of the unit vector A';
 COMMENT ON COLUMN arc_offset.axis_z IS 'z of the unit vector A';
 COMMENT ON COLUMN arc_offset.distance IS 'offset along the unit vector of T x A, mm';
 
-CREATE TABLE arc_attribute (
-    arc_id BIGINT NOT NULL REFERENCES arc (id),
-    name TEXT NOT NULL,
-    value_number DOUBLE PRECISION,
-    value_text TEXT,
-    unit TEXT,
-    source TEXT NOT NULL,
-    PRIMARY KEY (arc_id, name)
-);
-COMMENT ON TABLE arc_attribute IS 'Attribute-value table of arcs.';
-COMMENT ON COLUMN arc_attribute.arc_id IS 'the arc';
-COMMENT ON COLUMN arc_attribute.name IS 'name of the attribute';
-COMMENT ON COLUMN arc_attribute.value_number IS 'value, where it is a number';
-COMMENT ON COLUMN arc_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN arc_attribute.unit IS 'unit of a number';
-COMMENT ON COLUMN arc_attribute.source IS 'where the value comes from: file, derived, user';
-
 CREATE SEQUENCE surface_id_seq;
 CREATE TABLE surface (
     id BIGINT PRIMARY KEY,
@@ -263,23 +246,6 @@ COMMENT ON COLUMN surface_swept.axis_y IS 'y of the direction of extrusion or ax
 COMMENT ON COLUMN surface_swept.axis_z IS 'z of the direction of extrusion or axis of revolution, unit';
 COMMENT ON COLUMN surface_swept.distance IS 'offset along the basis surface''s normal dS/du x dS/dv, mm';
 
-CREATE TABLE surface_attribute (
-    surface_id BIGINT NOT NULL REFERENCES surface (id),
-    name TEXT NOT NULL,
-    value_number DOUBLE PRECISION,
-    value_text TEXT,
-    unit TEXT,
-    source TEXT NOT NULL,
-    PRIMARY KEY (surface_id, name)
-);
-COMMENT ON TABLE surface_attribute IS 'Attribute-value table of surfaces.';
-COMMENT ON COLUMN surface_attribute.surface_id IS 'the surface';
-COMMENT ON COLUMN surface_attribute.name IS 'name of the attribute';
-COMMENT ON COLUMN surface_attribute.value_number IS 'value, where it is a number';
-COMMENT ON COLUMN surface_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN surface_attribute.unit IS 'unit of a number';
-COMMENT ON COLUMN surface_attribute.source IS 'where the value comes from: file, derived, user';
-
 CREATE TABLE loop (
     surface_id BIGINT NOT NULL REFERENCES surface (id),
     loop_no INTEGER NOT NULL,
@@ -297,7 +263,9 @@ CREATE TABLE coedge (
     coedge_no INTEGER NOT NULL,
     arc_id BIGINT NOT NULL REFERENCES arc (id),
     reversed BOOLEAN NOT NULL,
+    tolerance DOUBLE PRECISION,
     PRIMARY KEY (surface_id, loop_no, coedge_no),
+    CHECK (tolerance > 0),
     FOREIGN KEY (surface_id, loop_no) REFERENCES loop (surface_id, loop_no)
 );
 COMMENT ON TABLE coedge IS 'The use of an arc by a loop; material lies to its left seen from outside.';
@@ -306,6 +274,7 @@ COMMENT ON COLUMN coedge.loop_no IS 'the loop';
 COMMENT ON COLUMN coedge.coedge_no IS 'ordinal along the loop';
 COMMENT ON COLUMN coedge.arc_id IS 'the arc';
 COMMENT ON COLUMN coedge.reversed IS 'whether the loop runs against the arc''s parameter';
+COMMENT ON COLUMN coedge.tolerance IS 'how far the arc may lie off the surface and end off the start of the next, mm: 0.01, or what the CAD kernel states for the edge up to 0.1 mm or 1e-4 of the shape; where loading found more (load_finding) or fitted a mesh, what it measured; null where it could not';
 
 CREATE TABLE pcurve (
     surface_id BIGINT NOT NULL,
@@ -356,11 +325,9 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('arc', 'surface', 'primary'),
     ('arc_spline', 'surface', 'primary'),
     ('arc_offset', 'surface', 'primary'),
-    ('arc_attribute', 'surface', 'primary'),
     ('surface', 'surface', 'primary'),
     ('surface_spline', 'surface', 'primary'),
     ('surface_swept', 'surface', 'primary'),
-    ('surface_attribute', 'surface', 'primary'),
     ('loop', 'surface', 'primary'),
     ('coedge', 'surface', 'primary'),
     ('pcurve', 'surface', 'primary');

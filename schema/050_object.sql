@@ -35,19 +35,40 @@ COMMENT ON COLUMN object_variant.source_id IS 'the file it was first loaded from
 CREATE TABLE object_attribute (
     object_id BIGINT NOT NULL REFERENCES object (id),
     name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
     value_number DOUBLE PRECISION,
     value_text TEXT,
+    value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
-    PRIMARY KEY (object_id, name)
+    PRIMARY KEY (object_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
 );
-COMMENT ON TABLE object_attribute IS 'Attribute-value table of objects.';
+COMMENT ON TABLE object_attribute IS 'Attribute-value table of objects; appended to, never changed: current_object_attribute has the newest value of each.';
 COMMENT ON COLUMN object_attribute.object_id IS 'the object';
 COMMENT ON COLUMN object_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN object_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
 COMMENT ON COLUMN object_attribute.value_number IS 'value, where it is a number';
 COMMENT ON COLUMN object_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN object_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN object_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN object_attribute.unit IS 'unit of a number; null where it has none';
 COMMENT ON COLUMN object_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_object_attribute AS
+SELECT DISTINCT ON (object_id, name) object_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM object_attribute
+ORDER BY object_id, name, run_id DESC;
+COMMENT ON VIEW current_object_attribute IS 'The newest value of each attribute of objects.';
+COMMENT ON COLUMN current_object_attribute.object_id IS 'the object';
+COMMENT ON COLUMN current_object_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_object_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_object_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_object_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_object_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_object_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_object_attribute.run_id IS 'the run that stated it';
 
 CREATE TABLE object_object (
     parent_id BIGINT NOT NULL REFERENCES object (id),
@@ -242,7 +263,7 @@ COMMENT ON TABLE load_report IS 'What a load found in its file and added to the 
 COMMENT ON COLUMN load_report.run_id IS 'the run of the load';
 COMMENT ON COLUMN load_report.source_id IS 'the file; null where it was refused';
 COMMENT ON COLUMN load_report.object_variant_id IS 'what it was loaded as; null where it was refused';
-COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there), partial or refused';
+COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there), partial (faces were lost) or refused';
 COMMENT ON COLUMN load_report.message IS 'why it is partial or was refused';
 COMMENT ON COLUMN load_report.faces_in_file IS 'faces that the text of the file lists';
 COMMENT ON COLUMN load_report.faces_loaded IS 'faces that were read from it, each part counted once';
@@ -252,6 +273,33 @@ COMMENT ON COLUMN load_report.supplemental_parts IS 'distinct supplemental parts
 COMMENT ON COLUMN load_report.shapes_added IS 'shapes that were new to the store';
 COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the store';
 COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';
+
+CREATE TABLE load_finding (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    finding_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    message TEXT NOT NULL,
+    part_id BIGINT REFERENCES part (id),
+    shape_id BIGINT REFERENCES shape (id),
+    surface_id BIGINT REFERENCES surface (id),
+    arc_id BIGINT REFERENCES arc (id),
+    value DOUBLE PRECISION,
+    bound DOUBLE PRECISION,
+    unit TEXT,
+    PRIMARY KEY (run_id, finding_no)
+);
+COMMENT ON TABLE load_finding IS 'What a load noticed in its file that is not as it should be; it was loaded all the same unless load_report says that it was refused.';
+COMMENT ON COLUMN load_finding.run_id IS 'the run of the load; load_report says which file it read';
+COMMENT ON COLUMN load_finding.finding_no IS 'ordinal of the finding in the load, from 0';
+COMMENT ON COLUMN load_finding.kind IS 'open_loop, edge_off_face, open_solid, stated_volume, stated_area, damaged_text, unread_text, lost_faces, features_failed, ...';
+COMMENT ON COLUMN load_finding.message IS 'what was found, one sentence';
+COMMENT ON COLUMN load_finding.part_id IS 'the part, or the first of those that have the shape; null where it is of the whole file, or was refused';
+COMMENT ON COLUMN load_finding.shape_id IS 'the shape; null where it is of the whole file or the part, or was refused';
+COMMENT ON COLUMN load_finding.surface_id IS 'the surface; null where it is of none, or was refused';
+COMMENT ON COLUMN load_finding.arc_id IS 'the arc; null where it is of none, or was refused';
+COMMENT ON COLUMN load_finding.value IS 'what was measured; null where it is no measure';
+COMMENT ON COLUMN load_finding.bound IS 'what the value was held against; null where it is no measure';
+COMMENT ON COLUMN load_finding.unit IS 'unit of value and bound; null for counts and where they are null';
 
 CREATE VIEW object_child AS
 WITH instance AS (
@@ -297,9 +345,11 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object', 'object', 'primary'),
     ('object_variant', 'object', 'primary'),
     ('object_attribute', 'object', 'primary'),
+    ('current_object_attribute', 'object', 'view'),
     ('object_object', 'object', 'primary'),
     ('object_part', 'object', 'primary'),
     ('object_child', 'object', 'view'),
     ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
-    ('load_report', 'object', 'primary');
+    ('load_report', 'object', 'primary'),
+    ('load_finding', 'object', 'primary');

@@ -33,7 +33,7 @@ from relmodel.model.trimmed_faces import Trims
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import triangulation as step_mesh
 from relmodel.readers.step.boundary import Boundary, Coedge, Wire
-from relmodel.readers.step.maps import edge_map, face_map
+from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 
@@ -100,6 +100,7 @@ def _extracted(sources: list[_Source]) -> list[Shape]:
     bodies = Bodies(*np.array(begins).T)
     surface_columns = support.columns()
     arc_columns = curve_rows.columns()
+    arc_columns["tolerance"] = np.concatenate([source.tolerances for source in sources])
     bounds, coedges, pcurves = _loops(sources, bodies, surface_columns["kind"])
 
     curves, surfaces = curve_rows.curves, support.surfaces
@@ -190,6 +191,10 @@ class _Source:
     @cached_property
     def _keys(self) -> Any:
         return edge_map(self._faces)
+
+    @property
+    def tolerances(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        return edge_tolerances(self._keys)
 
     def edge(self, number: int) -> Any:
         return TopoDS.Edge(self._keys.FindKey(number + 1))
