@@ -437,7 +437,7 @@ class _Segmentation:
             run_on = np.bincount(p.a[bends & loose[p.b]], minlength=self.count) > 0
             free = ((b < 0) | dropped[b]) & run_on[p.b[rim]]
             into_free, into_few = (
-                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | few[np.maximum(b, 0)])
+                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | ((b >= 0) & few[b]))
             )
             new = few & ((into_free > _FREE_RIM * total) | (into_few > _FEW_RIM * total)) & ~dropped[:count]
             if not new.any():
