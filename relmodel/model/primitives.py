@@ -15,7 +15,7 @@ from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model import measures as brep
 from relmodel.model.model import Mesh, Shape, Table
-from relmodel.model.trimmed_faces import Trims
+from relmodel.model.trimmed_faces import TrimmedFaces
 
 Array = npt.NDArray[np.float64]
 
@@ -206,7 +206,7 @@ class _Rows:
         curves = Curves(arc_columns, {})
         surfaces = Surfaces(surface_columns)
         arc_columns |= brep.arc_measures(curves)
-        normals = brep.ArcNormals(Trims(surfaces, curves, coedges, pcurves))
+        normals = brep.ArcNormals(TrimmedFaces(surfaces, curves, coedges, pcurves))
         arc_columns |= brep.adjacency(normals)
         return Shape(
             kind="solid",

@@ -8,12 +8,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRep import BRep_Tool
 from OCP.BRepLib import BRepLib
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS, TopoDS_Compound
+from OCP.TopoDS import TopoDS
 
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
@@ -31,21 +31,13 @@ def without_loose_faces(shape: Any) -> tuple[Any, Any]:
         TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
     faces = maps.face_map(shape)
     loose = [faces.FindKey(i) for i in range(1, faces.Extent() + 1) if not bounding.Contains(faces.FindKey(i))]
-    return (_compound(solids), _compound(loose)) if solids and loose else (shape, None)
+    return (maps.compound(solids), maps.compound(loose)) if solids and loose else (shape, None)
 
 
 def _sub_shapes(shape: Any, kind: Any) -> list[Any]:
     keys = ShapeMap()
     TopExp.MapShapes_s(shape, kind, keys)
     return [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
-
-
-def _compound(shapes: list[Any]) -> Any:
-    builder, compound = BRep_Builder(), TopoDS_Compound()
-    builder.MakeCompound(compound)
-    for shape in shapes:
-        builder.Add(compound, shape)
-    return compound
 
 
 def loose_edges(shape: Any) -> list[Any]:
