@@ -13,22 +13,29 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 _ENOUGH = 0.25  # of the chord: what is nearer is not worth a foot point
-_MIDDLES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
+WELD_MM = 1e-5  # vertices of faces that are nearer to each other are one
+_RULED = ("cylinder", "cone", "extrusion")
 
 
 def surface_deviation(
     surfaces: Surfaces, vertices: Array, uv: Array, triangles: npt.NDArray[np.integer], owner: Index, chord_mm: float
 ) -> float:
-    """Greatest distance of the centroids and edge midpoints of triangles (m, 3) from their surfaces (m,), mm.
+    """Greatest distance of midpoints of edges within faces and of centroids of triangles (m, 3) from surfaces (m,), mm.
 
     vertices (n, 3), their parameters uv (n, 2); of free-form surfaces an upper bound, exact to a quarter of the chord.
+    Edges along arcs are for `arc_deviation`.
     """
-    curved = np.flatnonzero(surfaces.kind[owner] != "plane")
-    corners, owner = triangles[curved], owner[curved]
+    kind = surfaces.kind[owner]
+    curved = np.flatnonzero(kind != "plane")
+    round_ = np.flatnonzero(~np.isin(kind.astype(str), ("plane", *_RULED)))  # of the others an edge is the farthest
+    corners = triangles[curved]
+    tail, head = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    once = np.flatnonzero(tail < head)  # each edge within a face is run both ways
+    ends = [(tail[once], head[once], np.repeat(owner[curved], 3)[once]), (*triangles[round_].T, owner[round_])]
     worst = 0.0
-    for weights in _MIDDLES:
-        middle, at = (np.tensordot(weights, values[corners], (0, 1)) for values in (vertices, uv))
-        worst = max(worst, float(distances(surfaces, owner, middle, at, _ENOUGH * chord_mm).max(initial=0.0)))
+    for *nodes, row in ends:
+        middle, at = (sum(values[node] for node in nodes) / len(nodes) for values in (vertices, uv))
+        worst = max(worst, float(distances(surfaces, row, middle, at, _ENOUGH * chord_mm).max(initial=0.0)))
     return worst
 
 
@@ -49,12 +56,17 @@ def open_edges(vertices: Array, triangles: npt.NDArray[np.integer]) -> int:
     tail, head = triangles.T.astype(np.int64), np.roll(triangles, -1, axis=1).T.astype(np.int64)
     tail, head = tail.ravel(), head.ravel()
     # Within a face neighbours share vertices: only what is left is joined by place.
-    bare = ~np.isin(tail * count + head, head * count + tail)
-    ends = np.stack([tail[bare], head[bare]])
-    used, ends = np.unique(ends, return_inverse=True)
-    place = np.unique(vertices[used] + 0.0, axis=0, return_inverse=True)[1].ravel()  # no -0.0
-    tail, head = place[ends.reshape(2, -1)]
-    way = np.sign(head - tail)
-    edge = np.minimum(tail, head) * len(used) + np.maximum(tail, head)
-    _, edge = np.unique(edge, return_inverse=True)
-    return int(np.abs(np.bincount(edge.ravel(), way)).sum())
+    there, back = tail * count + head, np.sort(head * count + tail)
+    bare = np.take(back, np.searchsorted(back, there), mode="clip") != there
+    used, ends = np.unique(np.stack([tail[bare], head[bare]]), return_inverse=True)
+    places, ends = vertices[used], ends.reshape(2, -1)
+    found = _unpaired(places, ends)
+    return found and min(found, _unpaired(np.round(places / WELD_MM), ends))
+
+
+def _unpaired(places: Array, ends: Index) -> int:
+    """How many directed edges (2, m) between places (n, 3) no other one runs back along."""
+    place = np.unique(places + 0.0, axis=0, return_inverse=True)[1].ravel()  # no -0.0
+    tail, head = place[ends]
+    edge = np.unique(np.minimum(tail, head) * len(places) + np.maximum(tail, head), return_inverse=True)[1]
+    return int(np.abs(np.bincount(edge.ravel(), np.sign(head - tail))).sum())

@@ -11,57 +11,48 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepGProp import BRepGProp
-from OCP.GProp import GProp_GProps
+from OCP.BRepGProp import BRepGProp_Domain, BRepGProp_Face, BRepGProp_Sinert, BRepGProp_Vinert
+from OCP.gp import gp_Pnt
 from OCP.ShapeCustom import ShapeCustom
 from OCP.TopoDS import TopoDS
 
-from relmodel.readers.step.maps import compound
-
 Array = npt.NDArray[np.float64]
 
-# Relative error that the kernel's integrals are asked for.  From 0.001 on it integrates once between knots, which is
-# good to 1e-9 on planes and b-splines; below it halves intervals, which takes up to a hundred times as long.
-ONCE, HALVED = 1e-3, 1e-6
+# Relative errors that the kernel's integrals are asked for.  For the first it integrates once between knots, which is
+# good to 1e-9 on b-splines without weights; for less it halves intervals, which takes long where knots are many.
+ONCE, HALVED = 1e-3, 1e-5
 _SWEPT = ("extrusion", "revolution", "offset")
-_EXACT_AT_ONCE = ("plane", *_SWEPT)
 _RULED = ("plane", "cylinder", "cone", "extrusion")  # straight lines end at the boundary, and so do extremes
 
 
-def integrable(faces: list[Any], kinds: list[str]) -> list[Any]:
-    """Faces as the kernel integrates over them with the accuracy asked for: swept ones as b-splines."""
-    return [_as_spline(face) if kind in _SWEPT else face for face, kind in zip(faces, kinds, strict=True)]
+def integrals(faces: list[Any], kinds: list[str], about: Array) -> Array:
+    """Area, its moments and the flux of the vector from a point, `about` (3,), through faces (n, 5).
 
-
-def _as_spline(face: Any) -> Any:
-    try:
-        return TopoDS.Face(ShapeCustom.ConvertToBSpline_s(face, True, True, True, False))
-    except Exception:  # those of the kernel have no base class of their own
-        return face
-
-
-def areas(faces: list[Any], kinds: list[str]) -> Array:
-    """Area and centroid (n, 4) of faces; NaN where the kernel gives up."""
-    out = np.full((len(faces), 4), np.nan)
+    NaN where the kernel gives up.
+    """
+    out = np.full((len(faces), 5), np.nan)
     for row, face, kind in zip(out, faces, kinds, strict=True):
-        props = GProp_GProps()
         try:
-            BRepGProp.SurfaceProperties_s(face, props, ONCE if kind in _EXACT_AT_ONCE else HALVED, False)
-        except Exception:
+            row[:] = _integrals(face, kind, gp_Pnt(*about.tolist()))
+        except Exception:  # those of the kernel have no base class of their own
             continue
-        row[:] = abs(props.Mass()), *props.CentreOfMass().Coord()
     return out
 
 
-def volume(faces: list[Any]) -> float:
-    """Volume that faces enclose, mm3; NaN where the kernel gives up."""
-    props = GProp_GProps()
-    try:
-        BRepGProp.VolumeProperties_s(compound(faces), props, ONCE, False, False)
-    except Exception:
-        return float("nan")
-    return abs(float(props.Mass()))
+def _integrals(face: Any, kind: str, about: Any) -> tuple[float, ...]:
+    accuracy = HALVED
+    if kind in _SWEPT:
+        face = TopoDS.Face(ShapeCustom.ConvertToBSpline_s(face, True, True, True, False))
+        surface = BRep_Tool.Surface_s(face)
+        accuracy = HALVED if surface.IsURational() or surface.IsVRational() else ONCE
+    props, flux = BRepGProp_Sinert(), BRepGProp_Vinert()
+    flux.SetLocation(about)
+    for one in (props, flux):
+        one.Perform(BRepGProp_Face(face), BRepGProp_Domain(face), accuracy)
+    area = abs(props.Mass())
+    return area, *(area * np.array(props.CentreOfMass().Coord())), 3 * flux.Mass()
 
 
 def widen_boxes(boxes: Array, faces: list[Any], kinds: list[str]) -> None:

@@ -93,8 +93,10 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     size = float(np.linalg.norm(boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0)))
     mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size)
     findings += found + (triangulation.openness(mesh) if body.solid else [])
-    integrable = face_measures.integrable(faces, kinds)
-    surface_columns |= _areas(integrable, kinds, mesh, findings)
+    middle = (boxes[:, 3:].max(axis=0) + boxes[:, :3].min(axis=0)) / 2
+    integrals = face_measures.integrals(faces, kinds, middle)
+    findings += _fill_in(integrals, mesh, middle)
+    surface_columns |= {"area": integrals[:, 0].copy(), **vector_columns("centroid", _centroids(integrals))}
     surface_columns |= box_columns(boxes)
     for column, labels in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[column] = [labels.get(i + 1) for i in range(len(faces))]
@@ -102,7 +104,7 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     arc_columns |= measures.adjacency(normals)
     return Shape(
         kind="solid" if body.solid else "sheet",
-        volume=_volume(integrable, mesh, findings) if body.solid else None,
+        volume=abs(float(integrals[:, 4].sum())) / 3 if body.solid else None,
         surfaces=surface_columns,
         surface_splines=surface_rows.splines,
         surface_swept=surface_rows.swept,
@@ -203,26 +205,20 @@ def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Array:
     return boxes
 
 
-def _areas(faces: list[Any], kinds: list[str], mesh: Mesh, findings: list[Finding]) -> Table:
-    """Columns of area and centroid of faces; those of the triangles where the kernel gives up."""
-    values = face_measures.areas(faces, kinds)
-    lost = np.flatnonzero(~(values[:, 0] > 0))
+def _centroids(integrals: Array) -> Array:
+    area = integrals[:, :1]
+    return np.asarray(integrals[:, 1:4] / np.where(area > 0, area, 1.0))
+
+
+def _fill_in(integrals: Array, mesh: Mesh, about: Array) -> list[Finding]:
+    """Enter the integrals over their triangles of faces for which the kernel gave none."""
+    lost = np.flatnonzero(~(integrals[:, 0] > 0))
     for i in lost.tolist():
         corners = mesh.vertices[mesh.triangles[mesh.triangle_surfaces == i]]
-        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-        total = float(area.sum())
-        middle = area @ corners.mean(axis=1) / total if total > 0 else np.zeros(3)
-        values[i] = total, *middle
-        findings.append(
-            Finding("approximate_area", "area and centroid of a face are those of its triangles", surface_no=i)
-        )
-    return {"area": values[:, 0].copy(), **vector_columns("centroid", values[:, 1:])}
-
-
-def _volume(faces: list[Any], mesh: Mesh, findings: list[Finding]) -> float:
-    value = face_measures.volume(faces)
-    if np.isfinite(value):
-        return value
-    a, b, c = np.moveaxis(mesh.vertices[mesh.triangles], 1, 0)
-    findings.append(Finding("approximate_volume", "the volume of a solid is that of its triangles"))
-    return abs(float(np.einsum("nd,nd->", a, np.cross(b, c)))) / 6
+        across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+        area = np.linalg.norm(across, axis=1)
+        integrals[i] = area.sum(), *(area @ corners.mean(axis=1)), np.sum(across * (corners[:, 0] - about))
+    message = (
+        "the CAD kernel integrates over no such face: area, centroid and its share of the volume are its triangles'"
+    )
+    return [Finding("approximate_area", message, surface_no=i) for i in lost.tolist()]

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from OCP.BinTools import BinTools, BinTools_FormatVersion
 from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.BRepTools import BRepTools
 from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
@@ -23,6 +24,7 @@ from relmodel.model.model import Finding, Mesh
 from relmodel.model.tessellation import arc_deviation, open_edges, surface_deviation
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step.boundary import is_reversed
+from relmodel.readers.step.face_measures import integrals
 from relmodel.readers.step.maps import compound
 
 Array = npt.NDArray[np.float64]
@@ -60,7 +62,7 @@ def mesh(
     """
     chord = max(CHORD_MM, CHORD_SHARE * size)
     _triangulate(shape, faces, chord)
-    made = _triangulations(faces)
+    made = _triangulations(faces, chord)
     missing = [
         Finding("unmeshed_face", "the CAD kernel triangulates no such face", surface_no=i)
         for i, (one, _) in enumerate(made)
@@ -107,14 +109,29 @@ def _triangulate(shape: Any, faces: list[Any], chord: float) -> None:
             break
 
 
-def _triangulations(faces: list[Any]) -> list[tuple[Any, Any]]:
+def _triangulations(faces: list[Any], chord: float) -> list[tuple[Any, Any]]:
     """The kernel's triangulation of each face, None where it has none, and its location."""
     out = []
     for face in faces:
         place = TopLoc_Location()
         made = BRep_Tool.Triangulation_s(face, place)
+        if made is None:
+            made, place = _of_whole_domain(face, chord), TopLoc_Location()
         out.append((made if made is not None and made.HasUVNodes() else None, place))
     return out
+
+
+def _of_whole_domain(face: Any, chord: float) -> Any:
+    """The triangulation of a face whose boundary the kernel does not mesh, where it fills its domain; else None."""
+    try:
+        maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), *BRepTools.UVBounds_s(face), 1e-6)
+        area, whole = integrals([face, maker.Face()], ["", ""], np.zeros(3))[:, 0]
+        if not abs(whole - area) < 1e-6 * area:
+            return None
+        _triangulate(maker.Face(), [maker.Face()], chord)
+        return BRep_Tool.Triangulation_s(maker.Face(), TopLoc_Location())
+    except Exception:  # those of the kernel have no base class of their own
+        return None
 
 
 def _joined(faces: list[Any], made: list[tuple[Any, Any]]) -> _Triangulation:
