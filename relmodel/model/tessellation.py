@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -17,26 +19,56 @@ WELD_MM = 1e-5  # vertices of faces that are nearer to each other are one
 _RULED = ("cylinder", "cone", "extrusion")
 
 
+class HalfEdges(NamedTuple):
+    """The sides of triangles, three each, after each other.
+
+    tail, head: vertices; bare: whether no other side runs back along it, as vertices of faces are apart.
+    """
+
+    tail: Index
+    head: Index
+    bare: npt.NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, triangles: npt.NDArray[np.integer]) -> HalfEdges:
+        """Sides of triangles (m, 3)."""
+        tail, head = triangles.astype(np.int64).ravel(), np.roll(triangles, -1, axis=1).astype(np.int64).ravel()
+        count = int(tail.max(initial=0)) + 1
+        there, back = tail * count + head, np.sort(head * count + tail)
+        return cls(tail, head, np.take(back, np.searchsorted(back, there), mode="clip") != there)
+
+
 def surface_deviation(
-    surfaces: Surfaces, vertices: Array, uv: Array, triangles: npt.NDArray[np.integer], owner: Index, chord_mm: float
+    surfaces: Surfaces,
+    vertices: Array,
+    uv: Array,
+    triangles: npt.NDArray[np.integer],
+    sides: HalfEdges,
+    owner: Index,
+    chord_mm: float,
 ) -> float:
-    """Greatest distance of midpoints of edges within faces and of centroids of triangles (m, 3) from surfaces (m,), mm.
+    """Greatest distance of midpoints of sides and of centroids of triangles (m, 3) from curved surfaces (m,), mm.
 
     vertices (n, 3), their parameters uv (n, 2); of free-form surfaces an upper bound, exact to a quarter of the chord.
-    Edges along arcs are for `arc_deviation`.
     """
-    kind = surfaces.kind[owner]
-    curved = np.flatnonzero(kind != "plane")
-    round_ = np.flatnonzero(~np.isin(kind.astype(str), ("plane", *_RULED)))  # of the others an edge is the farthest
-    corners = triangles[curved]
-    tail, head = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
-    once = np.flatnonzero(tail < head)  # each edge within a face is run both ways
-    ends = [(tail[once], head[once], np.repeat(owner[curved], 3)[once]), (*triangles[round_].T, owner[round_])]
+    kind = surfaces.kind[owner].astype(str)
+    round_ = np.flatnonzero(~np.isin(kind, ("plane", *_RULED)))  # of the others a side is the farthest
+    once = np.flatnonzero(((sides.tail < sides.head) | sides.bare) & np.repeat(kind != "plane", 3))
     worst = 0.0
-    for *nodes, row in ends:
+    for *nodes, row in (
+        (sides.tail[once], sides.head[once], np.repeat(owner, 3)[once]),
+        (*triangles[round_].T, owner[round_]),
+    ):
         middle, at = (sum(values[node] for node in nodes) / len(nodes) for values in (vertices, uv))
         worst = max(worst, float(distances(surfaces, row, middle, at, _ENOUGH * chord_mm).max(initial=0.0)))
     return worst
+
+
+def flat_deviation(surfaces: Surfaces, vertices: Array, owner: Index) -> float:
+    """Greatest distance of vertices (n, 3) of flat faces from their planes `owner` (n,), mm."""
+    flat = np.flatnonzero(surfaces.kind[owner] == "plane")
+    uv = np.empty((len(flat), 2))
+    return float(distances(surfaces, owner[flat], vertices[flat], uv, 0.0).max(initial=0.0))
 
 
 def arc_deviation(curves: Curves, arc: Index, start: Array, end: Array) -> float:
@@ -50,15 +82,9 @@ def arc_deviation(curves: Curves, arc: Index, start: Array, end: Array) -> float
     return float(np.linalg.norm(arm - share[:, None] * along, axis=1).max())
 
 
-def open_edges(vertices: Array, triangles: npt.NDArray[np.integer]) -> int:
-    """How many edges of triangles (m, 3) lack a neighbour once vertices (n, 3) at one place are one."""
-    count = len(vertices)
-    tail, head = triangles.T.astype(np.int64), np.roll(triangles, -1, axis=1).T.astype(np.int64)
-    tail, head = tail.ravel(), head.ravel()
-    # Within a face neighbours share vertices: only what is left is joined by place.
-    there, back = tail * count + head, np.sort(head * count + tail)
-    bare = np.take(back, np.searchsorted(back, there), mode="clip") != there
-    used, ends = np.unique(np.stack([tail[bare], head[bare]]), return_inverse=True)
+def open_edges(vertices: Array, sides: HalfEdges) -> int:
+    """How many sides of triangles lack a neighbour once vertices (n, 3) at one place are one."""
+    used, ends = np.unique(np.stack([sides.tail[sides.bare], sides.head[sides.bare]]), return_inverse=True)
     places, ends = vertices[used], ends.reshape(2, -1)
     found = _unpaired(places, ends)
     return found and min(found, _unpaired(np.round(places / WELD_MM), ends))

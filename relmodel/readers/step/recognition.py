@@ -92,7 +92,10 @@ def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
     free = [row for row, kind in enumerate(kinds) if kind in ("spline", "revolution")]
     if not free:
         return
-    found = tori(surfaces, np.array(free), RECOGNITION_MM)
+    try:
+        found = tori(surfaces, np.array(free), RECOGNITION_MM)
+    except np.linalg.LinAlgError:  # a decomposition that does not converge
+        return
     for row in found.row.tolist():
         kinds[row] = "torus"
     columns["radius"][found.row], columns["radius2"][found.row] = found.major, found.minor

@@ -21,6 +21,7 @@ from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
 from relmodel.geometry.curves import BOX, box_columns, vector_columns
+from relmodel.geometry.normals import plane_normals
 from relmodel.model import measures
 from relmodel.model.model import Finding, Mesh, Shape, Table
 from relmodel.model.trimmed_faces import TrimmedFaces
@@ -89,12 +90,12 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     _mark_loops_around(loops, coedges, trimmed)
     arc_columns |= measures.arc_measures(curves)
     boxes = _arc_boxes(trimmed, arc_columns)
-    face_measures.widen_boxes(boxes, faces, kinds)
     size = float(np.linalg.norm(boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0)))
-    mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size)
-    findings += found + (triangulation.openness(mesh) if body.solid else [])
+    mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size, closed=body.solid)
+    findings += found
+    face_measures.widen_boxes(boxes, faces, kinds, mesh)
     middle = (boxes[:, 3:].max(axis=0) + boxes[:, :3].min(axis=0)) / 2
-    integrals = face_measures.integrals(faces, kinds, middle)
+    integrals = face_measures.integrals(faces, kinds, plane_normals(surfaces), middle)
     findings += _fill_in(integrals, mesh, middle)
     surface_columns |= {"area": integrals[:, 0].copy(), **vector_columns("centroid", _centroids(integrals))}
     surface_columns |= box_columns(boxes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
@@ -21,7 +22,7 @@ from relmodel.geometry.curves import Curves
 from relmodel.geometry.normals import normals_of
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Finding, Mesh
-from relmodel.model.tessellation import arc_deviation, open_edges, surface_deviation
+from relmodel.model.tessellation import HalfEdges, arc_deviation, flat_deviation, open_edges, surface_deviation
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step.boundary import is_reversed
 from relmodel.readers.step.face_measures import integrals
@@ -36,7 +37,8 @@ CHORD_RAD = 0.15
 CHORD_SHARE = 1e-5
 MOST_CHORDS = 2.0  # of deviation, before it is a finding
 
-# The second takes several times as long, and triangulates the long curved faces that the first gives up on.
+# Algorithms of the kernel, each for the faces that the one before gave up on, and for all where the mesh is then far
+# from the exact geometry.  The second takes several times as long as the first.
 _ALGORITHMS = ("Delabella", "Watson")
 _VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
 
@@ -53,53 +55,61 @@ class _Triangulation:
 
 
 def mesh(
-    shape: Any, faces: list[Any], edges: dict[int, tuple[Any, int]], surfaces: Surfaces, curves: Curves, size: float
+    shape: Any,
+    faces: list[Any],
+    edges: dict[int, tuple[Any, int]],
+    surfaces: Surfaces,
+    curves: Curves,
+    size: float,
+    closed: bool,
 ) -> tuple[Mesh, list[Finding]]:
     """Triangles of the faces of a shape, vertices apart for each face, normals those of the surface there.
 
-    edges: of each arc the edge and a face that it bounds.  size: diagonal of the shape's box, mm.  The findings are
-    faces without triangles, and a mesh that is far from the exact geometry.
+    edges: of each arc the edge and a face that it bounds.  size: diagonal of the shape's box, mm.  closed: whether it
+    is to be.  The findings are faces without triangles, and a mesh that is open or far from the exact geometry.
     """
     chord = max(CHORD_MM, CHORD_SHARE * size)
-    _triangulate(shape, faces, chord)
-    made = _triangulations(faces, chord)
-    missing = [
+    bound = MOST_CHORDS * chord
+    for algorithms in (_ALGORITHMS, _ALGORITHMS[-1:]):
+        _triangulate(shape, faces, chord, algorithms)
+        made = _triangulations(faces, chord)
+        found = _joined(faces, made)
+        sides = HalfEdges.of(found.triangles)
+        deviation = max(
+            surface_deviation(surfaces, found.vertices, found.uv, found.triangles, sides, found.face, chord),
+            flat_deviation(surfaces, found.vertices, found.vertex_face),
+            arc_deviation(curves, *_chords(edges, made, curves)),
+        )
+        if deviation <= bound:
+            break
+    findings = [
         Finding("unmeshed_face", "the CAD kernel triangulates no such face", surface_no=i)
         for i, (one, _) in enumerate(made)
         if one is None
     ]
-    found = _joined(faces, made)
-    normals = normals_of(surfaces, found.vertex_face, found.uv, found.vertices)
-    deviation = max(
-        surface_deviation(surfaces, found.vertices, found.uv, found.triangles, found.face, chord),
-        arc_deviation(curves, *_chords(edges, made, curves)),
-    )
-    if deviation > MOST_CHORDS * chord:
+    if deviation > bound:
         message = "triangles are far from the exact geometry"
-        missing.append(Finding("mesh_deviation", message, deviation, MOST_CHORDS * chord, "mm"))
+        findings.append(Finding("mesh_deviation", message, deviation, bound, "mm"))
+    if closed and (count := open_edges(found.vertices, sides)):
+        findings.append(Finding("open_mesh", "sides of triangles have no neighbour", count, 0))
     out = Mesh(
         chord_mm=chord,
         chord_rad=CHORD_RAD,
         vertices=found.vertices,
-        normals=normals.astype(np.float32),
+        normals=normals_of(surfaces, found.vertex_face, found.uv, found.vertices).astype(np.float32),
         triangles=found.triangles,
         triangle_surfaces=found.face.astype(np.int32),
         deviation_mm=deviation,
     )
-    return out, missing
+    return out, findings
 
 
-def openness(mesh: Mesh) -> list[Finding]:
-    """The finding that the mesh of a solid is open, if it is."""
-    count = open_edges(mesh.vertices, mesh.triangles)
-    return [Finding("open_mesh", "edges of triangles have no neighbour", count, 0)] if count else []
-
-
-def _triangulate(shape: Any, faces: list[Any], chord: float) -> None:
+def _triangulate(shape: Any, faces: list[Any], chord: float, algorithms: Sequence[str]) -> None:
     settings = IMeshTools_Parameters()
     settings.Deflection, settings.Angle = chord, CHORD_RAD
+    settings.EnableControlSurfaceDeflectionAllSurfaces = True
     BRepTools.Clean_s(shape)
-    for algorithm in _ALGORITHMS:
+    for algorithm in algorithms:
         settings.MeshAlgo = getattr(IMeshTools_MeshAlgoType, f"IMeshTools_MeshAlgoType_{algorithm}")
         try:
             BRepMesh_IncrementalMesh(shape, settings)
@@ -125,10 +135,10 @@ def _of_whole_domain(face: Any, chord: float) -> Any:
     """The triangulation of a face whose boundary the kernel does not mesh, where it fills its domain; else None."""
     try:
         maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), *BRepTools.UVBounds_s(face), 1e-6)
-        area, whole = integrals([face, maker.Face()], ["", ""], np.zeros(3))[:, 0]
+        area, whole = integrals([face, maker.Face()], ["", ""], np.zeros((2, 3)), np.zeros(3))[:, 0]
         if not abs(whole - area) < 1e-6 * area:
             return None
-        _triangulate(maker.Face(), [maker.Face()], chord)
+        _triangulate(maker.Face(), [maker.Face()], chord, _ALGORITHMS)
         return BRep_Tool.Triangulation_s(maker.Face(), TopLoc_Location())
     except Exception:  # those of the kernel have no base class of their own
         return None
