@@ -1,14 +1,15 @@
 """What lies in a volume: this project's kinds of index and its store, beside peers, on the same boxes in one run.
 
-    python benchmarks/volume_queries.py [--boxes 1000 10000 100000 1000000] [--spread clustered uniform]
+    python benchmarks/volume_queries.py [--boxes 1000 10000 100000 1000000] [--spread clustered slab nested uniform]
         [--alone 10000000] [--report FOLDER] [--seed 0]
 
-Boxes are clustered as parts of machines are, or uniform.  Peers: SQLite's R*Tree, libspatialindex (package rtree),
-shapely's STRtree over x and y, then z, a scan by DuckDB, and PostgreSQL's cube and PostGIS under n-dimensional GiST on
-a private server of the system's packages; what is not installed is left out, with a word.  Embree answers one question
-only, and has a table of its own.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through DuckDB's client;
-`store` is `in_volumes` on it: rows with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one
-part: what the statement costs whatever it finds.
+Boxes are clustered as parts of machines are, strewn over a slab of the size of the demonstration bulkhead, nested in
+each other as assemblies are, or uniform.  Peers: SQLite's R*Tree, with the exact bounds in its rows and lean,
+libspatialindex (package rtree), shapely's STRtree over x and y, then z, scans by NumPy and by DuckDB, and PostgreSQL's
+cube and PostGIS under n-dimensional GiST on a private server of the system's packages; what is not installed is left
+out, with a word.  Embree answers one question only, and has a table of its own.  `SQL` is the macro `parts_in_box` of a
+DuckDB store, asked through DuckDB's client; `store` is `in_volumes` on it: rows with path and pose.  `SQL of 1` and
+`store of 1` are the same of a store with one part: what the statement costs whatever it finds.
 
 Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
 is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex
@@ -36,72 +37,28 @@ from benchmarks.peers.boxes import (
     Embree,
     Floats,
     Kind,
+    LeanSqlite,
     Libspatialindex,
+    NumpyScan,
     Peer,
     Scan,
     Shapely,
     Sqlite,
     postgresql,
 )
+from benchmarks.peers.worlds import SPREADS, about, clustered, views
 from relmodel.find.compare import LARGEST_RANGETREE
 from relmodel.find.find import in_volumes
 from relmodel.find.packing import pack, page_boxes
 from relmodel.find.rtree import PackedRTree
 from relmodel.find.volumes import Box, Frustum
-from relmodel.geometry.transforms import matrix_columns, rotation_matrix
+from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Store
 
 HITS = (0, 10, 100, 10_000)
 GROWN = (np.zeros(6), np.repeat([-0.05, 0.05], 3), np.repeat([0.05, -0.05], 3))
 SLOW_MS = 2000.0
 KINDS = ("rtree", "grid", "octree", "rangetree")
-
-
-def clustered(count: int, seed: int) -> Floats:
-    """Boxes of some mm in clusters of a few hundred in a hall of 40 m."""
-    rng = np.random.default_rng(seed)
-    clusters = rng.uniform(-20000, 20000, (max(1, count // 300), 3))
-    centre = rng.choice(clusters, count) + rng.normal(0, 400, (count, 3))
-    half = rng.lognormal(2, 1, (count, 3))
-    return np.concatenate([centre - half, centre + half], axis=1)
-
-
-def uniform(count: int, seed: int) -> Floats:
-    """Boxes of some mm, one in each cube of 100 mm."""
-    rng = np.random.default_rng(seed)
-    side = 50 * count ** (1 / 3)
-    centre = rng.uniform(-side, side, (count, 3))
-    half = rng.lognormal(2, 1, (count, 3))
-    return np.concatenate([centre - half, centre + half], axis=1)
-
-
-SPREADS = {"clustered": clustered, "uniform": uniform}
-
-
-def about(boxes: Floats, hits: int, count: int, seed: int) -> Floats:
-    """Cubes around boxes, as large as needed to hold about `hits` boxes each; off all boxes where that is none."""
-    rng = np.random.default_rng(seed)
-    centre = (boxes[:, :3] + boxes[:, 3:]) / 2
-    chosen = rng.choice(centre, count)
-    if hits == 0:
-        beyond = chosen + boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0) + 100
-        return np.concatenate([beyond, beyond + 50], axis=1)
-    place = min(hits, len(centre)) - 1
-    half = float(np.median([np.partition(np.abs(centre - p).max(axis=1), place)[place] for p in chosen[:20]]))
-    return np.concatenate([chosen - half, chosen + half], axis=1)
-
-
-def views(boxes: Floats, count: int, seed: int) -> list[Frustum]:
-    """Cameras that look at boxes from 2 m away, between 1 and 3 m."""
-    rng = np.random.default_rng(seed)
-    matrix = np.array([[1500.0, 0, 639.5], [0, 1500, 479.5], [0, 0, 1]])
-    out = []
-    for box in rng.choice(boxes, count):
-        pose = np.eye(4)
-        pose[:3, :3] = rotation_matrix(rng.uniform(-2, 2, 3))
-        pose[:3, 3] = (box[:3] + box[3:]) / 2 - 2000 * pose[:3, 2]
-        out.append(Frustum(1280, 960, matrix, pose, 1000.0, 3000.0))
-    return out
 
 
 class StoreTables(Peer):
@@ -254,13 +211,18 @@ def measured(boxes: Floats, makers: list[Callable[[Floats], Any]], seed: int) ->
     table.append([f"one frustum of {hits} hits, ms", *(next(seen) if e in seeing else None for e in engines)])
     asked = about(boxes, 10, 1000, seed + 3)
     joining = [e for e in engines if not isinstance(e, Macro)]
-    assert len({engine.many(asked) for engine in joining if engine in compared}) == 1
-    joined = iter(in_turns_ms([partial(e.many, asked) for e in joining], 3))
+    pairs: dict[str, int] = {}
+
+    def join(engine: Any) -> None:
+        pairs[engine.name] = engine.many(asked)
+
+    joined = iter(in_turns_ms([partial(join, e) for e in joining], 5))
+    assert len({pairs[e.name] for e in joining if e in compared}) == 1
     table.append(["1,000 volumes, ms", *(next(joined) if e in joining else None for e in engines)])
     for row in table:
         others = [e for e in engines if e not in ours]
         if row in table[:2]:  # a scan builds nothing: it is no peer there
-            others = [e for e in others if not isinstance(e, Scan)]
+            others = [e for e in others if not isinstance(e, Scan | NumpyScan)]
         if row is table[1]:  # a process grows by less where it was given memory before
             others = [e for e in others if e.nbytes is not None]
         row.append(row[1] / min(v for e, v in zip(engines, row[1:], strict=True) if e in others and v is not None))
@@ -318,9 +280,9 @@ def main() -> None:
     parser.add_argument("--report", type=Path, metavar="FOLDER")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    peers: list[Callable[[Floats], Any]] = [Sqlite, Shapely, Scan]
+    peers: list[Callable[[Floats], Any]] = [Sqlite, LeanSqlite, Shapely, NumpyScan, Scan]
     if importlib.util.find_spec("rtree"):
-        peers.insert(1, Libspatialindex)
+        peers.insert(2, Libspatialindex)
     else:
         print("Left out: libspatialindex; install the package rtree.")
     pages = [f"Volume queries on {os.cpu_count()} cores, times in ms unless said; by benchmarks/volume_queries.py."]

@@ -2,20 +2,21 @@
 -- takes: run_id, problem_no
 -- gives: one row of
 --   cost_stored          what the problem says it costs
---   cost                 sum, over the units, of the candidate that each was given (label -1: none)
+--   cost                 sum, over the units, of the candidate that each was given, or of having none
 --   bound                sum of all dual values: a lower bound of the cost of any assignment if the next two hold
---   least_reduced_cost   least of candidate cost - dual of the unit - dual of the label (0 where there is none);
+--   least_reduced_cost   least of candidate cost - dual of the unit - dual of the label, having no label included;
 --                        must be >= 0
 --   greatest_label_dual  must be <= 0
 --   unpriced             decisions that are no candidate, or whose cost is not the candidate's; must be 0
 --   undecided            units that have candidates and no decision; must be 0
 --   doubly_taken         labels given to more than one unit; must be 0
 WITH chosen AS (
-    SELECT a.unit_no, coalesce(a.label_no, -1) AS label_no, a.cost AS paid, c.cost
+    SELECT
+        a.unit_no, a.label_no, a.cost AS paid, a.null_cost,
+        CASE WHEN a.label_no IS NULL THEN a.null_cost ELSE c.cost END AS cost
     FROM assignment AS a
     LEFT JOIN candidate AS c
-        ON c.run_id = a.run_id AND c.problem_no = a.problem_no AND c.unit_no = a.unit_no
-        AND c.label_no = coalesce(a.label_no, -1)
+        ON c.run_id = a.run_id AND c.problem_no = a.problem_no AND c.unit_no = a.unit_no AND c.label_no = a.label_no
     WHERE a.run_id = :run_id AND a.problem_no = :problem_no
 ),
 dual AS (
@@ -27,6 +28,10 @@ reduced AS (
     LEFT JOIN dual AS u ON u.side = 'unit' AND u.item_no = c.unit_no
     LEFT JOIN dual AS l ON l.side = 'label' AND l.item_no = c.label_no
     WHERE c.run_id = :run_id AND c.problem_no = :problem_no
+    UNION ALL
+    SELECT a.null_cost - coalesce(u.dual, 0)
+    FROM chosen AS a
+    LEFT JOIN dual AS u ON u.side = 'unit' AND u.item_no = a.unit_no
 )
 SELECT
     p.cost AS cost_stored,
@@ -41,7 +46,7 @@ SELECT
             AND NOT EXISTS (SELECT 1 FROM chosen WHERE chosen.unit_no = c.unit_no)
     ) AS undecided,
     (
-        SELECT count(*) FROM (SELECT label_no FROM chosen WHERE label_no >= 0 GROUP BY label_no HAVING count(*) > 1) AS d
+        SELECT count(*) FROM (SELECT label_no FROM chosen WHERE label_no IS NOT NULL GROUP BY label_no HAVING count(*) > 1) AS d
     ) AS doubly_taken
 FROM problem AS p
 WHERE p.run_id = :run_id AND p.problem_no = :problem_no;

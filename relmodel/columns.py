@@ -52,7 +52,7 @@ class Ragged:
         return Ragged(self.values[offsets[0] : offsets[-1]], offsets - offsets[0], null)
 
 
-# Values of one column: an array, a packed ragged column, a list (None is null), or one value for all rows.
+# Values of one column: an array (masked: null), a packed ragged column, a list (None is null), or one value for all.
 ColumnValues: TypeAlias = "npt.NDArray[Any] | Ragged | Sequence[Any] | str | float | int | bool | None"
 Columns: TypeAlias = Mapping[str, ColumnValues]
 
@@ -117,7 +117,8 @@ def _stacked(parts: Sequence[ColumnValues], counts: Sequence[int]) -> ColumnValu
         values = np.concatenate([p.values for p in packed])
         return Ragged(values, np.concatenate([*offsets, starts[-1:]]).astype(np.int64), null)
     if all(isinstance(p, np.ndarray) for p in parts):
-        return np.concatenate([np.asarray(p) for p in parts])
+        together = np.ma.concatenate if any(isinstance(p, np.ma.MaskedArray) for p in parts) else np.concatenate
+        return np.asanyarray(together([np.asanyarray(p) for p in parts]))
     out: list[Any] = []
     for part, count in zip(parts, counts, strict=True):
         if is_scalar(part):

@@ -26,12 +26,12 @@ COMMENT ON COLUMN shape.surface_count IS 'number of surfaces';
 COMMENT ON COLUMN shape.arc_count IS 'number of arcs';
 COMMENT ON COLUMN shape.area IS 'sum of the surfaces'' areas, mm2';
 COMMENT ON COLUMN shape.volume IS 'enclosed volume, mm3; null where not closed';
-COMMENT ON COLUMN shape.x0 IS 'least x of the shape''s bounding box, mm';
-COMMENT ON COLUMN shape.y0 IS 'least y of the shape''s bounding box, mm';
-COMMENT ON COLUMN shape.z0 IS 'least z of the shape''s bounding box, mm';
-COMMENT ON COLUMN shape.x1 IS 'greatest x of the shape''s bounding box, mm';
-COMMENT ON COLUMN shape.y1 IS 'greatest y of the shape''s bounding box, mm';
-COMMENT ON COLUMN shape.z1 IS 'greatest z of the shape''s bounding box, mm';
+COMMENT ON COLUMN shape.x0 IS 'least x of the shape''s bounding box in its own frame, mm';
+COMMENT ON COLUMN shape.y0 IS 'least y of the shape''s bounding box in its own frame, mm';
+COMMENT ON COLUMN shape.z0 IS 'least z of the shape''s bounding box in its own frame, mm';
+COMMENT ON COLUMN shape.x1 IS 'greatest x of the shape''s bounding box in its own frame, mm';
+COMMENT ON COLUMN shape.y1 IS 'greatest y of the shape''s bounding box in its own frame, mm';
+COMMENT ON COLUMN shape.z1 IS 'greatest z of the shape''s bounding box in its own frame, mm';
 
 CREATE TABLE shape_surface (
     shape_id BIGINT NOT NULL REFERENCES shape (id),

@@ -136,23 +136,23 @@ COMMENT ON COLUMN object_part.m23 IS 'object_from_part: row 2 of the translation
 
 CREATE TABLE part_contact (
     object_id BIGINT NOT NULL REFERENCES object (id),
-    path_a TEXT NOT NULL,
+    object_path_a TEXT NOT NULL,
     surface_a INTEGER NOT NULL,
-    path_b TEXT NOT NULL,
+    object_path_b TEXT NOT NULL,
     surface_b INTEGER NOT NULL,
     kind TEXT NOT NULL,
     gap DOUBLE PRECISION NOT NULL,
     area DOUBLE PRECISION NOT NULL,
     tolerance DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (object_id, path_a, surface_a, path_b, surface_b),
+    PRIMARY KEY (object_id, object_path_a, surface_a, object_path_b, surface_b),
     CHECK (kind IN ('planar', 'cylindrical', 'conical', 'spherical', 'toroidal')),
     CHECK (abs(gap) <= tolerance)
 );
 COMMENT ON TABLE part_contact IS 'Faces of parts, placed in an object by different instances, that touch; what touches within one instance is a row of the object that stands there.';
 COMMENT ON COLUMN part_contact.object_id IS 'the object';
-COMMENT ON COLUMN part_contact.path_a IS 'path of one placed part within the object';
+COMMENT ON COLUMN part_contact.object_path_a IS 'path of one placed part within the object';
 COMMENT ON COLUMN part_contact.surface_a IS 'surface_no of its face in the shape of the part';
-COMMENT ON COLUMN part_contact.path_b IS 'path of the other, later in the order of the file';
+COMMENT ON COLUMN part_contact.object_path_b IS 'path of the other, later in the order of the file';
 COMMENT ON COLUMN part_contact.surface_b IS 'surface_no of its face';
 COMMENT ON COLUMN part_contact.kind IS 'planar: flat faces that lie on each other; cylindrical: a shaft in a hole, on one axis; conical: a taper in its seat; spherical: a ball in its socket; toroidal: a ring in its groove';
 COMMENT ON COLUMN part_contact.gap IS 'distance of flat faces and of cones, else radius of the hole (of a groove, of its section) less that of the shaft; negative where they overlap, mm';

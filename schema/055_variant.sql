@@ -21,8 +21,8 @@ CREATE TABLE variant_difference (
     difference_no INTEGER NOT NULL,
     level TEXT NOT NULL,
     status TEXT NOT NULL,
-    path_a TEXT,
-    path_b TEXT,
+    object_path_a TEXT,
+    object_path_b TEXT,
     shape_a BIGINT REFERENCES shape (id),
     shape_b BIGINT REFERENCES shape (id),
     element_a INTEGER,
@@ -36,8 +36,8 @@ CREATE TABLE variant_difference (
     PRIMARY KEY (comparison_id, difference_no),
     CHECK (level IN ('part', 'feature', 'surface')),
     CHECK (status IN ('identical', 'retrimmed', 'moved', 'changed', 'added', 'removed')),
-    CHECK ((status = 'added') = (path_a IS NULL) OR level <> 'part'),
-    CHECK ((status = 'removed') = (path_b IS NULL) OR level <> 'part'),
+    CHECK ((status = 'added') = (object_path_a IS NULL) OR level <> 'part'),
+    CHECK ((status = 'removed') = (object_path_b IS NULL) OR level <> 'part'),
     CHECK ((status = 'added') = (element_a IS NULL) OR level = 'part'),
     CHECK ((status = 'removed') = (element_b IS NULL) OR level = 'part')
 );
@@ -46,8 +46,8 @@ COMMENT ON COLUMN variant_difference.comparison_id IS 'the comparison';
 COMMENT ON COLUMN variant_difference.difference_no IS 'ordinal: parts, then features, then surfaces';
 COMMENT ON COLUMN variant_difference.level IS 'part, feature or surface';
 COMMENT ON COLUMN variant_difference.status IS 'identical; retrimmed (same unbounded surfaces, other boundary); moved; changed (paired, other geometry); added; removed';
-COMMENT ON COLUMN variant_difference.path_a IS 'path of the placed part before; of a feature or surface: of the first placed part that has it';
-COMMENT ON COLUMN variant_difference.path_b IS 'path of the placed part after';
+COMMENT ON COLUMN variant_difference.object_path_a IS 'path of the placed part before; of a feature or surface: of the first placed part that has it';
+COMMENT ON COLUMN variant_difference.object_path_b IS 'path of the placed part after';
 COMMENT ON COLUMN variant_difference.shape_a IS 'shape of the part before';
 COMMENT ON COLUMN variant_difference.shape_b IS 'shape of the part after';
 COMMENT ON COLUMN variant_difference.element_a IS 'feature_no or surface_no in shape_a';
@@ -62,7 +62,7 @@ COMMENT ON COLUMN variant_difference.angle IS 'angle by which a part or feature 
 CREATE VIEW variant_change AS
 SELECT
     d.comparison_id, a.name AS object_a, a.variant AS variant_a, b.name AS object_b, b.variant AS variant_b,
-    d.level, d.status, d.path_a, d.path_b,
+    d.level, d.status, d.object_path_a, d.object_path_b,
     coalesce(ka.kind, kb.kind, sa.recognised_kind, sb.recognised_kind) AS kind,
     coalesce(fa.name, ha.name) AS name_a, coalesce(fb.name, hb.name) AS name_b,
     d.element_a, d.element_b, d.differs, d.dx, d.dy, d.dz, d.distance, d.angle,
@@ -89,8 +89,8 @@ COMMENT ON COLUMN variant_change.object_b IS 'name of the object after';
 COMMENT ON COLUMN variant_change.variant_b IS 'its variant';
 COMMENT ON COLUMN variant_change.level IS 'part, feature or surface';
 COMMENT ON COLUMN variant_change.status IS 'identical, retrimmed, moved, changed, added or removed';
-COMMENT ON COLUMN variant_change.path_a IS 'path of the placed part before';
-COMMENT ON COLUMN variant_change.path_b IS 'path of the placed part after';
+COMMENT ON COLUMN variant_change.object_path_a IS 'path of the placed part before';
+COMMENT ON COLUMN variant_change.object_path_b IS 'path of the placed part after';
 COMMENT ON COLUMN variant_change.kind IS 'kind of the feature or surface';
 COMMENT ON COLUMN variant_change.name_a IS 'name of the feature or surface before';
 COMMENT ON COLUMN variant_change.name_b IS 'name of the feature or surface after';

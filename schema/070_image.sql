@@ -50,7 +50,7 @@ COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noi
 -- decimals that end well below their sigma: these pack to a third of floating-point numbers.
 CREATE TABLE edge_element (
     extraction_id BIGINT NOT NULL,
-    element_no INTEGER NOT NULL,
+    edge_element_no INTEGER NOT NULL,
     x DECIMAL(9, 2) NOT NULL,
     y DECIMAL(9, 2) NOT NULL,
     normal_x DECIMAL(9, 3) NOT NULL,
@@ -58,11 +58,11 @@ CREATE TABLE edge_element (
     contrast DECIMAL(9, 1) NOT NULL,
     width DECIMAL(9, 2) NOT NULL,
     sigma DECIMAL(9, 3) NOT NULL,
-    arc_no INTEGER NOT NULL
+    image_arc_no INTEGER
 );
 COMMENT ON TABLE edge_element IS 'Edge elements that were linked: facet zero-crossings with sub-pixel position.';
 COMMENT ON COLUMN edge_element.extraction_id IS 'the extraction';
-COMMENT ON COLUMN edge_element.element_no IS 'ordinal in the extraction, from 0: the elements of an arc follow each other along it';
+COMMENT ON COLUMN edge_element.edge_element_no IS 'ordinal in the extraction, from 0: the elements of an arc follow each other along it';
 COMMENT ON COLUMN edge_element.x IS 'x, px';
 COMMENT ON COLUMN edge_element.y IS 'y, px';
 COMMENT ON COLUMN edge_element.normal_x IS 'x of the unit normal, towards the bright side';
@@ -70,12 +70,12 @@ COMMENT ON COLUMN edge_element.normal_y IS 'y of the unit normal, towards the br
 COMMENT ON COLUMN edge_element.contrast IS 'height of the step, grey levels of 0..255';
 COMMENT ON COLUMN edge_element.width IS 'width of the step, px';
 COMMENT ON COLUMN edge_element.sigma IS 'standard deviation of the position along the normal, px';
-COMMENT ON COLUMN edge_element.arc_no IS 'the image arc it belongs to; -1 where none';
+COMMENT ON COLUMN edge_element.image_arc_no IS 'the image arc it belongs to; null where none';
 
 -- Without keys, as the edge elements.
 CREATE TABLE image_arc (
     extraction_id BIGINT NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     topography TEXT NOT NULL,
     start_x REAL NOT NULL,
@@ -102,7 +102,7 @@ CREATE TABLE image_arc (
 );
 COMMENT ON TABLE image_arc IS 'Arcs of an image: fitted to linked edge elements.';
 COMMENT ON COLUMN image_arc.extraction_id IS 'the extraction';
-COMMENT ON COLUMN image_arc.arc_no IS 'ordinal in the extraction, from 0';
+COMMENT ON COLUMN image_arc.image_arc_no IS 'ordinal in the extraction, from 0';
 COMMENT ON COLUMN image_arc.kind IS 'line, circular, elliptic or free';
 COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine; ridges and ravines are crests of grey, such as fillets show, and have no bright side';
 COMMENT ON COLUMN image_arc.start_x IS 'x of the first end, px; that of the junction where it takes part in one';
@@ -127,20 +127,20 @@ COMMENT ON COLUMN image_arc.element_count IS 'number of edge elements';
 -- Without keys, as the edge elements.
 CREATE TABLE image_arc_mark (
     extraction_id BIGINT NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     name TEXT NOT NULL,
     value REAL NOT NULL
 );
 COMMENT ON TABLE image_arc_mark IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
 COMMENT ON COLUMN image_arc_mark.extraction_id IS 'the extraction';
-COMMENT ON COLUMN image_arc_mark.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_mark.image_arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_mark.name IS 'texture, highlight, bridged, unmatched_in_stereo';
 COMMENT ON COLUMN image_arc_mark.value IS 'strength of the mark, 0 to 1';
 
 -- Without keys, as the edge elements.
 CREATE TABLE image_arc_point (
     extraction_id BIGINT NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     point_no INTEGER NOT NULL,
     x DECIMAL(9, 3) NOT NULL,
     y DECIMAL(9, 3) NOT NULL,
@@ -148,7 +148,7 @@ CREATE TABLE image_arc_point (
 );
 COMMENT ON TABLE image_arc_point IS 'The course of a free arc, which no formula gives: its edge elements in order, each moved across the arc to where its neighbours along it agree; from junction to junction where its ends are closed.';
 COMMENT ON COLUMN image_arc_point.extraction_id IS 'the extraction';
-COMMENT ON COLUMN image_arc_point.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_point.image_arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_point.point_no IS 'ordinal along the arc, from 0';
 COMMENT ON COLUMN image_arc_point.x IS 'x, px';
 COMMENT ON COLUMN image_arc_point.y IS 'y, px';
@@ -157,12 +157,12 @@ COMMENT ON COLUMN image_arc_point.sigma IS 'standard deviation of the point acro
 -- Without keys, as the edge elements.
 CREATE TABLE image_arc_covariance (
     extraction_id BIGINT NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     covariance DOUBLE PRECISION[] NOT NULL
 );
 COMMENT ON TABLE image_arc_covariance IS 'What its elements leave open of an arc.';
 COMMENT ON COLUMN image_arc_covariance.extraction_id IS 'the extraction';
-COMMENT ON COLUMN image_arc_covariance.arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_covariance.image_arc_no IS 'the arc';
 COMMENT ON COLUMN image_arc_covariance.covariance IS 'covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle; of a free one: its offset to the right at up to eight places, as many as the matrix has rows, evenly spaced along its course from first to last edge element';
 
 -- Without keys, as the edge elements.
@@ -192,14 +192,14 @@ COMMENT ON COLUMN image_junction.yy IS 'variance of y, px^2';
 CREATE TABLE image_junction_arc (
     extraction_id BIGINT NOT NULL,
     junction_no INTEGER NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     meets_with TEXT NOT NULL,
     CHECK (meets_with IN ('start', 'end', 'course'))
 );
 COMMENT ON TABLE image_junction_arc IS 'The arcs that meet in a junction.';
 COMMENT ON COLUMN image_junction_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_junction_arc.junction_no IS 'the junction';
-COMMENT ON COLUMN image_junction_arc.arc_no IS 'the arc';
+COMMENT ON COLUMN image_junction_arc.image_arc_no IS 'the arc';
 COMMENT ON COLUMN image_junction_arc.meets_with IS 'what of the arc lies there: start, end or course';
 
 -- Without keys, as the edge elements.
@@ -258,7 +258,7 @@ COMMENT ON COLUMN region_outline.y IS 'y, px';
 CREATE TABLE region_arc (
     extraction_id BIGINT NOT NULL,
     region_no INTEGER NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     side TEXT NOT NULL,
     length REAL NOT NULL,
     CHECK (side IN ('left', 'right'))
@@ -266,7 +266,7 @@ CREATE TABLE region_arc (
 COMMENT ON TABLE region_arc IS 'The arcs that bound a region.';
 COMMENT ON COLUMN region_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN region_arc.region_no IS 'the region';
-COMMENT ON COLUMN region_arc.arc_no IS 'the arc';
+COMMENT ON COLUMN region_arc.image_arc_no IS 'the arc';
 COMMENT ON COLUMN region_arc.side IS 'side of the arc on which the region lies, walking from first to last end: left or right';
 COMMENT ON COLUMN region_arc.length IS 'length of arc that borders the region, px';
 

@@ -68,7 +68,7 @@ COMMENT ON TABLE unit IS 'A primitive as a matcher sees it.';
 COMMENT ON COLUMN unit.unit_set_id IS 'the set';
 COMMENT ON COLUMN unit.unit_no IS 'ordinal in the set, from 0';
 COMMENT ON COLUMN unit.kind IS 'arc, region, view_arc or view_surface';
-COMMENT ON COLUMN unit.ref_no IS 'arc_no, region_no, view_arc_no or view_surface_no of what it stands for';
+COMMENT ON COLUMN unit.ref_no IS 'image_arc_no, region_no, view_arc_no or view_surface_no of what it stands for';
 
 -- Without keys, as the units: some 4,000 rows a picture.
 CREATE TABLE unit_relation (
@@ -123,12 +123,12 @@ CREATE TABLE candidate (
     PRIMARY KEY (run_id, problem_no, unit_no, label_no),
     FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
 );
-COMMENT ON TABLE candidate IS 'Pairs of unit and label that passed the gate, and for each unit the choice of no label, with the cost of each by itself.';
+COMMENT ON TABLE candidate IS 'Pairs of unit and label that passed the gate, with the cost of each by itself.';
 COMMENT ON COLUMN candidate.run_id IS 'the run';
 COMMENT ON COLUMN candidate.problem_no IS 'the problem';
 COMMENT ON COLUMN candidate.unit_no IS 'the unit';
-COMMENT ON COLUMN candidate.label_no IS 'the label; -1 for none';
-COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair, or of leaving the unit without a label';
+COMMENT ON COLUMN candidate.label_no IS 'the label';
+COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair';
 
 CREATE TABLE compatibility (
     run_id BIGINT NOT NULL,
@@ -174,6 +174,7 @@ CREATE TABLE assignment (
     unit_no INTEGER NOT NULL,
     label_no INTEGER,
     cost DOUBLE PRECISION NOT NULL,
+    null_cost DOUBLE PRECISION NOT NULL,
     reason TEXT NOT NULL,
     PRIMARY KEY (run_id, problem_no, unit_no),
     FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no),
@@ -185,6 +186,7 @@ COMMENT ON COLUMN assignment.problem_no IS 'the problem';
 COMMENT ON COLUMN assignment.unit_no IS 'the unit';
 COMMENT ON COLUMN assignment.label_no IS 'its label; null where it has none';
 COMMENT ON COLUMN assignment.cost IS 'what this decision costs';
+COMMENT ON COLUMN assignment.null_cost IS 'what it costs to leave the unit without a label';
 COMMENT ON COLUMN assignment.reason IS 'matched, or why not: no_candidate, null_cheaper, taken';
 
 CREATE TABLE assignment_error (

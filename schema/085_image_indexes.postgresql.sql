@@ -1,8 +1,8 @@
 -- What a picture gives stands in tables without keys (070_image.sql).  DuckDB finds an extraction's rows by the least and
 -- greatest identity of each row group; PostgreSQL wants an index.
 CREATE INDEX image_blob_image ON image_blob (image_id);
-CREATE UNIQUE INDEX edge_element_key ON edge_element (extraction_id, element_no);
-CREATE UNIQUE INDEX image_arc_key ON image_arc (extraction_id, arc_no);
+CREATE UNIQUE INDEX edge_element_key ON edge_element (extraction_id, edge_element_no);
+CREATE UNIQUE INDEX image_arc_key ON image_arc (extraction_id, image_arc_no);
 CREATE INDEX image_arc_mark_extraction ON image_arc_mark (extraction_id);
 CREATE INDEX image_arc_point_extraction ON image_arc_point (extraction_id);
 CREATE INDEX image_arc_covariance_extraction ON image_arc_covariance (extraction_id);

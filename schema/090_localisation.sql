@@ -66,7 +66,8 @@ CREATE TABLE view_arc (
     view_arc_no INTEGER NOT NULL,
     occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
     kind TEXT NOT NULL,
-    element_no INTEGER NOT NULL,
+    arc_no INTEGER,
+    surface_no INTEGER,
     t0 DOUBLE PRECISION,
     t1 DOUBLE PRECISION,
     start_u DOUBLE PRECISION NOT NULL,
@@ -76,7 +77,8 @@ CREATE TABLE view_arc (
     length DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, view_no, view_arc_no),
     FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no),
-    CHECK (kind IN ('sharp', 'smooth', 'silhouette'))
+    CHECK (kind IN ('sharp', 'smooth', 'silhouette')),
+    CHECK ((kind = 'silhouette') = (surface_no IS NOT NULL) AND (surface_no IS NULL) = (arc_no IS NOT NULL))
 );
 COMMENT ON TABLE view_arc IS 'A run of a model arc, or of a silhouette, that a view predicts to be visible.';
 COMMENT ON COLUMN view_arc.run_id IS 'the run';
@@ -84,7 +86,8 @@ COMMENT ON COLUMN view_arc.view_no IS 'the view';
 COMMENT ON COLUMN view_arc.view_arc_no IS 'ordinal in the view, from 0';
 COMMENT ON COLUMN view_arc.occurrence_id IS 'the placed part it belongs to';
 COMMENT ON COLUMN view_arc.kind IS 'sharp, smooth or silhouette';
-COMMENT ON COLUMN view_arc.element_no IS 'arc_no in the part''s shape; surface_no for a silhouette';
+COMMENT ON COLUMN view_arc.arc_no IS 'the arc in the part''s shape; null for a silhouette';
+COMMENT ON COLUMN view_arc.surface_no IS 'the surface in the part''s shape that a silhouette is of; null for an arc';
 COMMENT ON COLUMN view_arc.t0 IS 'start of the visible interval of the arc''s parameter; null for a silhouette';
 COMMENT ON COLUMN view_arc.t1 IS 'end of the visible interval';
 COMMENT ON COLUMN view_arc.start_u IS 'x of the first end in the image, px of the camera freed of distortion';
@@ -127,7 +130,7 @@ CREATE TABLE hypothesis (
     m22 DOUBLE PRECISION NOT NULL,
     m23 DOUBLE PRECISION NOT NULL,
     cost DOUBLE PRECISION NOT NULL,
-    support DOUBLE PRECISION NOT NULL,
+    evidence_ratio DOUBLE PRECISION NOT NULL,
     distance DOUBLE PRECISION NOT NULL,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
@@ -151,7 +154,7 @@ COMMENT ON COLUMN hypothesis.m21 IS 'world_from_rig: row 2, column 1 of the rota
 COMMENT ON COLUMN hypothesis.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
 COMMENT ON COLUMN hypothesis.m23 IS 'world_from_rig: row 2 of the translation, mm';
 COMMENT ON COLUMN hypothesis.cost IS 'cost by which hypotheses are ranked; less is better';
-COMMENT ON COLUMN hypothesis.support IS 'evidence found in the pictures over what a right pose would find';
+COMMENT ON COLUMN hypothesis.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 COMMENT ON COLUMN hypothesis.distance IS 'Mahalanobis distance from the prior';
 
 CREATE TABLE correspondence (
@@ -159,13 +162,13 @@ CREATE TABLE correspondence (
     hypothesis_no INTEGER NOT NULL,
     view_no INTEGER NOT NULL,
     view_arc_no INTEGER NOT NULL,
-    arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER NOT NULL,
     accepted BOOLEAN NOT NULL,
     reason TEXT NOT NULL,
     residual DOUBLE PRECISION NOT NULL,
     angle DOUBLE PRECISION NOT NULL,
     overlap DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, hypothesis_no, view_no, view_arc_no, arc_no),
+    PRIMARY KEY (run_id, hypothesis_no, view_no, view_arc_no, image_arc_no),
     FOREIGN KEY (run_id, hypothesis_no) REFERENCES hypothesis (run_id, hypothesis_no),
     FOREIGN KEY (run_id, view_no, view_arc_no) REFERENCES view_arc (run_id, view_no, view_arc_no),
     CHECK (accepted = (reason = 'assigned'))
@@ -175,7 +178,7 @@ COMMENT ON COLUMN correspondence.run_id IS 'the run';
 COMMENT ON COLUMN correspondence.hypothesis_no IS 'the hypothesis';
 COMMENT ON COLUMN correspondence.view_no IS 'the view';
 COMMENT ON COLUMN correspondence.view_arc_no IS 'the model arc in the view';
-COMMENT ON COLUMN correspondence.arc_no IS 'the image arc in the extraction of the view''s camera';
+COMMENT ON COLUMN correspondence.image_arc_no IS 'the image arc in the extraction of the view''s camera';
 COMMENT ON COLUMN correspondence.accepted IS 'whether the pair was taken';
 COMMENT ON COLUMN correspondence.reason IS 'assigned, or why not: orientation, distance, overlap, better_elsewhere';
 COMMENT ON COLUMN correspondence.residual IS 'rms distance of the image arc from the projected model arc, px';
@@ -236,7 +239,7 @@ CREATE TABLE pose (
     singular_values DOUBLE PRECISION[] NOT NULL,
     cost DOUBLE PRECISION NOT NULL,
     margin DOUBLE PRECISION,
-    support DOUBLE PRECISION NOT NULL,
+    evidence_ratio DOUBLE PRECISION NOT NULL,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -263,24 +266,27 @@ COMMENT ON COLUMN pose.covariance IS 'covariance of the pose, 6x6 row-major, t i
 COMMENT ON COLUMN pose.singular_values IS 'singular values of the refinement with 1 mrad scaled against 1 mm';
 COMMENT ON COLUMN pose.cost IS 'cost of the best hypothesis';
 COMMENT ON COLUMN pose.margin IS 'cost of the next distinct hypothesis less this one; null where there is none';
-COMMENT ON COLUMN pose.support IS 'evidence found in the pictures over what a right pose would find';
+COMMENT ON COLUMN pose.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 
 CREATE TABLE part_in_view (
     run_id BIGINT NOT NULL REFERENCES run (id),
+    in_view_no INTEGER NOT NULL,
     occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
-    feature_no INTEGER NOT NULL,
+    feature_no INTEGER,
     level TEXT NOT NULL,
     path TEXT NOT NULL,
     visible_pixels DOUBLE PRECISION NOT NULL,
     covered_pixels DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, occurrence_id, feature_no),
+    PRIMARY KEY (run_id, in_view_no),
     CHECK (level IN ('part', 'feature')),
+    CHECK ((level = 'feature') = (feature_no IS NOT NULL)),
     CHECK (visible_pixels >= 0 AND covered_pixels > 0)
 );
 COMMENT ON TABLE part_in_view IS 'Placed parts and features that the cameras see at the pose found.';
 COMMENT ON COLUMN part_in_view.run_id IS 'the run';
+COMMENT ON COLUMN part_in_view.in_view_no IS 'ordinal in the run, from 0';
 COMMENT ON COLUMN part_in_view.occurrence_id IS 'the placed part';
-COMMENT ON COLUMN part_in_view.feature_no IS 'feature of its shape; -1 for the part as a whole';
+COMMENT ON COLUMN part_in_view.feature_no IS 'feature of its shape; null for the part as a whole';
 COMMENT ON COLUMN part_in_view.level IS 'part or feature';
 COMMENT ON COLUMN part_in_view.path IS 'path of the part, with the name of the feature';
 COMMENT ON COLUMN part_in_view.visible_pixels IS 'pixels it shows, over all cameras';

@@ -47,7 +47,7 @@ $$;
 COMMENT ON FUNCTION parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
-CREATE FUNCTION elements_in_box(
+CREATE FUNCTION all_in_box(
     in_level TEXT,
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
     to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
@@ -93,7 +93,7 @@ FROM carried AS c
 WHERE c.x0 <= to_x AND c.y0 <= to_y AND c.z0 <= to_z
     AND c.x1 >= from_x AND c.y1 >= from_y AND c.z1 >= from_z
 $$;
-COMMENT ON FUNCTION elements_in_box IS
+COMMENT ON FUNCTION all_in_box IS
     'Elements of a level of placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE FUNCTION features_in_box(
@@ -106,7 +106,7 @@ CREATE FUNCTION features_in_box(
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_box('feature', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
+FROM all_in_box('feature', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
 $$;
 COMMENT ON FUNCTION features_in_box IS
@@ -123,7 +123,7 @@ CREATE FUNCTION surfaces_in_box(
 ) LANGUAGE sql STABLE AS $$
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
     coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_box('surface', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
+FROM all_in_box('surface', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
 $$;
 COMMENT ON FUNCTION surfaces_in_box IS
@@ -140,7 +140,7 @@ CREATE FUNCTION arcs_in_box(
 ) LANGUAGE sql STABLE AS $$
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
     'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_box('arc', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
+FROM all_in_box('arc', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 $$;
 COMMENT ON FUNCTION arcs_in_box IS
     'Arcs of placed parts whose world box meets a box; newest revision of all worlds or one.';

@@ -2,6 +2,8 @@
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
 -- Parts lie in the order of their pages, so that DuckDB skips row groups whose bounds are beyond the box asked for.  The
 -- parts met are materialised, else the planner carries every element of the world before it asks which parts are met.
+-- EXPORT DATABASE writes macros of tables in the order of their names, and IMPORT DATABASE binds each as it comes: one
+-- that others ask comes before them in the alphabet, as all_in_box and, in the next file, aimed_view do.
 
 CREATE MACRO sound_box(x0, y0, z0, x1, y1, z1) AS
     CASE WHEN x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE)
@@ -22,7 +24,7 @@ WHERE in_world IS NULL OR w.name = in_world;
 COMMENT ON MACRO TABLE parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
-CREATE MACRO elements_in_box(in_level, from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
+CREATE MACRO all_in_box(in_level, from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
     SELECT w.name AS world, o.id, o.path, o.shape_id,
         o.m00, o.m01, o.m02, o.m03,
@@ -56,12 +58,12 @@ SELECT c.world, c.occurrence_id, c.path, c.shape_id, c.element_no, c.x0, c.y0, c
 FROM carried AS c
 WHERE c.x0 <= to_x AND c.y0 <= to_y AND c.z0 <= to_z
     AND c.x1 >= from_x AND c.y1 >= from_y AND c.z1 >= from_z;
-COMMENT ON MACRO TABLE elements_in_box IS
+COMMENT ON MACRO TABLE all_in_box IS
     'Elements of a level of placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE MACRO features_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_box('feature', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
+FROM all_in_box('feature', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no;
 COMMENT ON MACRO TABLE features_in_box IS
     'Features of placed parts whose world box meets a box; newest revision of all worlds or one.';
@@ -69,7 +71,7 @@ COMMENT ON MACRO TABLE features_in_box IS
 CREATE MACRO surfaces_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
     coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_box('surface', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
+FROM all_in_box('surface', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
 LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no;
 COMMENT ON MACRO TABLE surfaces_in_box IS
     'Surfaces of placed parts whose world box meets a box; newest revision of all worlds or one.';
@@ -77,6 +79,6 @@ COMMENT ON MACRO TABLE surfaces_in_box IS
 CREATE MACRO arcs_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
     'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_box('arc', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e;
+FROM all_in_box('arc', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e;
 COMMENT ON MACRO TABLE arcs_in_box IS
     'Arcs of placed parts whose world box meets a box; newest revision of all worlds or one.';

@@ -60,7 +60,7 @@ WHERE beyond(
 COMMENT ON MACRO TABLE parts_in_sphere IS
     'Placed parts whose box meets a ball; newest revision of all worlds or one.';
 
-CREATE MACRO elements_in_sphere(in_level, at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
+CREATE MACRO all_in_sphere(in_level, at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
     SELECT w.name AS world, o.id AS occurrence_id, o.path, o.shape_id,
         o.m00, o.m01, o.m02, o.m03,
@@ -108,13 +108,13 @@ WHERE beyond(
     AND h.x0 <= CAST(at_x AS DOUBLE) + radius AND h.x1 >= CAST(at_x AS DOUBLE) - radius
     AND h.y0 <= CAST(at_y AS DOUBLE) + radius AND h.y1 >= CAST(at_y AS DOUBLE) - radius
     AND h.z0 <= CAST(at_z AS DOUBLE) + radius AND h.z1 >= CAST(at_z AS DOUBLE) - radius;
-COMMENT ON MACRO TABLE elements_in_sphere IS
+COMMENT ON MACRO TABLE all_in_sphere IS
     'Elements of a level of placed parts whose box meets a ball; newest revision of all worlds or one.';
 
 CREATE MACRO features_in_sphere(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no,
     f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_sphere('feature', at_x, at_y, at_z, radius, in_world) AS e
+FROM all_in_sphere('feature', at_x, at_y, at_z, radius, in_world) AS e
 JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no;
 COMMENT ON MACRO TABLE features_in_sphere IS
     'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -122,7 +122,7 @@ COMMENT ON MACRO TABLE features_in_sphere IS
 CREATE MACRO surfaces_in_sphere(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
     coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_sphere('surface', at_x, at_y, at_z, radius, in_world) AS e
+FROM all_in_sphere('surface', at_x, at_y, at_z, radius, in_world) AS e
 LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no;
 COMMENT ON MACRO TABLE surfaces_in_sphere IS
     'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -130,11 +130,11 @@ COMMENT ON MACRO TABLE surfaces_in_sphere IS
 CREATE MACRO arcs_in_sphere(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
     'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_sphere('arc', at_x, at_y, at_z, radius, in_world) AS e;
+FROM all_in_sphere('arc', at_x, at_y, at_z, radius, in_world) AS e;
 COMMENT ON MACRO TABLE arcs_in_sphere IS
     'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
 
-CREATE MACRO camera_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS TABLE
+CREATE MACRO aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS TABLE
 SELECT
     v.c03 + least(v.near * v.least_x, v.far * v.least_x) AS low_x,
     v.c13 + least(v.near * v.least_y, v.far * v.least_y) AS low_y,
@@ -193,7 +193,7 @@ FROM (
         ) AS p
     ) AS r
 ) AS v;
-COMMENT ON MACRO TABLE camera_view IS
+COMMENT ON MACRO TABLE aimed_view IS
     'The view of a camera between two depths: the box around it, outward normals of its sides, and the way it looks.';
 
 CREATE MACRO parts_in_view(
@@ -225,7 +225,7 @@ FROM (
         v.forward_x * o.m01 + v.forward_y * o.m11 + v.forward_z * o.m21 AS forward1,
         v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
         v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
-    FROM camera_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
+    FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
     CROSS JOIN range(sound_depths(near, far))
     CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
@@ -251,7 +251,7 @@ WHERE reach_back(h.left0, h.left1, h.left2, h.left3, h.shape_x0, h.shape_y0, h.s
 COMMENT ON MACRO TABLE parts_in_view IS
     'Placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
 
-CREATE MACRO elements_in_view(
+CREATE MACRO all_in_view(
     in_level, in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL
 ) AS TABLE
 WITH placed AS MATERIALIZED (
@@ -280,7 +280,7 @@ WITH placed AS MATERIALIZED (
         v.forward_x * o.m01 + v.forward_y * o.m11 + v.forward_z * o.m21 AS forward1,
         v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
         v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
-    FROM camera_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
+    FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
     CROSS JOIN range(sound_depths(near, far))
     CROSS JOIN current_world AS w
     JOIN occurrence AS o ON o.world_id = w.id
@@ -324,14 +324,14 @@ WHERE reach_back(h.left0, h.left1, h.left2, h.left3, h.shape_x0, h.shape_y0, h.s
         h.shape_x1, h.shape_y1, h.shape_z1) <= -h.near
     AND h.x0 <= h.high_x AND h.x1 >= h.low_x AND h.y0 <= h.high_y AND h.y1 >= h.low_y
     AND h.z0 <= h.high_z AND h.z1 >= h.low_z;
-COMMENT ON MACRO TABLE elements_in_view IS
+COMMENT ON MACRO TABLE all_in_view IS
     'Elements of a level of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
 
 CREATE MACRO features_in_view(
     in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no,
     f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_view('feature', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
+FROM all_in_view('feature', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
     near, far, in_world) AS e
 JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no;
 COMMENT ON MACRO TABLE features_in_view IS
@@ -341,7 +341,7 @@ CREATE MACRO surfaces_in_view(
     in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
     coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_view('surface', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
+FROM all_in_view('surface', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
     near, far, in_world) AS e
 LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no;
 COMMENT ON MACRO TABLE surfaces_in_view IS
@@ -351,7 +351,7 @@ CREATE MACRO arcs_in_view(
     in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL) AS TABLE
 SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
     'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM elements_in_view('arc', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
+FROM all_in_view('arc', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
     near, far, in_world) AS e;
 COMMENT ON MACRO TABLE arcs_in_view IS
     'Arcs of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';

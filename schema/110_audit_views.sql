@@ -4,7 +4,7 @@ CREATE VIEW run_summary AS
 SELECT
     r.id AS run_id, r.kind, r.began_at, e.seconds,
     coalesce(e.status, 'under way') AS status, e.message,
-    p.verdict, p.support
+    p.verdict, p.evidence_ratio
 FROM run AS r
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id;
@@ -16,12 +16,58 @@ COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s';
 COMMENT ON COLUMN run_summary.status IS 'how it ended: ok, refused, ambiguous or failed; or under way';
 COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
 COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection';
-COMMENT ON COLUMN run_summary.support IS 'share of the predicted arc length that found edge elements';
+COMMENT ON COLUMN run_summary.evidence_ratio IS 'evidence found in the images over what a right pose would find; null where it was no inspection';
+
+CREATE VIEW pose_world AS
+WITH axis AS (  -- of the world, in the rig's frame: rows of the rotation, for translation (block 0) and rotation (3)
+    SELECT run_id, 0 AS axis_no, 0 AS block, m00 AS x, m01 AS y, m02 AS z FROM pose
+    UNION ALL SELECT run_id, 1, 0, m10, m11, m12 FROM pose
+    UNION ALL SELECT run_id, 2, 0, m20, m21, m22 FROM pose
+    UNION ALL SELECT run_id, 3, 3, m00, m01, m02 FROM pose
+    UNION ALL SELECT run_id, 4, 3, m10, m11, m12 FROM pose
+    UNION ALL SELECT run_id, 5, 3, m20, m21, m22 FROM pose
+),
+turned AS (
+    SELECT p.run_id, array_agg(
+        a.x * (p.covariance[6 * a.block + b.block + 1] * b.x + p.covariance[6 * a.block + b.block + 2] * b.y
+            + p.covariance[6 * a.block + b.block + 3] * b.z)
+        + a.y * (p.covariance[6 * a.block + b.block + 7] * b.x + p.covariance[6 * a.block + b.block + 8] * b.y
+            + p.covariance[6 * a.block + b.block + 9] * b.z)
+        + a.z * (p.covariance[6 * a.block + b.block + 13] * b.x + p.covariance[6 * a.block + b.block + 14] * b.y
+            + p.covariance[6 * a.block + b.block + 15] * b.z)
+        ORDER BY a.axis_no, b.axis_no
+    ) AS covariance
+    FROM pose AS p
+    JOIN axis AS a ON a.run_id = p.run_id
+    JOIN axis AS b ON b.run_id = p.run_id
+    GROUP BY p.run_id
+)
+SELECT
+    p.run_id, p.verdict, p.m03 AS x, p.m13 AS y, p.m23 AS z,
+    sqrt(greatest(t.covariance[1], 0)) AS sigma_x, sqrt(greatest(t.covariance[8], 0)) AS sigma_y,
+    sqrt(greatest(t.covariance[15], 0)) AS sigma_z, sqrt(greatest(t.covariance[22], 0)) AS sigma_rx,
+    sqrt(greatest(t.covariance[29], 0)) AS sigma_ry, sqrt(greatest(t.covariance[36], 0)) AS sigma_rz,
+    t.covariance
+FROM pose AS p
+JOIN turned AS t ON t.run_id = p.run_id;
+COMMENT ON VIEW pose_world IS 'Where the rig was in the world, and how sure that is along and about the world''s axes; pose has the same in the rig''s frame.';
+COMMENT ON COLUMN pose_world.run_id IS 'the run';
+COMMENT ON COLUMN pose_world.verdict IS 'accepted, ambiguous or refused';
+COMMENT ON COLUMN pose_world.x IS 'x of the rig''s origin in the world, mm';
+COMMENT ON COLUMN pose_world.y IS 'y of the rig''s origin in the world, mm';
+COMMENT ON COLUMN pose_world.z IS 'z of the rig''s origin in the world, mm';
+COMMENT ON COLUMN pose_world.sigma_x IS 'standard deviation of the rig''s origin along the world''s x, mm';
+COMMENT ON COLUMN pose_world.sigma_y IS 'standard deviation of the rig''s origin along the world''s y, mm';
+COMMENT ON COLUMN pose_world.sigma_z IS 'standard deviation of the rig''s origin along the world''s z, mm';
+COMMENT ON COLUMN pose_world.sigma_rx IS 'standard deviation of the rotation about the world''s x direction, rad';
+COMMENT ON COLUMN pose_world.sigma_ry IS 'standard deviation of the rotation about the world''s y direction, rad';
+COMMENT ON COLUMN pose_world.sigma_rz IS 'standard deviation of the rotation about the world''s z direction, rad';
+COMMENT ON COLUMN pose_world.covariance IS '6x6 row-major: shift of the rig''s origin in mm, then small rotation about it in rad, both in the world''s axes: each 3x3 block of pose.covariance is R block R^T, R the rotation of world_from_rig';
 
 CREATE VIEW matched_arc AS
 SELECT
-    c.run_id, v.camera, o.path, a.kind AS view_kind, a.element_no, a.occurrence_id,
-    c.view_arc_no, c.arc_no AS image_arc_no, c.residual, c.angle, c.overlap
+    c.run_id, v.camera, o.path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,
+    c.view_arc_no, c.image_arc_no, c.residual, c.angle, c.overlap
 FROM correspondence AS c
 JOIN view_arc AS a ON a.run_id = c.run_id AND a.view_no = c.view_no AND a.view_arc_no = c.view_arc_no
 JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
@@ -32,7 +78,8 @@ COMMENT ON COLUMN matched_arc.run_id IS 'the run';
 COMMENT ON COLUMN matched_arc.camera IS 'name of the camera in the rig';
 COMMENT ON COLUMN matched_arc.path IS 'path of the placed part';
 COMMENT ON COLUMN matched_arc.view_kind IS 'sharp, smooth or silhouette';
-COMMENT ON COLUMN matched_arc.element_no IS 'arc_no in the shape of the part; surface_no for a silhouette';
+COMMENT ON COLUMN matched_arc.arc_no IS 'the arc in the shape of the part; null for a silhouette';
+COMMENT ON COLUMN matched_arc.surface_no IS 'the surface that a silhouette is of; null for an arc';
 COMMENT ON COLUMN matched_arc.occurrence_id IS 'the placed part';
 COMMENT ON COLUMN matched_arc.view_arc_no IS 'the model arc in the view';
 COMMENT ON COLUMN matched_arc.image_arc_no IS 'the image arc in the extraction';
@@ -43,24 +90,24 @@ COMMENT ON COLUMN matched_arc.overlap IS 'length of image arc that lies beside t
 CREATE VIEW rejected_arc AS
 WITH best AS (
     SELECT
-        c.run_id, v.camera, c.arc_no, c.reason, c.residual, c.view_arc_no,
-        max(CASE WHEN c.accepted THEN 1 ELSE 0 END) OVER (PARTITION BY c.run_id, v.camera, c.arc_no) AS taken,
-        row_number() OVER (PARTITION BY c.run_id, v.camera, c.arc_no ORDER BY c.residual, c.view_arc_no) AS place
+        c.run_id, v.camera, c.image_arc_no, c.reason, c.residual, c.view_arc_no,
+        max(CASE WHEN c.accepted THEN 1 ELSE 0 END) OVER (PARTITION BY c.run_id, v.camera, c.image_arc_no) AS taken,
+        row_number() OVER (PARTITION BY c.run_id, v.camera, c.image_arc_no ORDER BY c.residual, c.view_arc_no) AS place
     FROM correspondence AS c
     JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
     WHERE c.hypothesis_no = 0
 )
 SELECT
-    i.run_id, i.camera, a.arc_no, a.kind, a.length, a.contrast,
+    i.run_id, i.camera, a.image_arc_no, a.kind, a.length, a.contrast,
     coalesce(best.reason, 'no_candidate') AS reason, best.residual, best.view_arc_no
 FROM inspection_image AS i
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
-LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.arc_no = a.arc_no AND best.place = 1
+LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.image_arc_no = a.image_arc_no AND best.place = 1
 WHERE coalesce(best.taken, 0) = 0;
 COMMENT ON VIEW rejected_arc IS 'Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not taken; no_candidate: no model arc was near.';
 COMMENT ON COLUMN rejected_arc.run_id IS 'the run';
 COMMENT ON COLUMN rejected_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN rejected_arc.arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN rejected_arc.image_arc_no IS 'the image arc in the extraction';
 COMMENT ON COLUMN rejected_arc.kind IS 'line, circular, elliptic or free';
 COMMENT ON COLUMN rejected_arc.length IS 'its length, px';
 COMMENT ON COLUMN rejected_arc.contrast IS 'its contrast, grey levels';
@@ -70,5 +117,6 @@ COMMENT ON COLUMN rejected_arc.view_arc_no IS 'the nearest candidate in the view
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_summary', 'run', 'view'),
+    ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),
     ('rejected_arc', 'localisation', 'view');

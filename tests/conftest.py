@@ -178,6 +178,35 @@ def postgresql_server() -> Iterator[str]:
     shutil.rmtree(folder, ignore_errors=True)
 
 
+def make_reader(target: str) -> str:
+    """Target of the same store for one who only reads: on PostgreSQL by the role that docs/sql.md says how to make."""
+    if "://" not in target:
+        return target
+    page = (Path(__file__).parents[1] / "docs/sql.md").read_text()
+    statements = page.partition("```sql\n")[2].partition("```")[0].strip().split(";\n")
+    assert statements[0].startswith("CREATE ROLE reader ")
+    engine = sa.create_engine(target, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        there = connection.exec_driver_sql("SELECT 1 FROM pg_roles WHERE rolname = 'reader'").first()
+    engine.dispose()
+    run_as_owner(target, statements[1:] if there else statements)
+    return by_role(target, "reader")
+
+
+def run_as_owner(target: str, statements: list[str]) -> None:
+    """Run statements on a PostgreSQL store by the role that owns it."""
+    engine = sa.create_engine(target, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        for statement in statements:
+            connection.exec_driver_sql(statement)
+    engine.dispose()
+
+
+def by_role(target: str, role: str) -> str:
+    """The URL of a store of the tests' PostgreSQL with another role, which needs no password there."""
+    return sa.make_url(target).set(username=role).render_as_string(hide_password=False)
+
+
 @pytest.fixture
 def postgresql_url(postgresql_server: str) -> Iterator[str]:
     """URL of an empty database of that server, dropped after the test."""

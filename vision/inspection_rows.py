@@ -18,7 +18,7 @@ from vision.input_rows import record_picture, record_rig
 from vision.localisation.correspondence import REASONS
 from vision.localisation.judge import Hypothesis
 from vision.localisation.localise import Localisation, View
-from vision.localisation.parts_in_view import PartsInView
+from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
 from vision.localisation.scene import Floats
 from vision.localisation.stored_scene import StoredScene
@@ -72,8 +72,9 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, keep_i
             "part_in_view",
             {
                 "run_id": run.id,
+                "in_view_no": np.arange(len(it.parts.path)),
                 "occurrence_id": it.parts.occurrence_id,
-                "feature_no": it.parts.feature_no,
+                "feature_no": np.ma.masked_equal(it.parts.feature_no, PART),
                 "level": it.parts.level,
                 "path": it.parts.path,
                 "visible_pixels": it.parts.visible,
@@ -110,7 +111,7 @@ def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Hypoth
             "hypothesis_no": np.arange(len(hypotheses)),
             **matrix_columns([h.refined.world_from_rig for h in hypotheses]),
             "cost": np.array([h.cost for h in hypotheses]),
-            "support": np.array([_support(h) for h in hypotheses]),
+            "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
             "distance": np.array([h.prior_sigma for h in hypotheses]),
         },
     )
@@ -123,12 +124,6 @@ def _record_view(
     key = {"run_id": run.id, "view_no": number}
     run.append(connection, "view", {**key, "camera": [camera], **matrix_columns(pose)})
     outline = arcs.kind == SILHOUETTE
-    # A silhouette is no arc of the model: its element is the surface, and it has no interval.
-    element = np.where(
-        outline,
-        stored.surface_no[np.where(outline, arcs.element, 0)],
-        stored.arc_no[np.where(outline, 0, arcs.element)],
-    )
     t = np.stack([stored.sample_parameter[np.where(outline, 0, s)] for s in (arcs.first_sample, arcs.last_sample)])
     t[:, outline] = np.nan
     run.append(
@@ -139,7 +134,9 @@ def _record_view(
             "view_arc_no": np.arange(len(arcs.kind)),
             "occurrence_id": stored.occurrence_id[arcs.occurrence],
             "kind": [KINDS[k] for k in arcs.kind],
-            "element_no": element,
+            # A silhouette is no arc of the model: it is of a surface, and has no interval.
+            "arc_no": np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
+            "surface_no": np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
             "t0": t.min(axis=0),
             "t1": t.max(axis=0),
             "start_u": arcs.start[:, 0],
@@ -156,7 +153,7 @@ def _record_view(
             "hypothesis_no": BEST,
             **key,
             "view_arc_no": pairs.view_arc,
-            "arc_no": pairs.image_arc,
+            "image_arc_no": pairs.image_arc,
             "accepted": pairs.accepted,
             "reason": [REASONS[r] for r in pairs.reason],
             "residual": pairs.residual,
@@ -199,12 +196,12 @@ def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
             "singular_values": Ragged.pack([_singular_values(best.refined) if best else []]),
             "cost": best.cost if best else 0.0,
             "margin": min(h.cost for h in others) - best.cost if best and others else None,
-            "support": _support(best) if best else 0.0,
+            "evidence_ratio": _evidence_ratio(best) if best else 0.0,
         },
     )
 
 
-def _support(h: Hypothesis) -> float:
+def _evidence_ratio(h: Hypothesis) -> float:
     return float(h.support.found.sum() / max(float(h.support.expected.sum()), 1e-9))
 
 

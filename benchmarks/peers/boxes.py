@@ -1,7 +1,9 @@
 """What else finds the boxes that meet a box, each behind the same few calls; answers are equal, to the last bit.
 
 `one` gives the numbers of the boxes that meet a box, `any` whether there is one, `many` how many pairs some boxes
-make, all pairs fetched.  Peers that keep bounds in 32 bits, rounded outward, carry the exact ones along.
+make, all pairs fetched.  Peers that keep bounds in 32 bits, rounded outward, carry the exact ones along, or look at
+those of what they found.  Scans have their rows in the order of the pages that this project's store has, so that what
+they skip by bounds of row groups is what the store skips.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import numpy.typing as npt
 import shapely
 
 from relmodel.find.kinds import BoxIndex, build
+from relmodel.find.packing import page_order
 from relmodel.find.volumes import Frustum, VolumeTable, boxes_met
 
 Floats = npt.NDArray[np.float64]
@@ -32,15 +35,13 @@ JOIN = (
     "SELECT a.id AS asked, b.id AS found FROM asked AS a JOIN boxes AS b "
     "ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1 AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0"
 )
-SQLITE = (
-    "SELECT id FROM boxes WHERE x0 <= ? AND x1 >= ? AND y0 <= ? AND y1 >= ? AND z0 <= ? AND z1 >= ? "
-    "AND a <= ? AND d >= ? AND b <= ? AND e >= ? AND c <= ? AND f >= ?"
-)
+SQLITE_LEAN = "SELECT id FROM boxes WHERE x0 <= ? AND x1 >= ? AND y0 <= ? AND y1 >= ? AND z0 <= ? AND z1 >= ?"
+SQLITE = SQLITE_LEAN + " AND a <= ? AND d >= ? AND b <= ? AND e >= ? AND c <= ? AND f >= ?"
 SQLITE_JOIN = (
     "SELECT q.rowid, b.id FROM asked AS q JOIN boxes AS b ON b.x0 <= q.x1 AND b.x1 >= q.x0 AND b.y0 <= q.y1 AND "
-    "b.y1 >= q.y0 AND b.z0 <= q.z1 AND b.z1 >= q.z0 AND b.a <= q.x1 AND b.d >= q.x0 AND b.b <= q.y1 AND b.e >= q.y0 "
-    "AND b.c <= q.z1 AND b.f >= q.z0"
+    "b.y1 >= q.y0 AND b.z0 <= q.z1 AND b.z1 >= q.z0"
 )
+EXACT = " AND b.a <= q.x1 AND b.d >= q.x0 AND b.b <= q.y1 AND b.e >= q.y0 AND b.c <= q.z1 AND b.f >= q.z0"
 
 
 def within(view: Frustum, boxes: Floats, found: Any) -> Any:
@@ -118,11 +119,47 @@ class Sqlite(Peer):
         asked = [*box[[3, 0, 4, 1, 5, 2]].tolist()] * 2
         return self.database.execute(SQLITE + " LIMIT 1", asked).fetchone() is not None
 
-    def many(self, boxes: Floats) -> int:
-        self.database.execute("CREATE TEMP TABLE IF NOT EXISTS asked (x0, y0, z0, x1, y1, z1)")
-        self.database.execute("DELETE FROM asked")
+    def _ask(self, boxes: Floats) -> None:
+        """Fill the table asked: row 1 is the first box."""
+        self.database.execute("DROP TABLE IF EXISTS asked")
+        self.database.execute("CREATE TEMP TABLE asked (x0, y0, z0, x1, y1, z1)")
         self.database.executemany("INSERT INTO asked VALUES (?,?,?,?,?,?)", boxes.tolist())
-        return len(self.database.execute(SQLITE_JOIN).fetchall())
+
+    def many(self, boxes: Floats) -> int:
+        self._ask(boxes)
+        return len(self.database.execute(SQLITE_JOIN + EXACT).fetchall())
+
+
+class LeanSqlite(Sqlite):
+    """Of bounds in 32 bits alone: what is found is held against the exact ones outside."""
+
+    name = "lean R*Tree"
+
+    def __init__(self, boxes: Floats) -> None:
+        self.boxes = boxes
+        self.database = sqlite3.connect(":memory:")
+        self.database.execute("CREATE VIRTUAL TABLE boxes USING rtree(id, x0, x1, y0, y1, z0, z1)")
+        rows = zip(range(len(boxes)), *boxes[:, [0, 3, 1, 4, 2, 5]].T.tolist(), strict=True)
+        self.database.executemany("INSERT INTO boxes VALUES (?,?,?,?,?,?,?)", rows)
+
+    def one(self, box: Floats) -> Any:
+        rows = self.database.execute(SQLITE_LEAN, box[[3, 0, 4, 1, 5, 2]].tolist()).fetchall()
+        found = np.array([row[0] for row in rows], np.int64)
+        return found[_meet(self.boxes[found], box)]
+
+    def any(self, box: Floats) -> bool:
+        rows = self.database.execute(SQLITE_LEAN, box[[3, 0, 4, 1, 5, 2]].tolist())
+        return any(bool(_meet(self.boxes[list(row)], box).any()) for row in rows)
+
+    def many(self, boxes: Floats) -> int:
+        self._ask(boxes)
+        pairs = np.array(self.database.execute(SQLITE_JOIN).fetchall(), np.int64).reshape(-1, 2)
+        return int(_meet(self.boxes[pairs[:, 1]], boxes[pairs[:, 0] - 1]).sum())
+
+
+def _meet(boxes: Floats, asked: Floats) -> npt.NDArray[np.bool_]:
+    """Whether each of some boxes (n, 6) meets the box asked, one or one each."""
+    return np.asarray(((boxes[:, :3] <= asked[..., 3:]) & (boxes[:, 3:] >= asked[..., :3])).all(axis=1))
 
 
 class Libspatialindex(Peer):
@@ -159,13 +196,40 @@ class Shapely(Peer):
         return int(((self.z0[found] <= boxes[asked, 5]) & (self.z1[found] >= boxes[asked, 2])).sum())
 
 
+class NumpyScan(Peer):
+    """All boxes looked at, column by column, in as few passes as they allow."""
+
+    name = "NumPy scan"
+
+    def __init__(self, boxes: Floats) -> None:
+        self.boxes = boxes
+        self.number = page_order(boxes)
+        self.columns = np.ascontiguousarray(boxes[self.number].T)
+
+    @property
+    def nbytes(self) -> int:
+        return self.columns.nbytes
+
+    def one(self, box: Floats) -> Any:
+        x0, y0, z0, x1, y1, z1 = self.columns
+        met = (x0 <= box[3]) & (x1 >= box[0])
+        for low, high, axis in ((y0, y1, 1), (z0, z1, 2)):
+            met &= low <= box[3 + axis]
+            met &= high >= box[axis]
+        return self.number[met]
+
+    def many(self, boxes: Floats) -> int:
+        return sum(len(self.one(box)) for box in boxes)
+
+
 class Scan(Peer):
     name = "DuckDB scan"
 
     def __init__(self, boxes: Floats) -> None:
         self.boxes = boxes
         self.database = duckdb.connect()
-        self.database.register("incoming", _arrow(boxes))
+        order = page_order(boxes)
+        self.database.register("incoming", _arrow(boxes[order], order))
         self.database.execute("CREATE TABLE boxes AS SELECT * FROM incoming")
 
     @property
@@ -179,14 +243,14 @@ class Scan(Peer):
         return self.database.execute(SCAN + " LIMIT 1", box.tolist()).fetchone() is not None
 
     def many(self, boxes: Floats) -> int:
-        self.database.register("asked", _arrow(boxes))
+        self.database.register("asked", _arrow(boxes, np.arange(len(boxes))))
         return len(self.database.execute(JOIN).fetchnumpy()["asked"])
 
 
-def _arrow(boxes: Floats) -> Any:
+def _arrow(boxes: Floats, ids: npt.NDArray[np.int64]) -> Any:
     import pyarrow as pa
 
-    return pa.table({"id": np.arange(len(boxes))} | {name: boxes[:, i] for i, name in enumerate(COLUMNS)})
+    return pa.table({"id": ids} | {name: boxes[:, i] for i, name in enumerate(COLUMNS)})
 
 
 class _Gist(Peer):

@@ -4,9 +4,9 @@ SELECT e.extraction_id, count(*) AS elements
 FROM edge_element AS e
 LEFT JOIN extraction AS x ON x.id = e.extraction_id
 LEFT JOIN (
-    SELECT DISTINCT extraction_id, arc_no FROM image_arc
-) AS a ON a.extraction_id = e.extraction_id AND a.arc_no = e.arc_no
+    SELECT DISTINCT extraction_id, image_arc_no FROM image_arc
+) AS a ON a.extraction_id = e.extraction_id AND a.image_arc_no = e.image_arc_no
 GROUP BY e.extraction_id
-HAVING count(x.id) < count(*) OR count(CASE WHEN e.arc_no >= 0 AND a.arc_no IS NULL THEN 1 END) > 0
-    OR min(e.element_no) < 0 OR max(e.element_no) >= count(*) OR count(DISTINCT e.element_no) < count(*)
+HAVING count(x.id) < count(*) OR count(CASE WHEN e.image_arc_no IS NOT NULL AND a.image_arc_no IS NULL THEN 1 END) > 0
+    OR min(e.edge_element_no) < 0 OR max(e.edge_element_no) >= count(*) OR count(DISTINCT e.edge_element_no) < count(*)
 ORDER BY e.extraction_id

@@ -4,7 +4,7 @@ SELECT 'image_arc' AS relation, a.extraction_id AS id, count(*) AS primitives
 FROM image_arc AS a
 LEFT JOIN extraction AS e ON e.id = a.extraction_id
 GROUP BY a.extraction_id
-HAVING count(e.id) < count(*) OR min(a.arc_no) < 0 OR max(a.arc_no) >= count(*) OR count(DISTINCT a.arc_no) < count(*)
+HAVING count(e.id) < count(*) OR min(a.image_arc_no) < 0 OR max(a.image_arc_no) >= count(*) OR count(DISTINCT a.image_arc_no) < count(*)
 UNION ALL
 SELECT 'image_region', r.extraction_id, count(*)
 FROM image_region AS r

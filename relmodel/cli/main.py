@@ -10,13 +10,15 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from importlib import import_module
 from types import ModuleType
 
 from relmodel import __version__
-from relmodel.cli.options import add_store
+from relmodel.cli.options import add_debug, add_store
 from relmodel.errors import RelmodelError
+from relmodel.text import visible
 
 # Verbs in the order in which help lists them; NAME is the module relmodel.cli.verbs.NAME.
 VERBS = (
@@ -39,17 +41,19 @@ VERBS = (
     "demo",
 )
 
+UNFORESEEN = 4
 INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit status: 0 done, 1 refused or failed check, 2 wrong use, 3 bad input."""
+    """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
+    input, 4 an error that nobody foresaw."""
     args = parser().parse_args(arguments)
     try:
         status: int = args.run(args)
         sys.stdout.flush()
     except RelmodelError as error:
-        print(f"relmodel {args.verb}: {error}", file=sys.stderr)
+        print(f"relmodel {args.verb}: {visible(str(error))}", file=sys.stderr)
         return error.exit_status
     except KeyboardInterrupt:
         print(f"relmodel {args.verb}: interrupted", file=sys.stderr)
@@ -58,6 +62,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader (head, less) has gone.  Point stdout at nothing, or Python complains when it flushes at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except Exception as error:
+        if args.debug:
+            sys.stderr.write(visible(traceback.format_exc(), keep="\n"))
+        said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
+        cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
+        print(f"relmodel {args.verb}: an error that nobody foresaw ({said}): {cure}", file=sys.stderr)
+        return UNFORESEEN
     return status
 
 
@@ -66,7 +77,8 @@ def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
-        epilog="exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad input",
+        epilog="exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad input, "
+        "4 an error that nobody foresaw (--debug shows where)",
     )
     top.add_argument("--version", action="version", version=f"relmodel {__version__}")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
@@ -81,6 +93,7 @@ def parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         add_store(verb)
+        add_debug(verb)
         module.add_arguments(verb)
         verb.set_defaults(run=module.run)
     return top

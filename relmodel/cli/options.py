@@ -17,6 +17,11 @@ def add_store(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_debug(parser: argparse.ArgumentParser) -> None:
+    """`--debug`, which every verb has."""
+    parser.add_argument("--debug", action="store_true", help="print the traceback of an error that nobody foresaw")
+
+
 def store_target(args: argparse.Namespace) -> str:
     """The store that the call names.  Raises UsageError where neither the option nor the environment does."""
     target = args.store or os.environ.get("RELMODEL_STORE")

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from threading import Event, Thread
 
 from relmodel.progress import Progress, silent
+from relmodel.text import visible
 
 _TICK_S = 0.5
 
@@ -25,7 +26,7 @@ def shown() -> Iterator[Progress]:
 
         def tell(what: str, done: int, of: int) -> None:
             bar.n, bar.total = done, of
-            bar.set_description_str(what)
+            bar.set_description_str(visible(what))
 
         with _ticking(bar):
             yield tell

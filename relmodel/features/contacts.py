@@ -73,8 +73,8 @@ def contacts(placed: PlacedParts, assembly: int) -> Table:
         return {}
     at = np.array([i for i, *_ in rows])
     return {
-        "path_a": [placed.path(assembly, int(i)) for i in place[a[at]]],
-        "path_b": [placed.path(assembly, int(i)) for i in place[b[at]]],
+        "object_path_a": [placed.path(assembly, int(i)) for i in place[a[at]]],
+        "object_path_b": [placed.path(assembly, int(i)) for i in place[b[at]]],
         "surface_a": np.array([s for *_, s, _ in rows]),
         "surface_b": np.array([s for *_, s in rows]),
         "kind": [_CONTACT[kind] for kind in kind[a[at]]],

@@ -31,16 +31,16 @@ class ChangingIndex:
         order = np.argsort(ids)
         self._ids, self._boxes = ids[order], boxes[order]
         self._index: BoxIndex = build(self._kind, self._boxes)
-        self._there = np.ones(len(ids), bool)
+        self._there, self._gone = np.ones(len(ids), bool), 0
         self._more_ids, self._more = np.empty(0, np.int64), np.empty((0, 6))
 
     def __len__(self) -> int:
-        return int(self._there.sum()) + len(self._more_ids)
+        return len(self._ids) - self._gone + len(self._more_ids)
 
     @property
     def overflow(self) -> int:
         """How many boxes were added or removed since the index was built."""
-        return len(self._more_ids) + int((~self._there).sum())
+        return len(self._more_ids) + self._gone
 
     def add(self, ids: npt.ArrayLike, boxes: npt.ArrayLike) -> None:
         """Add boxes (k, 6) under identities (k,); a box that has one of them is replaced by the new one."""
@@ -85,9 +85,16 @@ class ChangingIndex:
         return number[order], ids[order]
 
     def _drop(self, ids: Integers) -> None:
-        self._there[np.isin(self._ids, ids)] = False
-        stay = ~np.isin(self._more_ids, ids)
-        self._more_ids, self._more = self._more_ids[stay], self._more[stay]
+        """Mark boxes of the built index as gone, and take others out of the overflow."""
+        place = np.searchsorted(self._ids, ids)
+        inside = place < len(self._ids)
+        place = np.unique(place[inside][self._ids[place[inside]] == ids[inside]])
+        place = place[self._there[place]]
+        self._there[place] = False
+        self._gone += len(place)
+        there = np.isin(self._more_ids, ids)
+        if there.any():
+            self._more_ids, self._more = self._more_ids[~there], self._more[~there]
 
     def _fold(self) -> None:
         if outgrown(self.overflow, len(self._ids)):

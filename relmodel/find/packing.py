@@ -31,20 +31,25 @@ def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int
 def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int64]:
     """Numbers (n,) of boxes (n, 6: x0 y0 z0 x1 y1 z1) in the order of their pages, `page_size` of them to a page.
 
-    Boxes are sorted by the x of their centres and cut into slabs, each slab by y into columns, each column by z into
-    pages.  Equal centres keep the order they are given in, so that equal input gives equal pages.
+    Boxes are cut into slabs along the axis along which their centres spread least, each slab along the next one into
+    columns, each column along the third into pages, as often along each axis as makes pages near cubes.  Equal centres
+    keep the order they are given in, so that equal input gives equal pages.
     """
     boxes = np.asarray(boxes, float).reshape(-1, 6)
     n = len(boxes)
     if n == 0:
         return np.empty(0, np.int64)
+    centre = boxes[:, :3] + boxes[:, 3:]  # twice
+    extent = _extent(centre)
+    axes = np.argsort(extent, kind="stable")
+    thin, middle, long = extent[axes]
     page_count = -(-n // page_size)
-    slab_pages = -(-page_count // _ceil_root(page_count, 3))
-    column_pages = -(-slab_pages // _ceil_root(slab_pages, 2))
+    slab_pages = -(-page_count // _cuts((page_count * thin / middle * thin / long) ** (1 / 3)))
+    column_pages = -(-slab_pages // _cuts((slab_pages * middle / long) ** (1 / 2)))
     slab, column = slab_pages * page_size, column_pages * page_size
 
-    order = np.argsort(boxes[:, 0] + boxes[:, 3], kind="stable")
-    y, z = (boxes[:, axis] + boxes[:, 3 + axis] for axis in (1, 2))
+    x, y, z = centre[:, axes].T
+    order = np.argsort(x, kind="stable")
     for first in range(0, n, slab):  # some dozens, whose columns but for the last are sorted at once
         numbers = order[first : first + slab]
         numbers = numbers[np.argsort(y[numbers], kind="stable")]
@@ -78,9 +83,14 @@ def bounds_of_runs(boxes: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]
     )
 
 
-def _ceil_root(n: int, degree: int) -> int:
-    """Least integer whose power `degree` is at least n."""
-    root = max(1, int(n ** (1 / degree)))
-    while pow(root, degree) < n:
-        root += 1
-    return root
+def _extent(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Extents (3,) of points (n, 3) without the outermost twentieths, of which few may lie anywhere; above zero."""
+    beyond = len(points) // 20
+    ends = np.partition(points, (beyond, len(points) - 1 - beyond), axis=0)
+    extent = ends[len(points) - 1 - beyond] - ends[beyond]
+    return np.asarray(np.maximum(extent, 1e-9 * extent.max()) if extent.any() else np.ones(3))
+
+
+def _cuts(pieces: float) -> int:
+    """How many pieces to cut into where so many, not whole, would be best."""
+    return max(1, round(pieces))

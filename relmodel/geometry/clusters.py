@@ -30,7 +30,7 @@ def clusters(values: Floats, tolerance: float, members: npt.NDArray[np.bool_] | 
     if not members.any():
         return out
     # Equal rows become one point first, so that a large group makes no pairs.
-    cells = np.round(values[members] / (tolerance / 10)).astype(np.int64)
+    cells = np.round(values[members] / (tolerance / 10)) + 0.0  # no -0; as integers, what is far off would overflow
     _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
     points = values[members][first]
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")

@@ -58,8 +58,9 @@ def load(
 
     `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading or contradicts
     itself is refused unless `allow_partial`.  Geometry that the store holds already is shared; the same content under
-    the same name and variant adds nothing.  Raises InputError where the file is missing or bad, or takes longer than
-    `time_limit_s` to read; the store is then as it was, but for the row of the run and its load report.
+    the same name and variant adds nothing.  Raises InputError where the file is missing or bad, takes longer than
+    `time_limit_s` to read, or is given no name; the store is then as it was, but for the row of the run and its load
+    report.
     """
     request = Request(Path(path), name, variant, unit, allow_partial, time_limit_s)
     ((_, outcome),) = load_all(store, [request])
@@ -115,6 +116,12 @@ def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | 
     """Begin to read a file, unless the call is bad."""
     path, unit = request.path, request.unit
     try:
+        if not isinstance(request.name, str) or not request.name.strip():
+            raise InputError(f"{path.name} is to be loaded under the name {request.name!r}: name the object")
+        if not isinstance(request.variant, str):
+            raise InputError(
+                f"{path.name} is to be loaded as the variant {request.variant!r}: give text, '' for the plain one"
+            )
         suffix = _suffix(path)
         if not path.is_file():
             raise InputError(f"there is no file {path}: check its name")

@@ -29,6 +29,7 @@ LOADER_VERSION = "urdf 2"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
+_MOST_M = 1e5  # as far as a world file may place an object
 _MOST_BYTES = 64 << 20
 
 
@@ -287,7 +288,10 @@ class _Reader:
             roll, pitch, yaw = self._numbers(origin, "rpy", where, 3, [0.0, 0.0, 0.0])
             x, y, z = np.eye(3)
             out[:3, :3] = rotation_matrix(yaw * z) @ rotation_matrix(pitch * y) @ rotation_matrix(roll * x)
-            out[:3, 3] = self._numbers(origin, "xyz", where, 3, [0.0, 0.0, 0.0]) * _M
+            xyz = self._numbers(origin, "xyz", where, 3, [0.0, 0.0, 0.0])
+            if np.abs(xyz).max() > _MOST_M:
+                self._refuse(f"{where} lies farther off than {_MOST_M / 1e3:g} km: give its origin in metres")
+            out[:3, 3] = xyz * _M
         return out
 
     def _attribute(self, element: Element, key: str, where: str) -> str:

@@ -80,7 +80,8 @@ def export_tables(
 ) -> list[Path]:
     """Write placed parts, parts, features, surfaces and arcs as files of `form` (parquet or csv); returns them.
 
-    Raises UsageError for another form, InputError where the folder cannot be made.
+    In CSV no text is left that a spreadsheet would take for a formula.  Raises UsageError for another form, InputError
+    where the folder cannot be made.
     """
     import pyarrow as pa
     from pyarrow import csv, parquet
@@ -114,6 +115,18 @@ def export_tables(
         if form == "parquet":
             parquet.write_table(table, file)
         else:
-            csv.write_csv(table, file)
+            csv.write_csv(_without_formulas(table), file)
         files.append(file)
     return files
+
+
+def _without_formulas(table: Any) -> Any:
+    """An Arrow table with an apostrophe before text that a spreadsheet would take for a formula."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    for number, field in enumerate(table.schema):
+        if pa.types.is_string(field.type):
+            texts = compute.replace_substring_regex(table.column(number), r"\A([=+\-@\t\r\n])", r"'\1")
+            table = table.set_column(number, field.name, texts)
+    return table

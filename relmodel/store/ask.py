@@ -2,38 +2,118 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from threading import Timer
 from typing import Any
 
-import sqlalchemy as sa
+from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
 
-from relmodel.errors import InputError
+from relmodel.errors import InputError, StoreError, UsageError
+from relmodel.store import sql
 from relmodel.store.store import Store
 
+TIME_LIMIT_S = 30.0
+_LONGEST_S = 86_400.0
 
-def ask(store: Store, statement: str) -> tuple[list[str], Sequence[Sequence[Any]]]:
-    """Names of the columns and rows of a statement's result; both are empty where it has none.
+Answer = tuple[list[str], Sequence[Sequence[Any]]]
 
-    `store` is open read-only.  On DuckDB external access is off and the configuration locked from here on; on
-    PostgreSQL the transaction is read-only and takes one statement.  Raises InputError with the database's first
-    line where the statement is wrong, or would write.
+# EXPLAIN after white space and comments as PostgreSQL reads them; comments within comments are left to the server,
+# which then takes a query only.
+_EXPLAIN = re.compile(
+    r"(?:[ \t\n\r\f\v]|--[^\n\r]*[\n\r]|/\*(?:[^*/]|\*(?!/)|/(?!\*))*\*/)*+explain(?![\w$])", re.IGNORECASE
+)
+_ONE_QUERY = "give one SELECT, WITH, VALUES, TABLE or EXPLAIN that only reads"
+
+
+def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Answer:
+    """Names of the columns and rows of a statement's result.
+
+    `store` is open read-only.  Taken is one SELECT, WITH, VALUES, TABLE or EXPLAIN, which is stopped after
+    `time_limit_s`.  On DuckDB external access is off and the configuration locked from here on; on PostgreSQL the
+    transaction is read-only and rolled back.  Raises InputError with the database's first line where the statement is
+    wrong, would write or takes too long; StoreError where PostgreSQL's role may reach beyond the database, as a
+    superuser may: the server would not hold a statement back from its files and programs.
     """
+    if not 0 < time_limit_s <= _LONGEST_S:
+        raise UsageError(f"the time limit is {time_limit_s:g} s: give seconds above 0, a day at most")
+    answered = _answered_by_duckdb if store.dialect == "duckdb" else _answered_by_postgresql
     with store.read() as connection:
         try:
-            if store.dialect == "duckdb":
-                connection.execute(sa.text("SET enable_external_access = false"))
-                connection.execute(sa.text("SET lock_configuration = true"))
-                cursor: Any = connection.exec_driver_sql(statement, execution_options={"no_parameters": True}).cursor
-            else:
-                driver: Any = connection.connection.driver_connection
-                # Prepared, so that a second statement after a COMMIT is refused.
-                cursor = driver.execute(statement, prepare=True)
-            if cursor is None or cursor.description is None:
-                return [], []
-            return [column[0] for column in cursor.description], cursor.fetchall()
+            return answered(store, connection, statement, time_limit_s)
         except Exception as error:
             said = getattr(error, "orig", None) or error
             if isinstance(error, DBAPIError) or type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg")):
+                if type(said).__name__ in ("InterruptException", "QueryCanceled"):
+                    raise InputError(
+                        f"the statement was stopped after {time_limit_s:g} s: ask for less, or give it more time"
+                    ) from error
                 raise InputError(f"the statement was refused: {str(said).strip().splitlines()[0]}") from error
             raise
+
+
+def _answered_by_duckdb(store: Store, connection: Connection, statement: str, time_limit_s: float) -> Answer:
+    if not store.rows(connection, "ask/is_locked.duckdb")[0].locked:
+        connection.execute(sql.query("ask/no_external_access.duckdb"))
+        connection.execute(sql.query("ask/lock_configuration.duckdb"))
+    driver: Any = connection.connection.driver_connection
+    found = [(one.type.name, one.query) for one in driver.extract_statements(statement)]
+    # PIVOT is a SELECT that brings along a CREATE TYPE of its own, without text.
+    kinds = [kind for kind, text in found if kind != "CREATE" or text]
+    if kinds not in (["SELECT"], ["EXPLAIN"]):
+        raise InputError(f"the statement was refused: {_ONE_QUERY}")
+    with _interrupting(driver, time_limit_s):
+        cursor: Any = connection.exec_driver_sql(statement, execution_options={"no_parameters": True}).cursor
+        return _fetched(cursor)
+
+
+@contextmanager
+def _interrupting(driver: Any, time_limit_s: float) -> Iterator[None]:
+    """Interrupt what a DuckDB connection does when the block takes too long."""
+    timer = Timer(time_limit_s, driver.interrupt)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+def _answered_by_postgresql(store: Store, connection: Connection, statement: str, time_limit_s: float) -> Answer:
+    connection = connection.execution_options(postgresql_readonly=True)
+    driver: Any = connection.connection.driver_connection
+    # A connection of its own that is closed afterwards: what outlives a rollback, as advisory locks do, ends with it.
+    connection.detach()
+    _refuse_reaching_roles(store, connection)
+    store.rows(connection, "ask/time_limit.postgresql", milliseconds=str(max(1, round(1e3 * time_limit_s))))
+    # All is prepared, since what is prepared is one statement.
+    if not _EXPLAIN.match(statement):
+        # The server says whether it is a query: a cursor is declared for nothing else, nor for a WITH that writes.
+        try:
+            driver.execute(f"DECLARE question CURSOR FOR {statement}", prepare=True)
+        except Exception as error:
+            if type(error).__name__ != "SyntaxError":
+                raise
+            first = str(error).strip().splitlines()[0]
+            raise InputError(f"the statement was refused ({first}): {_ONE_QUERY}") from error
+    return _fetched(driver.execute(statement, prepare=True))
+
+
+def _refuse_reaching_roles(store: Store, connection: Connection) -> None:
+    reaching = store.rows(connection, "ask/reaching_roles.postgresql")
+    if reaching:
+        own, other = reaching[0].session_role, reaching[0].role
+        raise StoreError(
+            f"the role {own} "
+            + (f"may act as {other}, which " if other != own else "")
+            + "reaches beyond the database, "
+            "to the server's files and programs: ask by a role that only reads, made with CREATE ROLE reader LOGIN "
+            "PASSWORD '...'; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader"
+        )
+
+
+def _fetched(cursor: Any) -> Answer:
+    if cursor is None or cursor.description is None:
+        return [], []
+    return [column[0] for column in cursor.description], cursor.fetchall()

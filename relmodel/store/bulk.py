@@ -83,6 +83,8 @@ def _arrow(values: ColumnValues, count: int, kind: TypeEngine[Any]) -> Any:
         if isinstance(kind, sa.Numeric) and kind.precision and kind.scale:
             return _decimals(values, kind.precision, kind.scale)
         return pa.array(values, from_pandas=True)  # NaN is null: no column of the schema holds a NaN
+    if isinstance(values, np.ma.MaskedArray):
+        return pa.array(values.data, mask=np.ma.getmaskarray(values))
     return pa.array(values)
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
+from graphlib import TopologicalSorter
 from types import TracebackType
 from typing import Any, Self
 
@@ -43,19 +44,24 @@ _TYPES: dict[str, type[TypeEngine[Any]]] = {
 class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` give."""
 
-    def __init__(self, engine: Engine, name: str) -> None:
+    def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
         self.engine = engine
         self.name = name
+        self._read_only = read_only
+        self._closed = False
 
     @property
     def revision(self) -> str | None:
         """Revision of the schema that the store has; None where it is no relmodel store."""
+        self._refuse_closed()
         if not {"sds_relation", "alembic_version"} <= set(inspect(self.engine).get_table_names()):
             return None
         with self.read() as connection:
             return str(self.rows(connection, "revision")[0].version_num)
 
     def close(self) -> None:
+        """Let go of the database; what is asked of it from here on raises StoreError."""
+        self._closed = True
         self.engine.dispose()
 
     def __enter__(self) -> Self:
@@ -88,9 +94,27 @@ class Database:
             raise ValueError(f"the store has no table {name!r}")
         return self._tables[name]
 
+    @cached_property
+    def _place(self) -> dict[str, int]:
+        """Place of each table that has foreign keys or is pointed at by some, behind all that it points at."""
+        parents: dict[str, list[str]] = {}
+        with self.read() as connection:
+            for row in self.rows(connection, f"foreign_keys.{self.dialect}"):
+                if row.parent != row.relation:
+                    parents.setdefault(row.relation, []).append(row.parent)
+        return {name: place for place, name in enumerate(TopologicalSorter(parents).static_order())}
+
+    def parents_first(self, names: Iterable[str]) -> list[str]:
+        """Names of tables in an order that foreign keys allow to append in: what is pointed at comes first."""
+        return sorted(names, key=lambda name: (self._place.get(name, -1), name))
+
     @contextmanager
     def read(self) -> Iterator[Connection]:
-        """A connection that sees one snapshot; it writes nothing.  Raises StoreError where the database fails."""
+        """A connection that sees one snapshot; it writes nothing.
+
+        Raises StoreError where the database fails, refuses it to the role, or is closed.
+        """
+        self._refuse_closed()
         with self._failures(), self.engine.connect() as connection:
             if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
                 connection = connection.execution_options(isolation_level="REPEATABLE READ")
@@ -101,8 +125,11 @@ class Database:
     def write(self) -> Iterator[Connection]:
         """A transaction: all of it is committed at the end, or none where an error leaves the block.
 
-        Raises StoreError where the database fails.
+        Raises StoreError where the database fails, refuses it to the role, is closed, or is open for reading only.
         """
+        self._refuse_closed()
+        if self._read_only:
+            raise StoreError(f"the store {self.name} is open for reading only: open it without read_only to write")
         with self._failures(), self.engine.begin() as connection:
             yield connection
 
@@ -115,6 +142,7 @@ class Database:
         if self.dialect != "duckdb":
             yield
             return
+        self._refuse_closed()
         with self.engine.connect() as settings:  # a transaction that failed refuses whatever comes after
             settings.execute(sql.query("run/one_thread.duckdb"))
             try:
@@ -122,9 +150,13 @@ class Database:
             finally:
                 settings.execute(sql.query("run/all_threads.duckdb"))
 
+    def _refuse_closed(self) -> None:
+        if self._closed:  # the engine would connect anew
+            raise StoreError(f"the store {self.name} is closed: open it again")
+
     @contextmanager
     def _failures(self) -> Iterator[None]:
-        """What befalls a database in use (connection lost, disk full, memory out) as a sentence.
+        """What befalls a database in use (connection lost, disk full, memory out, no privilege) as a sentence.
 
         Errors of statements stay as they are: they are mistakes of the program.
         """
@@ -132,10 +164,14 @@ class Database:
             yield
         except Exception as error:
             said = getattr(error, "orig", None) or error
+            words = str(said).strip().partition("\n")[0]
+            if type(said).__name__ in ("InsufficientPrivilege", "ReadOnlySqlTransaction"):
+                raise StoreError(
+                    f"the store {self.name} refuses it ({words}): use a role to which that is granted"
+                ) from error
             ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
             if not ours or not {"OperationalError", "InterfaceError"} & {kind.__name__ for kind in type(said).__mro__}:
                 raise
-            words = str(said).strip().partition("\n")[0]
             raise StoreError(
                 f"the store {self.name} failed ({words}): look after its disk, memory or server, and try again"
             ) from error

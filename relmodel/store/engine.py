@@ -82,6 +82,12 @@ def _sentence(url: URL, error: Exception) -> str:
     folder = Path(url.database or "").parent
     if not folder.is_dir():
         return f"there is no folder {folder} for the store {url.database}: make it, or name another place"
+    newer = re.search(r"database file with version number (\d+)", said)
+    if newer:
+        return (
+            f"the file {url.database} was made by another DuckDB (format {newer[1]}), which relmodel's 1.5 does not "
+            "read: EXPORT DATABASE with that one and IMPORT DATABASE with 1.5, as docs/store.md says"
+        )
     if "not a valid DuckDB database" in said:
         return f"the file {url.database} is no relmodel store: name another, or make one with relmodel init"
     if "does not exist" in said or "No such file" in said:

@@ -74,7 +74,7 @@ class Store(Database):
     @contextmanager
     def _opening(cls, url: URL, *, read_only: bool = False) -> Iterator[Self]:
         """The store at `url`, closed again where what is done with it fails."""
-        store = cls(connect(url, read_only=read_only), store_name(url))
+        store = cls(connect(url, read_only=read_only), store_name(url), read_only=read_only)
         try:
             yield store
         except BaseException:

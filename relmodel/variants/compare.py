@@ -126,7 +126,12 @@ def _differences(
                 for r in rows.tolist():
                     labels[r].append("face labels")
             continue
-        where = {"path_a": a.path[i[row]], "path_b": b.path[j[row]], "shape_a": shape_a, "shape_b": shape_b}
+        where = {
+            "object_path_a": a.path[i[row]],
+            "object_path_b": b.path[j[row]],
+            "shape_a": shape_a,
+            "shape_b": shape_b,
+        }
         for level, block in _inside(store, connection, sets[0], sets[1], surfaces, (shape_a, shape_b), reach):
             count = len(block["status"])
             inner.append((level, {**block, **{name: [value] * count for name, value in where.items()}}))
@@ -135,11 +140,11 @@ def _differences(
     still = stays(a.pose[i], to)
     shift[still], angle[still] = 0.0, 0.0
     status = np.where(same, np.where(still, "identical", "moved"), "changed").astype(object)
-    given = {"path_a": a.path[i], "path_b": b.path[j], "shape_a": a.shape[i], "shape_b": b.shape[j]}
+    given = {"object_path_a": a.path[i], "object_path_b": b.path[j], "shape_a": a.shape[i], "shape_b": b.shape[j]}
     blocks = [_rows("part", status, {**given, "differs": [", ".join(names) or None for names in labels]}, shift, angle)]
     for side, x, taken in (("a", a, i), ("b", b, j)):
         left = np.setdiff1d(np.arange(len(x)), taken)
-        given = {f"path_{side}": x.path[left], f"shape_{side}": x.shape[left]}
+        given = {f"object_path_{side}": x.path[left], f"shape_{side}": x.shape[left]}
         blocks.append(_rows("part", [_ALONE[side]] * len(left), given))
     return stack([*blocks, *(block for wanted in ("feature", "surface") for level, block in inner if level == wanted)])
 
@@ -204,7 +209,7 @@ def _features(store: Store, connection: Connection, shape: int) -> FeatureSet:
     return feature_set(rows, members, store.columns(connection, "compare/feature_dimensions", shape_id=shape))
 
 
-_GIVEN = ("path_a", "path_b", "shape_a", "shape_b", "element_a", "element_b", "differs")
+_GIVEN = ("object_path_a", "object_path_b", "shape_a", "shape_b", "element_a", "element_b", "differs")
 _NUMBERS = ("dx", "dy", "dz", "distance", "angle")
 
 

@@ -184,8 +184,9 @@ class Correction:
     """What a found pose of a rig says of the arm that carries it.
 
     world_from_object: the corrected pose of the arm's base (4, 4); shift and turn: that of its origin in the world's
-    axes, mm, and the rotation vector in the base's frame, rad.  covariance: (6, 6) of the base's pose.  joints: value
-    of each joint, corrected where its sigma was given; joint_sigmas: what is left of those.
+    axes, mm, and the rotation vector in the base's frame, rad.  covariance: (6, 6) of the base's pose, t mm then r rad,
+    a right perturbation in the base's frame: R C R^T along the world's axes.  joints: value of each joint, corrected
+    where its sigma was given; joint_sigmas: what is left of those.
     """
 
     world_from_object: Array

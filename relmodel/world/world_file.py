@@ -36,6 +36,7 @@ ROLES = ("inspected", "fixture", "robot", "tool")
 # Numbers typed with six digits are off by some 1e-6 and are taken for the nearest rotation; more is a mistake.
 _ROTATION_TOLERANCE = 1e-4
 _ROUND_OFF = 1e-9
+_MOST_MM = 1e8  # farther off, millimetres are lost to rounding
 
 
 @dataclass(frozen=True)
@@ -219,6 +220,8 @@ def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> npt.NDArr
         raise InputError(f"{what} has the shape {matrix.shape}: give four rows of four numbers")
     if not np.isfinite(matrix).all():
         raise InputError(f"{what} holds a number that is not finite: correct it")
+    if np.abs(matrix[:3, 3]).max() > _MOST_MM:
+        raise InputError(f"{what} lies farther off than {_MOST_MM / 1e6:g} km: give its translation in mm")
     rotation = matrix[:3, :3]
     off = max(
         float(np.abs(rotation.T @ rotation - np.eye(3)).max()),

@@ -305,6 +305,7 @@ BAD_WORLDS = [
     ("objects.0.object", "blukhead", "is not loaded"),
     ("objects.0.variant", "Z", "is not loaded"),
     ("objects.0.world_from_object.0.3", float("nan"), "not finite"),
+    ("objects.0.world_from_object.0.3", 1e300, "farther off than 100 km"),
     ("objects.0.world_from_object.0.0", 2.0, "not a rotation"),
     ("objects.0.role", "spectator", "unknown role"),
     ("world", None, "lacks world"),

@@ -187,7 +187,7 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
 
     # Every image arc is matched or rejected, once.
     extraction = {r["camera"]: r["extraction_id"] for r in plain_rows(store, "inspection_image", run)}
-    arcs = {(r["extraction_id"], r["arc_no"]): r for r in columns(store, "image_arc")}
+    arcs = {(r["extraction_id"], r["image_arc_no"]): r for r in columns(store, "image_arc")}
     matched = {(r["camera"], r["image_arc_no"]) for r in answers["matched_arcs"]}
     for camera, extracted in extraction.items():
         own = {no: r for (of, no), r in arcs.items() if of == extracted}
@@ -210,7 +210,7 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
             continue
         part = placed[row["path"]]
         world_from_part = matrices({c: np.array([part[c]]) for c in part if c[:1] == "m" and c[1:].isdigit()})[0]
-        points = samples[shape_of_part[part["part_id"]], row["element_no"]]
+        points = samples[shape_of_part[part["part_id"]], row["arc_no"]]
         camera = pair.rig["cameras"][row["camera"]]
         world_from_camera = rig @ np.array(camera.get("rig_from_camera", np.eye(4)))
         seen = np.linalg.inv(world_from_camera) @ world_from_part
@@ -243,8 +243,12 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
     (pose,) = answers["where_was_the_rig"]
     assert pose["verdict"] == "accepted"
     assert [pose[c] for c in "xyz"] == pytest.approx(rig[:3, 3], abs=2)
-    covariance = np.reshape(plain_rows(store, "pose", run)[0]["covariance"], (6, 6))
-    assert [pose[f"sigma_{c}"] for c in "xyz"] == pytest.approx(np.sqrt(np.diag(covariance)[:3]))
+    found = plain_rows(store, "pose", run)[0]
+    turn = matrices({c: np.array([found[c]]) for c in found if c[:1] == "m" and c[1:].isdigit()})[0, :3, :3]
+    in_rig = np.reshape(found["covariance"], (6, 6))[:3, :3]
+    sigmas = [np.sqrt(axis @ in_rig @ axis) for axis in turn]  # along the world's axes, as the rig sees them
+    assert [pose[f"sigma_{c}"] for c in "xyz"] == pytest.approx(sigmas)
+    assert [pose[f"sigma_{c}"] for c in "xyz"] != pytest.approx(np.sqrt(np.diag(in_rig)), rel=0.01)
 
 
 def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:

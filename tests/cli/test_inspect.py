@@ -137,14 +137,14 @@ def test_sql_answers_what_was_matched_and_what_was_not(
     matched = asked("SELECT camera, path, image_arc_no, residual FROM matched_arc WHERE run_id = {run}")
     assert {row["camera"] for row in matched} == {"left", "right"}
     assert all(0 <= row["residual"] < 10 for row in matched)
-    rejected = asked("SELECT camera, arc_no, reason FROM rejected_arc WHERE run_id = {run}")
+    rejected = asked("SELECT camera, image_arc_no, reason FROM rejected_arc WHERE run_id = {run}")
     assert all(row["reason"] for row in rejected)
     arcs = asked(
         "SELECT i.camera, count(*) AS n FROM inspection_image AS i JOIN image_arc AS a"
         " ON a.extraction_id = i.extraction_id WHERE i.run_id = {run} GROUP BY i.camera"
     )
     taken = {(row["camera"], row["image_arc_no"]) for row in matched}
-    left = {(row["camera"], row["arc_no"]) for row in rejected}
+    left = {(row["camera"], row["image_arc_no"]) for row in rejected}
     assert not taken & left
     assert len(taken) + len(left) == sum(row["n"] for row in arcs)
     summary = asked("SELECT kind, status, verdict FROM run_summary WHERE run_id = {run}")

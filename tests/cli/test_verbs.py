@@ -12,6 +12,7 @@ import sqlalchemy as sa
 
 from relmodel.cli.main import main
 from relmodel.store import Run, Store
+from tests.conftest import make_reader
 
 
 def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, object]]:
@@ -19,6 +20,12 @@ def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[st
     assert main([*arguments, "--format", "json"]) == 0
     rows: list[dict[str, object]] = json.loads(capsys.readouterr().out)
     return rows
+
+
+@pytest.fixture
+def asked_store(fresh_store: str) -> str:
+    """A store with nothing in it, once on each engine, for one who only reads."""
+    return make_reader(fresh_store)
 
 
 def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -36,38 +43,38 @@ def test_schema_of_one_relation(fresh_store: str, capsys: pytest.CaptureFixture[
     assert main(["schema", "--store", fresh_store, "--relation", "lop"]) == 2
 
 
-def test_sql_prints_rows_in_each_form(fresh_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     query = "SELECT relation, NULL AS nothing FROM sds_relation WHERE relation IN ('arc', 'loop') ORDER BY relation"
-    rows = printed(capsys, "sql", "--store", fresh_store, query)
+    rows = printed(capsys, "sql", "--store", asked_store, query)
     assert rows == [{"relation": "arc", "nothing": None}, {"relation": "loop", "nothing": None}]
     file = tmp_path / "query.sql"
     file.write_text(query)
-    assert main(["sql", "--store", fresh_store, "--file", str(file), "--format", "csv"]) == 0
+    assert main(["sql", "--store", asked_store, "--file", str(file), "--format", "csv"]) == 0
     assert list(csv.reader(io.StringIO(capsys.readouterr().out))) == [
         ["relation", "nothing"],
         ["arc", ""],
         ["loop", ""],
     ]
-    assert main(["sql", "--store", fresh_store, query]) == 0
+    assert main(["sql", "--store", asked_store, query]) == 0
     assert capsys.readouterr().out.split()[0] == "relation"
 
 
-def test_values_are_printed_as_they_are(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_values_are_printed_as_they_are(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
     query = (
         "SELECT '007' AS word, CAST(1234.56789 AS DOUBLE PRECISION) AS number, CAST(1.5 AS NUMERIC(6, 2)) AS decimal,"
         " ARRAY[1, 2] AS list, CAST('2026-01-02' AS DATE) AS day, CAST(NULL AS INTEGER) AS nothing"
     )
-    assert printed(capsys, "sql", "--store", fresh_store, query) == [
+    assert printed(capsys, "sql", "--store", asked_store, query) == [
         {"word": "007", "number": 1234.56789, "decimal": 1.5, "list": [1, 2], "day": "2026-01-02", "nothing": None}
     ]
-    assert main(["sql", "--store", fresh_store, query]) == 0
+    assert main(["sql", "--store", asked_store, query]) == 0
     line = capsys.readouterr().out.splitlines()[2]
     assert line.split()[:2] == ["007", "1234.56789"]
 
 
-def test_sql_reads_stdin(fresh_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
-    assert printed(capsys, "sql", "--store", fresh_store) == [{"colon": ":a", "percent": "%s"}]
+    assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]
 
 
 REFUSED = (
@@ -80,13 +87,13 @@ REFUSED = (
 )
 
 
-def test_sql_refuses_what_is_wrong_or_writes(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
     for statement in REFUSED:
-        assert main(["sql", "--store", fresh_store, statement]) == 3, statement
+        assert main(["sql", "--store", asked_store, statement]) == 3, statement
         said = capsys.readouterr()
         assert said.out == ""
         assert said.err.count("\n") == 1
-    with Store.open(fresh_store) as store, store.read() as connection:
+    with Store.open(asked_store) as store, store.read() as connection:
         assert len(store.rows(connection, "relations")) > 50
 
 

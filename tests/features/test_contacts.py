@@ -34,7 +34,7 @@ def at(x: float, y: float, z: float) -> Floats:
 
 
 def rows(table: Table) -> list[tuple[str, str, str]]:
-    return list(zip(table["path_a"], table["path_b"], table["kind"], strict=True)) if table else []
+    return list(zip(table["object_path_a"], table["object_path_b"], table["kind"], strict=True)) if table else []
 
 
 def turned(instances: list[Instance], pose: Floats) -> list[Instance]:
@@ -118,11 +118,11 @@ def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
             stored = connection.execute(store.table("part_contact").select()).all()
             paths = {row.path for row in store.rows(connection, "object_expansion", object_id=root)}
     inner, outer = [r for r in stored if r.object_id != root], [r for r in stored if r.object_id == root]
-    assert [(r.path_a, r.path_b, r.area) for r in inner] == [("cube#0", "cube#1", pytest.approx(100))]
-    assert sorted((r.path_a, r.path_b) for r in outer) == [
+    assert [(r.object_path_a, r.object_path_b, r.area) for r in inner] == [("cube#0", "cube#1", pytest.approx(100))]
+    assert sorted((r.object_path_a, r.object_path_b) for r in outer) == [
         ("b_ar", f"pair#{i}/cube#{k}") for i in (1, 2) for k in (0, 1)
     ]
-    assert {r.path_a for r in outer} | {r.path_b for r in outer} <= paths
+    assert {r.object_path_a for r in outer} | {r.object_path_b for r in outer} <= paths
 
 
 @pytest.mark.data
@@ -134,7 +134,9 @@ def test_the_screwed_joints_of_a_file(data_dir: Path) -> None:
     total: dict[tuple[str, str, str], float] = {}
     for i in range(len(model.assemblies)):
         found = contacts.contacts(PlacedParts(model), i)
-        for a, b, kind, area, gap in zip(*(found[c] for c in ("path_a", "path_b", "kind", "area", "gap")), strict=True):
+        for a, b, kind, area, gap in zip(
+            *(found[c] for c in ("object_path_a", "object_path_b", "kind", "area", "gap")), strict=True
+        ):
             assert gap == pytest.approx(0, abs=1e-6)
             ends = sorted(path.rsplit("/", 1)[-1].split("::")[0] for path in (a, b))
             key = (ends[0], ends[1], kind)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -56,3 +58,22 @@ def test_identities_are_single() -> None:
         ChangingIndex([1, 1], np.zeros((2, 6)))
     with pytest.raises(UsageError, match="one each"):
         ChangingIndex([], np.empty((0, 6))).add([1, 2], np.zeros((1, 6)))
+
+
+def test_a_change_of_one_box_takes_no_room_for_all() -> None:
+    """What one box that comes, moves or goes takes beside the index does not grow with the boxes that are there."""
+    count = 200_000
+    boxes = np.zeros((count, 6))
+    index = ChangingIndex(np.arange(count) * 2, boxes)
+    tracemalloc.start()
+    try:
+        index.add([77], boxes[:1])
+        index.add([77], boxes[:1] + 1)
+        index.add([40_000], boxes[:1] + 1)
+        index.remove([123, 124, 124, 10**9, -1])
+        assert index.overflow == 2 + 1 + 1
+        assert len(index) == count + 1 - 1
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert most < count / 10, "less than a mask of all"

@@ -38,6 +38,29 @@ def test_pages_are_compact() -> None:
     assert np.prod(bounds[:, 3:] - bounds[:, :3], axis=1).sum() < 1.0
 
 
+@pytest.mark.parametrize("axes", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
+@pytest.mark.parametrize("far", [0, 20])
+def test_pages_of_a_flat_world_are_near_cubes(axes: tuple[int, ...], far: int) -> None:
+    """Of a slab of the proportions of the bulkhead, whichever way it lies and whatever lies far off."""
+    size = np.array([3048.0, 1016, 60])[list(axes)]
+    points = np.random.default_rng(2).uniform(0, size, (20_000, 3))
+    points[:far] += 1e6
+    boxes = np.hstack([points, points])
+    page = pack(boxes, page_size=16)
+    _, bounds = page_boxes(boxes, page)
+    width = np.median(bounds[:, 3:] - bounds[:, :3], axis=0)
+    side = (np.prod(size) * 16 / 20_000) ** (1 / 3)
+    assert np.allclose(width, side, rtol=0.25)
+
+
+def test_pages_of_a_plane_and_of_a_line() -> None:
+    for flat, side in (([0.0, 1, 1], (16 / 5000) ** (1 / 2)), ([0.0, 0, 1], 16 / 5000)):
+        points = np.random.default_rng(3).uniform(0, 1, (5000, 3)) * flat
+        _, bounds = page_boxes(np.hstack([points, points]), pack(np.hstack([points, points]), page_size=16))
+        width = np.median(bounds[:, 3:] - bounds[:, :3], axis=0)
+        assert np.allclose(width, side * np.array(flat), rtol=0.25)
+
+
 def test_equal_boxes_and_equal_input() -> None:
     boxes = np.tile([1.0, 2, 3, 4, 5, 6], (100, 1))
     assert np.array_equal(pack(boxes, page_size=10), np.arange(100) // 10)

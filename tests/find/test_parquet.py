@@ -18,6 +18,7 @@ from relmodel.find.volumes import Box, Volume
 from relmodel.store import Store, sql
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.find.volume_cases import CASES
 from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 QUERY = sql.query("parquet/find_in_volumes").text
@@ -149,7 +150,7 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
     with Store.open(duckdb_file) as store:
         model.fill(store)
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [{"object": "thing"}]))
-        volumes = questions(Oracle(model, {"thing": np.eye(4)}))
+        volumes = [*questions(Oracle(model, {"thing": np.eye(4)})), *(volume for _, volume, _ in CASES)]
         write_questions(volumes, tmp_path)
         with store.read() as connection:
             assert export_parts(store, connection, tmp_path / "parts", pages_per_range=1) == 360

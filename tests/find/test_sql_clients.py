@@ -56,13 +56,19 @@ def questions(oracle: Oracle) -> list[Volume]:
     return [*random_boxes(oracle, 5, 22), *spheres, *random_views(20, 21)]
 
 
-def add_camera(store: Store) -> int:
-    """The camera of `random_views`."""
-    camera = {"width": 640, "height": 480, "fx": 900.0, "fy": 900.0, "cx": 319.5, "cy": 239.5, "skew": 0.0}
-    camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": 639.5, "view_v1": 479.5}
-    lens: dict[str, Any] = {"content_key": "c", "distortion_model": "opencv", "distortion": Ragged.pack([[0.0]])}
+def add_camera(store: Store, view: Frustum | None = None) -> int:
+    """The camera of a view, or of `random_views`."""
+    view = view or random_views(1, 0)[0]
+    (fx, skew, cx), (_, fy, cy), _ = view.matrix.tolist()
+    camera = {"width": view.width, "height": view.height, "fx": fx, "fy": fy, "cx": cx, "cy": cy, "skew": skew}
+    camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": view.width - 0.5, "view_v1": view.height - 0.5}
     with store.write() as connection:
         camera_id = int(store.new_ids(connection, "camera", 1)[0])
+        lens: dict[str, Any] = {
+            "content_key": f"c{camera_id}",
+            "distortion_model": "opencv",
+            "distortion": Ragged.pack([[0.0]]),
+        }
         store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
     return camera_id
 

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import sqlalchemy as sa
 import trimesh
 
-from relmodel.errors import InputError
+from relmodel.errors import InputError, StoreError
 from relmodel.loading.load import load
 from relmodel.loading.write import geometry as write_geometry
 from relmodel.model.model import Assembly, Instance, LoadedModel, Part
 from relmodel.store import Store
 from relmodel.store.check import check
+from tests.conftest import make_reader
 
 MODEL_LEVELS = {"object", "part", "surface"}
 
@@ -155,6 +157,25 @@ def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> N
             assert len(classes) == 7
 
 
+def test_a_wire_may_come_before_a_solid(fresh_store: str, tmp_path: Path) -> None:
+    """A shape without faces begins with rows that point at tables which only the next shape fills."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Pnt
+    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+
+    edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 50), gp_Pnt(30, 0, 50)).Edge()
+    writer = STEPControl_Writer()
+    for shape in (BRepBuilderAPI_MakeWire(edge).Wire(), BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()):
+        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    writer.Write(str(tmp_path / "wire.step"))
+    with Store.open(fresh_store) as store:
+        assert load(store, tmp_path / "wire.step", name="wire").faces_loaded == 6
+        counts = row_counts(store)
+        assert (counts["shape"], counts["shape_surface"], counts["shape_arc"]) == (2, 6, 1 + 12)
+        assert not [f for f in check(store) if f.rows]
+
+
 def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Path) -> None:
     path = write_step(tmp_path / "a.step", [5.0])
     path.write_bytes(path.read_bytes()[:-3000])
@@ -190,6 +211,44 @@ def test_a_bad_call_leaves_nothing(
             load(store, path, name="part", unit=unit)
         with store.read() as connection:
             assert not connection.execute(store.table("run").select()).all()
+
+
+@pytest.mark.parametrize(
+    ("named", "said"),
+    [
+        ({"name": None}, "under the name None: name the object"),
+        ({"name": ""}, "under the name '': name the object"),
+        ({"name": " \t"}, "name the object"),
+        ({"name": "box", "variant": None}, "as the variant None: give text"),
+    ],
+)
+def test_an_object_has_a_name(named: dict[str, Any], said: str, tmp_path: Path, fresh_store: str) -> None:
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.stl")
+    with Store.open(fresh_store) as store:
+        with pytest.raises(InputError, match=said):
+            load(store, tmp_path / "box.stl", unit="mm", **named)
+        with store.read() as connection:
+            assert not connection.execute(store.table("run").select()).all()
+
+
+def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fresh_store: str) -> None:
+    """One that is open for reading only, one that a role may only read, and one that is closed."""
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.stl")
+    opened = Store.open(fresh_store)
+    opened.close()
+    with pytest.raises(StoreError, match="is closed: open it again"):
+        load(opened, tmp_path / "box.stl", name="box", unit="mm")
+    with Store.open(fresh_store, read_only=True) as store:
+        with pytest.raises(StoreError, match="is open for reading only: open it without read_only"):
+            load(store, tmp_path / "box.stl", name="box", unit="mm")
+        with store.read() as connection:
+            assert not connection.execute(store.table("run").select()).all()
+    if store.dialect == "postgresql":
+        with (
+            Store.open(make_reader(fresh_store)) as store,
+            pytest.raises(StoreError, match=r"^the store .* refuses it \(permission denied for [^\n]*$"),
+        ):
+            load(store, tmp_path / "box.stl", name="box", unit="mm")
 
 
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(

@@ -133,6 +133,7 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         (TWO.replace("</joint>", '<axis xyz="0 0 0"/></joint>'), "axis of no length"),
         (TWO.replace("</joint>", '<origin xyz="1 2"/></joint>'), "3 numbers"),
         (TWO.replace("</joint>", '<origin rpy="1 2 nan"/></joint>'), "3 numbers"),
+        (TWO.replace("</joint>", '<origin xyz="0 -1e300 0"/></joint>'), "farther off than 100 km"),
         (TWO.replace("continuous", "prismatic").replace("</joint>", '<limit lower="2" upper="1"/></joint>'), "above"),
         (visual('<box size="1 0 1"/>'), "without extent"),
         (visual('<capsule radius="1" length="2"/>'), "<capsule>"),

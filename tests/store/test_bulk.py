@@ -16,7 +16,7 @@ from relmodel.store import Store
 
 POINTS: dict[str, Any] = {
     "extraction_id": 1,
-    "arc_no": 0,
+    "image_arc_no": 0,
     "point_no": np.arange(4, dtype=np.int32),
     "sigma": np.full(4, 0.00006),
 }

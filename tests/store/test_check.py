@@ -170,17 +170,17 @@ ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", 
 
 
 FAULTS = {
-    "edge_element": add("edge_element", extraction_id=7, element_no=0, arc_no=-1, **ELEMENT),
-    "image_arc_covariance": add("image_arc_covariance", extraction_id=7, arc_no=0, covariance=[1.0]),
-    "image_arc_mark": add("image_arc_mark", extraction_id=7, arc_no=0, name="texture", value=1.0),
-    "image_arc_point": add("image_arc_point", extraction_id=7, arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
+    "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
+    "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
+    "image_arc_mark": add("image_arc_mark", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
+    "image_arc_point": add("image_arc_point", extraction_id=7, image_arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
     "image_junction": add(
         "image_junction", extraction_id=7, junction_no=0, kind="L", x=1.0, y=1.0, xx=1.0, xy=0.0, yy=1.0
     ),
-    "image_junction_arc": add("image_junction_arc", extraction_id=7, junction_no=0, arc_no=0, meets_with="end"),
+    "image_junction_arc": add("image_junction_arc", extraction_id=7, junction_no=0, image_arc_no=0, meets_with="end"),
     "image_blob": add("image_blob", image_id=7, bytes=b"picture"),
     "image_primitive": add("unit", unit_set_id=7, unit_no=0, kind="arc", ref_no=0),
-    "region_arc": add("region_arc", extraction_id=7, region_no=0, arc_no=0, side="left", length=9.0),
+    "region_arc": add("region_arc", extraction_id=7, region_no=0, image_arc_no=0, side="left", length=9.0),
     "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
     "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
     "unit_relation": add("unit_relation", unit_set_id=7, kind="bounds", unit_a=0, unit_b=1, value=1.0, sigma=0.1),

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import pytest
 import sqlalchemy as sa
 
+from relmodel.errors import StoreError
 from relmodel.store import Store
 
 
@@ -18,3 +23,40 @@ def test_tables_have_the_columns_that_the_schema_gives_them(fresh_store: str) ->
         reflected.reflect(store.engine)
         for name in ("arc", "surface", "run", "image", "visitor"):
             assert [c.name for c in store.table(name).columns] == [c.name for c in reflected.tables[name].columns]
+
+
+def test_parents_come_first(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        reflected = sa.MetaData()
+        reflected.reflect(store.engine)
+        names = sorted(reflected.tables, reverse=True)
+        order = store.parents_first(names)
+        assert sorted(order) == sorted(names)
+        points = [(name, key.column.table.name) for name in names for key in reflected.tables[name].foreign_keys]
+        assert len(points) > 100
+        assert all(order.index(parent) <= order.index(name) for name, parent in points)
+
+
+USES: list[Callable[[Store], Any]] = [Store.read, Store.write, Store.one_thread]
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_closed_store_is_not_opened_in_silence(use: Callable[[Store], Any], fresh_store: str) -> None:
+    store = Store.open(fresh_store)
+    with use(store):
+        pass
+    store.close()
+    store.close()  # twice is no mistake
+    if use is Store.one_thread and store.dialect == "postgresql":
+        return  # there it does nothing
+    with pytest.raises(StoreError, match=r"is closed"):
+        _ = store.revision
+    with pytest.raises(StoreError, match=r"^the store .* is closed: open it again$"), use(store):
+        pytest.fail("a closed store is used")
+
+
+def test_a_store_open_for_reading_is_not_written(fresh_store: str) -> None:
+    with Store.open(fresh_store, read_only=True) as store, store.read() as connection:
+        assert store.rows(connection, "relations")
+        with pytest.raises(StoreError, match=r"open for reading only"), store.write():
+            pytest.fail("it is written")

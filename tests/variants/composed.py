@@ -69,7 +69,7 @@ def differences(store: Store, before: str, after: str, name: str = "thing") -> l
     """Rows of `variant_change` between two variants."""
     comparison = compare(store, (name, before), (name, after))
     view = sa.text(
-        "SELECT * FROM variant_change WHERE comparison_id = :id ORDER BY level, element_a, element_b, path_b"
+        "SELECT * FROM variant_change WHERE comparison_id = :id ORDER BY level, element_a, element_b, object_path_b"
     )
     with store.read() as connection:
         return [dict(r._mapping) for r in connection.execute(view, {"id": comparison.id})]

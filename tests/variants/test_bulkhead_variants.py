@@ -179,7 +179,7 @@ def placed(variant: str) -> dict[str, tuple[str, Floats, float]]:
 def test_parts_are_where_the_design_puts_them(bulkheads: Bulkheads, pair: str) -> None:
     a, b = (placed(v) for v in pair)
     rows = {
-        r["path_a"] or r["path_b"]: r
+        r["object_path_a"] or r["object_path_b"]: r
         for r in differences(bulkheads.store, pair[0], pair[1], "bulkhead")
         if r["level"] == "part"
     }

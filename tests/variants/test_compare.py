@@ -134,7 +134,7 @@ def test_the_differences_are_those_of_the_generators_history(demo: list[dict[str
     tables = [json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"]
 
     components = [{c["name"]: c for c in t["components"]} for t in tables]
-    parts = {r["path_a"] or r["path_b"]: r["status"] for r in demo if r["level"] == "part"}
+    parts = {r["object_path_a"] or r["object_path_b"]: r["status"] for r in demo if r["level"] == "part"}
     assert (
         {n for n, s in parts.items() if s == "added"}
         == components[1].keys() - components[0].keys()
@@ -190,7 +190,7 @@ def test_the_differences_are_those_of_the_given_list(data_dir: Path, duckdb_file
         rows = differences(store, "A", "B", "bulkhead")
     parts = Counter(r["status"] for r in rows if r["level"] == "part")
     assert parts == {"identical": 38, "changed": 1, "added": 1}
-    assert [r["path_b"] for r in rows if r["status"] == "added" and r["level"] == "part"] == truth[
+    assert [r["object_path_b"] for r in rows if r["status"] == "added" and r["level"] == "part"] == truth[
         "components_only_in_B"
     ]
 

@@ -50,7 +50,7 @@ def test_other_names_numbers_and_materials_are_said_beside_the_geometry(store: S
         Item("P2", body, at[2], "N-2", "titanium"),
         Item("P3", body, at[3], "N-3", "steel"),
     ]
-    rows = {r["path_a"]: r for r in parts(store, before, after)}
+    rows = {r["object_path_a"]: r for r in parts(store, before, after)}
     assert {r["status"] for r in rows.values()} == {"identical"}
     assert {p: r["differs"] for p, r in rows.items()} == {
         "P0": "path",
@@ -58,7 +58,7 @@ def test_other_names_numbers_and_materials_are_said_beside_the_geometry(store: S
         "P2": "material",
         "P3": None,
     }
-    assert rows["P0"]["path_b"] == "OTHER"
+    assert rows["P0"]["object_path_b"] == "OTHER"
 
 
 def test_instances_that_are_numbered_anew_have_not_moved(store: Store) -> None:
@@ -66,9 +66,9 @@ def test_instances_that_are_numbered_anew_have_not_moved(store: Store) -> None:
     before = [Item(f"BOLT:{i + 1}", bolt, pose((160 * i, 0, 0))) for i in range(8)]
     after = [Item(f"BOLT:{i + 1}", bolt, x.pose) for i, x in enumerate(before[:2] + before[3:])]
     rows = parts(store, before, after)
-    assert [r["path_a"] for r in rows if r["status"] == "removed"] == ["BOLT:3"]
+    assert [r["object_path_a"] for r in rows if r["status"] == "removed"] == ["BOLT:3"]
     assert [r["status"] for r in rows].count("identical") == 7
-    assert {r["path_a"]: r["path_b"] for r in rows if r["differs"] == "path"} == {
+    assert {r["object_path_a"]: r["object_path_b"] for r in rows if r["differs"] == "path"} == {
         f"BOLT:{i}": f"BOLT:{i - 1}" for i in range(4, 9)
     }
 
@@ -83,7 +83,7 @@ def test_a_part_is_moved_by_its_pose(store: Store) -> None:
         Item("TWO", body, far),
         Item("NEW", body, pose((0, 400, 5e3))),
     ]
-    rows = {r["path_a"] or r["path_b"]: r for r in parts(store, before, after)}
+    rows = {r["object_path_a"] or r["object_path_b"]: r for r in parts(store, before, after)}
     assert {p: r["status"] for p, r in rows.items()} == {
         "ONE": "moved",
         "TWO": "moved",  # of one name: however far
@@ -103,7 +103,7 @@ def test_a_body_in_other_coordinates_is_moved_and_not_changed(store: Store, seed
     before = [Item("BODY", body, np.eye(4)), Item("POST", cylinder((0, 0, 900), 5, 40), np.eye(4))]
     shift = pose((1.5, 2, 0))
     after = [Item("BODY", carried(body, motion), np.eye(4)), Item("POST", carried(before[1].body, shift), np.eye(4))]
-    rows = {r["path_a"]: r for r in parts(store, before, after)}
+    rows = {r["object_path_a"]: r for r in parts(store, before, after)}
     assert {r["status"] for r in rows.values()} == {"moved"}
     assert [rows["BODY"][c] for c in ("dx", "dy", "dz")] == pytest.approx([20, -7, 31], abs=1e-6)
     assert rows["BODY"]["angle"] == pytest.approx(np.sqrt(0.5), abs=1e-9)
@@ -134,7 +134,7 @@ def test_a_part_that_is_renamed_and_changed_is_still_a_pair(store: Store) -> Non
     store_items(store, "B", [Item("PANEL", drilled, pose((7, 8, 9)), "N-2")])
     rows = differences(store, "A", "B")
     (part,) = (r for r in rows if r["level"] == "part")
-    assert (part["status"], part["differs"], part["path_b"]) == ("changed", "path, number, name", "PANEL")
+    assert (part["status"], part["differs"], part["object_path_b"]) == ("changed", "path, number, name", "PANEL")
     assert part["distance"] is None
     holes = [r for r in rows if r["level"] == "feature" and r["kind"] == "through_hole"]
     assert [(r["status"], r["x"], r["y"]) for r in holes] == [("added", pytest.approx(30), pytest.approx(20))]

@@ -81,7 +81,8 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     of_no_arc[extraction.chains.elements] = True
     of_no_arc[arcs.elements] = False
     linked = np.concatenate([arcs.elements, np.flatnonzero(of_no_arc)])
-    arc_no = np.full(len(linked), -1, np.int32)
+    loose = np.arange(len(linked)) >= len(arcs.elements)
+    arc_no = np.ma.masked_array(np.zeros(len(linked), np.int32), loose)
     arc_no[: len(arcs.elements)] = arcs.chains.chain_of_member
     region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
@@ -91,7 +92,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     with_crests = concatenate([arcs, extraction.crest_arcs])
     return {
         "edge_element": {
-            "element_no": np.arange(len(linked), dtype=np.int32),
+            "edge_element_no": np.arange(len(linked), dtype=np.int32),
             "x": edges.x[linked],
             "y": edges.y[linked],
             "normal_x": edges.nx[linked],
@@ -99,7 +100,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "contrast": edges.contrast[linked],
             "width": edges.width[linked],
             "sigma": edges.sigma[linked],
-            "arc_no": arc_no,
+            "image_arc_no": arc_no,
         },
         "image_arc": _arcs(extraction, with_crests),
         "image_arc_mark": _marks(extraction),
@@ -116,7 +117,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         },
         "image_junction_arc": {
             "junction_no": junctions.junction,
-            "arc_no": junctions.arc,
+            "image_arc_no": junctions.arc,
             "meets_with": np.array(junction_columns.AT, dtype=object)[junctions.at],
         },
         "image_region": {
@@ -144,7 +145,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         },
         "region_arc": {
             "region_no": borders.region,
-            "arc_no": borders.arc,
+            "image_arc_no": borders.arc,
             "side": _SIDES[borders.side],
             "length": borders.length,
         },
@@ -162,7 +163,7 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
     hollow = extraction.crests.ravine[crests.elements[crests.offsets[:-1]]]
     kinds = np.concatenate([np.zeros(len(extraction.arcs), np.intp), np.where(hollow, 2, 1)])
     return {
-        "arc_no": np.arange(len(arcs), dtype=np.int32),
+        "image_arc_no": np.arange(len(arcs), dtype=np.int32),
         "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
         "topography": np.array(["edge", "ridge", "ravine"], dtype=object)[kinds],
         "start_x": arcs.start_x,
@@ -192,7 +193,7 @@ def _points(extraction: Extraction, arcs: Arcs) -> Columns:
     arc_no, point_no = _members(offsets)
     free = arcs.kind[arc_no] == arc_columns.FREE
     return {
-        "arc_no": arc_no[free],
+        "image_arc_no": arc_no[free],
         "point_no": point_no[free],
         "x": course.x[free],
         "y": course.y[free],
@@ -205,7 +206,7 @@ def _covariances(arcs: Arcs) -> Columns:
     known = np.isfinite(arcs.covariance)
     which = np.flatnonzero(known[:, 0, 0])
     offsets = np.concatenate([[0], np.cumsum(known.sum(axis=(1, 2))[which])])
-    return {"arc_no": which.astype(np.int32), "covariance": Ragged(arcs.covariance[known], offsets)}
+    return {"image_arc_no": which.astype(np.int32), "covariance": Ragged(arcs.covariance[known], offsets)}
 
 
 def _marks(extraction: Extraction) -> Columns:
@@ -213,7 +214,7 @@ def _marks(extraction: Extraction) -> Columns:
     marks = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
     marked = {name: np.flatnonzero(value >= _LEAST_MARK) for name, value in marks.items()}
     return {
-        "arc_no": np.concatenate(list(marked.values())).astype(np.int32),
+        "image_arc_no": np.concatenate(list(marked.values())).astype(np.int32),
         "name": np.repeat(np.array(list(marked), dtype=object), [len(arcs) for arcs in marked.values()]),
         "value": np.concatenate([marks[name][arcs] for name, arcs in marked.items()]),
     }

@@ -28,7 +28,6 @@ def record_stereo(
     space = matches.triangulated
     key = {"run_id": run.id, "problem_no": problem_no}
     units, labels = np.arange(len(assignment.label)), np.arange(len(assignment.label_dual))
-    null_cost = np.full(len(units), matches.parameters.segments.null_cost)
     run.append(
         connection,
         "problem",
@@ -49,9 +48,9 @@ def record_stereo(
         "candidate",
         {
             **key,
-            "unit_no": np.concatenate([found.left, units]),
-            "label_no": np.concatenate([found.right, np.full(len(units), NONE)]),
-            "cost": np.concatenate([found.cost, null_cost]),
+            "unit_no": found.left,
+            "label_no": found.right,
+            "cost": found.cost,
         },
     )
     run.append(
@@ -72,8 +71,9 @@ def record_stereo(
         {
             **key,
             "unit_no": units,
-            "label_no": [None if label == NONE else label for label in assignment.label.tolist()],
+            "label_no": np.ma.masked_equal(assignment.label, NONE),
             "cost": assignment.unit_cost,
+            "null_cost": matches.parameters.segments.null_cost,
             "reason": matches.reason.tolist(),
         },
     )

@@ -1,7 +1,9 @@
 """Ask the store in SQL; nothing is written.
 
-The store is opened read-only; on DuckDB statements reach no other file and change no setting.  This keeps slips
-from doing harm; it is no sandbox for statements from people you do not trust.
+Takes one SELECT, WITH, VALUES, TABLE or EXPLAIN, which is stopped after --timeout.  The store is opened read-only; on
+DuckDB statements reach no other file and change no setting; on PostgreSQL the role must not reach the server's files
+or programs, so superusers are refused.  Memory is not bounded, and a PostgreSQL role may do by functions whatever it
+is granted: docs/sql.md says what is promised, and how to make a role that only reads.
 """
 
 from __future__ import annotations
@@ -20,6 +22,13 @@ EXAMPLE = "relmodel sql --store cell.duckdb 'SELECT kind, count(*) FROM feature_
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("query", nargs="?", default="-", help="the statement; - or nothing: read it from stdin")
     parser.add_argument("--file", type=Path, help="read the statement from this file")
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=30.0,
+        metavar="SECONDS",
+        help="how long the statement may take (default: 30)",
+    )
     add_format(parser)
 
 
@@ -29,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
 
     query = _query(args)
     with Store.open(store_target(args), read_only=True) as store:
-        names, rows = ask(store, query)
+        names, rows = ask(store, query, time_limit_s=args.timeout)
     print_rows(names, rows, args.format)
     return 0
 

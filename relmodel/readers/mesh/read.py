@@ -3,6 +3,7 @@ shared, triangles become surfaces and arcs (`shape.py`)."""
 
 from __future__ import annotations
 
+import logging
 import re
 import zipfile
 from pathlib import Path
@@ -27,6 +28,9 @@ FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
 _LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
 _LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
 _MOST_BYTES = 1 << 30
+# Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
+# that is missing, which the model has no use for.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 # What is one mesh in the file is one here, whatever its colours: a body in two colours is not two open ones.
 _OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True}}
 _OPTIONS["3mf"] = {"postprocess": False}  # which would rename meshes

@@ -44,8 +44,8 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
             assert (arc.kind, arc.closed, arc.bright_side) == ("circular", True, "left")
             assert arc.radius == found.arcs.radius[0]
             assert arc.significance == np.float32(found.arcs.significance[0])
-            elements = connection.execute(sa.select(store.table("edge_element")).order_by("element_no")).all()
-            assert [element.element_no for element in elements] == list(range(len(found.arcs.elements)))
+            elements = connection.execute(sa.select(store.table("edge_element")).order_by("edge_element_no")).all()
+            assert [element.edge_element_no for element in elements] == list(range(len(found.arcs.elements)))
             places = np.array([(element.x, element.y) for element in elements], float)
             np.testing.assert_allclose(places[:, 0], found.edges.x[found.arcs.elements], atol=0.0050001)
             np.testing.assert_allclose(np.hypot(*(places - (60.3, 58.8)).T), 30.0, atol=0.2)
@@ -55,7 +55,7 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
                 int(x)
                 for x in found.regions.outline_x[: found.regions.ring_offsets[sum(found.regions.ring_region == 0)]]
             ]
-            of_arc = connection.execute(sa.select(store.table("edge_element").c.arc_no)).scalars()
+            of_arc = connection.execute(sa.select(store.table("edge_element").c.image_arc_no)).scalars()
             assert set(of_arc) == {0}
             pixels = connection.execute(sa.select(store.table("region_topography").c.pixels)).scalars()
             assert sum(pixels) == 120 * 120
@@ -74,8 +74,8 @@ def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
                 return list(connection.execute(sa.select(store.table(table))))
 
             (junction,) = rows("image_junction")
-            arcs = {arc.arc_no: arc for arc in rows("image_arc")}
-            met = [(row.arc_no, row.meets_with) for row in rows("image_junction_arc")]
+            arcs = {arc.image_arc_no: arc for arc in rows("image_arc")}
+            met = [(row.image_arc_no, row.meets_with) for row in rows("image_junction_arc")]
     assert junction.kind == "T"
     assert np.hypot(junction.x - 40.3, junction.y - 38.8) < 0.05
     assert sorted(what for _, what in met)[0] == "course"

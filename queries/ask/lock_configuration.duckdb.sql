@@ -1,0 +1,2 @@
+-- Keeps the configuration as it is for as long as the process has the file open.
+SET lock_configuration = true

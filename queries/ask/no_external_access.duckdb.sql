@@ -1,0 +1,2 @@
+-- Keeps the process's statements from other files, from the network and from extensions.
+SET enable_external_access = false

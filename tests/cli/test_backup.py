@@ -1,0 +1,101 @@
+"""A store survives DuckDB's own backup: what docs/store.md tells a person to do, done by the program duckdb."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import duckdb
+import pytest
+import trimesh
+
+from relmodel.cli.main import main
+from tests.cli.conftest import Inspection
+
+PAGE = (Path(__file__).parents[2] / "docs/store.md").read_text()
+QUESTIONS = [
+    f"SELECT * FROM {level}_in_{volume} ORDER BY ALL"  # noqa: S608
+    for level in ("parts", "features", "surfaces", "arcs")
+    for volume in (
+        "box(1650, -480, 960, 1700, -440, 990)",
+        "sphere(1675, -460, 975, 40)",
+        "view((SELECT min(id) FROM camera), 1, 0, 0, 1675, 0, 1, 0, -460, 0, 0, 1, 800, 10, 300)",
+    )
+]
+
+
+def block(language: str) -> str:
+    """The block of the page that is in a language."""
+    (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    return str(found)
+
+
+@pytest.fixture(scope="module", params=["restored", "copied"])
+def both(
+    request: pytest.FixtureRequest, inspection: Inspection, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    """A store with an inspection, and what the page's commands make of it."""
+    folder = tmp_path_factory.mktemp("backup")
+    shutil.copy(inspection.store, folder / "cell.duckdb")
+    programs = Path(sys.executable).parent
+    if request.param == "restored":
+        command, typed = ["sh", "-e"], block("sh")
+    else:
+        command, typed = [str(programs / "duckdb"), "-bail"], block("sql")
+    environment = {"PATH": f"{programs}:/usr/bin:/bin", "HOME": str(folder)}
+    done = subprocess.run(command, input=typed, cwd=folder, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder / "cell.duckdb", folder / f"{request.param}.duckdb"
+
+
+def test_all_tables_are_equal(both: tuple[Path, Path]) -> None:
+    with duckdb.connect() as connection:
+        for name, file in zip(("old", "new"), both, strict=True):
+            connection.execute(f"ATTACH '{file}' AS {name} (READ_ONLY)")
+        tables = connection.execute(
+            "SELECT database_name, list(table_name ORDER BY table_name) FROM duckdb_tables() GROUP BY 1"
+        ).fetchall()
+        names = dict(tables)
+        assert names["new"] == names["old"]
+        filled = 0
+        for table in names["old"]:
+            there, lost, made = connection.execute(
+                f'SELECT (SELECT count(*) FROM old."{table}"), '  # noqa: S608
+                f'(SELECT count(*) FROM (FROM old."{table}" EXCEPT ALL FROM new."{table}")), '
+                f'(SELECT count(*) FROM (FROM new."{table}" EXCEPT ALL FROM old."{table}"))'
+            ).fetchall()[0]
+            assert (table, lost, made) == (table, 0, 0)
+            filled += there > 0
+        assert filled > 50
+        rules = connection.execute(
+            "SELECT database_name, count(*), count(DISTINCT constraint_text) FROM duckdb_constraints() GROUP BY 1"
+        ).fetchall()
+        assert len({row[1:] for row in rules}) == 1
+
+
+def test_views_and_macros_answer_as_before(both: tuple[Path, Path]) -> None:
+    answers = []
+    for file in both:
+        with duckdb.connect(str(file), read_only=True) as connection:
+            views = [
+                f'SELECT * FROM "{name}" ORDER BY ALL'  # noqa: S608
+                for (name,) in connection.execute(
+                    "SELECT view_name FROM duckdb_views() WHERE NOT internal ORDER BY 1"
+                ).fetchall()
+            ]
+            assert len(views) > 5
+            answers.append([connection.execute(asked).fetchall() for asked in views + QUESTIONS])
+    assert answers[0] == answers[1]
+    assert all(answers[0][-len(QUESTIONS) :])
+
+
+def test_the_store_is_sound_and_can_be_written_to(both: tuple[Path, Path]) -> None:
+    store = str(both[1])
+    assert main(["check", "--store", store]) == 0
+    box = Path(store).with_name("corner.stl")
+    trimesh.creation.box(extents=[11, 12, 13]).export(box)
+    assert main(["load", str(box), "--object", "corner", "--unit", "mm", "--store", store]) == 0
+    assert main(["check", "--store", store]) == 0

@@ -1,0 +1,34 @@
+"""Groups of nearly equal rows, against trying every pair."""
+
+from __future__ import annotations
+
+import warnings
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from relmodel.geometry.clusters import clusters
+
+
+@pytest.mark.parametrize("far", [0.0, 1e6, 1e20])
+def test_groups_are_those_of_all_pairs_however_far_off(far: float) -> None:
+    """Rows of a sheet that is nearly plane are, as a cylinder's axis, very far off."""
+    rng = np.random.default_rng(4)
+    values = rng.integers(0, 6, (80, 3)) + rng.uniform(-1e-4, 1e-4, (80, 3))
+    values[:20, 0] *= -1
+    values[40:, 1] += far * rng.integers(0, 3, 40)
+    members = rng.random(80) < 0.9
+    apart = np.linalg.norm(values[:, None] - values[None], axis=-1)
+    pairs = np.argwhere((apart <= 1e-3) & members[:, None] & members[None])
+    graph: nx.Graph[int] = nx.Graph([(int(a), int(b)) for a, b in pairs])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        label = clusters(values, 1e-3, members)
+    assert (label[~members] == -1).all()
+    found = {frozenset(np.flatnonzero(label == k).tolist()) for k in set(label[members].tolist())}
+    assert found == {frozenset(group) for group in nx.connected_components(graph)}
+
+
+def test_zeros_of_both_signs_are_one() -> None:
+    assert len(set(clusters(np.array([[0.0, 1.0], [-0.0, 1.0], [-1e-9, 1.0]]), 1e-6).tolist())) == 1

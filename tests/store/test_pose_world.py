@@ -1,0 +1,92 @@
+"""How sure a pose is in the world, against closed forms and against poses drawn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import sqlalchemy as sa
+from scipy.spatial.transform import Rotation
+
+from relmodel.columns import Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run, Store
+
+Floats = npt.NDArray[np.float64]
+
+
+def stored(store: Store, world_from_rig: Floats, covariance: Floats) -> dict[str, Any]:
+    """The row of the view for a pose that is stored."""
+    pose: dict[str, Any] = dict(matrix_columns(world_from_rig[None]))
+    with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+        world, rig = (int(store.new_ids(connection, table, 1)[0]) for table in ("world", "rig"))
+        run.append(connection, "world", {"id": [world], "name": str(run.id), "revision": 1, "content_key": "k"})
+        run.append(connection, "rig", {"id": [rig], "content_key": str(run.id)})
+        prior: dict[str, Any] = {
+            "sigma_translation_mm": 1.0,
+            "sigma_rotation": 0.01,
+            "selected_parts": 0,
+            "superfluous_parts": 0,
+        }
+        run.append(connection, "inspection", {"run_id": [run.id], "world_id": world, "rig_id": rig, **pose, **prior})
+        found: dict[str, Any] = {"verdict": "accepted", "reason": "so", "cost": 0.0, "evidence_ratio": 1.0, **pose}
+        lists = {"covariance": Ragged.pack([covariance.ravel()]), "singular_values": Ragged.pack([np.ones(6)])}
+        run.append(connection, "pose", {"run_id": [run.id], **found, **lists})
+    with store.read() as connection:
+        rows = connection.execute(sa.text("SELECT * FROM pose_world WHERE run_id = :run"), {"run": run.id})
+        return dict(rows.one()._mapping)
+
+
+def pose(rotation: Rotation, place: list[float]) -> Floats:
+    out = np.eye(4)
+    out[:3, :3] = rotation.as_matrix()
+    out[:3, 3] = place
+    return out
+
+
+def sigmas(row: dict[str, Any]) -> list[float]:
+    return [row[f"sigma_{axis}"] for axis in ("x", "y", "z", "rx", "ry", "rz")]
+
+
+@pytest.mark.parametrize(
+    ("turn", "seen"),
+    [  # of sigmas 1, 2, 3 mm and 4, 5, 6 mrad along and about the rig's axes
+        ([0, 0, 0], [1, 2, 3, 0.004, 0.005, 0.006]),
+        ([0, 0, 90], [2, 1, 3, 0.005, 0.004, 0.006]),
+        ([180, 0, 0], [1, 2, 3, 0.004, 0.005, 0.006]),
+        ([0, -90, 0], [3, 2, 1, 0.006, 0.005, 0.004]),
+        ([0, 0, 45], [np.sqrt(2.5), np.sqrt(2.5), 3, np.sqrt(20.5e-6), np.sqrt(20.5e-6), 0.006]),
+    ],
+)
+def test_sigmas_turn_with_the_rig(turn: list[float], seen: list[float], fresh_store: str) -> None:
+    world_from_rig = pose(Rotation.from_rotvec(turn, degrees=True), [10, 20, 30])
+    covariance = np.diag(np.array([1, 2, 3, 0.004, 0.005, 0.006]) ** 2)
+    with Store.open(fresh_store) as store:
+        row = stored(store, world_from_rig, covariance)
+    assert sigmas(row) == pytest.approx(seen)
+    assert [row[axis] for axis in "xyz"] == [10, 20, 30]
+
+
+def test_the_spread_is_that_of_poses_drawn(fresh_store: str) -> None:
+    """Poses drawn about one with the covariance of it in the rig's frame, seen in the world."""
+    rng = np.random.default_rng(13)
+    half = rng.normal(size=(6, 6)) * np.repeat([0.3, 1e-3], 3)[:, None]
+    covariance = half @ half.T
+    rotation, place = Rotation.random(random_state=rng), np.array([1500.0, -300, 900])
+    with Store.open(fresh_store) as store:
+        row = stored(store, pose(rotation, place.tolist()), covariance)
+        again = stored(store, pose(Rotation.identity(), [0, 0, 0]), covariance)
+    np.testing.assert_allclose(np.reshape(again["covariance"], (6, 6)), covariance, rtol=1e-12)
+
+    drawn = rng.multivariate_normal(np.zeros(6), covariance, size=100_000)
+    shift = (place + rotation.apply(drawn[:, :3])) - place
+    turned = rotation * Rotation.from_rotvec(drawn[:, 3:])
+    turn = (turned * rotation.inv()).as_rotvec()
+    expected = np.cov(np.hstack([shift, turn]).T)
+    found = np.reshape(row["covariance"], (6, 6))
+    scale = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(found / np.outer(scale, scale), expected / np.outer(scale, scale), atol=0.02)
+    np.testing.assert_allclose(found, found.T, rtol=1e-9)
+    assert sigmas(row) == pytest.approx(np.sqrt(np.diag(found)))
