@@ -12,15 +12,15 @@ TOLERANCE_MM = 1e-6
 
 
 @njit(cache=True, nogil=True)
-def _meets_half_spaces(triangle: Any, planes: Any, polygon: Any, clipped: Any) -> bool:
-    """Whether a triangle (3, 3) has a point inside all half-spaces (k, 4): it is clipped by one after the other.
+def _meets_half_spaces(triangle: Any, planes: Any, slack: float, polygon: Any, clipped: Any) -> bool:
+    """Whether a triangle (3, 3) has a point within the slack of all half-spaces (k, 4): it is clipped by each in turn.
 
     Sutherland and Hodgman, "Reentrant polygon clipping", Communications of the ACM 17, 1974.
     """
     count = 3
     polygon[:3] = triangle
     for k in range(len(planes)):
-        nx, ny, nz, d = planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] + TOLERANCE_MM
+        nx, ny, nz, d = planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] + slack
         kept = 0
         last = count - 1
         last_beyond = nx * polygon[last, 0] + ny * polygon[last, 1] + nz * polygon[last, 2] - d
@@ -101,12 +101,14 @@ def meet_volumes(
     triangles: Any,
     first_triangle: Any,
     solid: Any,
+    deviation: Any,
 ) -> Any:
     """Whether elements meet volumes (n,): row i holds element `element[i]`, placed by `transforms[i]`, against volume
     `asked[i]` of a table.
 
     An element e has the triangles (m, 3, 3) `first_triangle[e]` to `first_triangle[e + 1]` in its shape's frame; where
-    it is `solid`, it holds what they enclose.
+    it is `solid`, it holds what they enclose.  Its exact geometry is within `deviation` (mm) of them: volumes are taken
+    as so much wider.
     """
     out = np.zeros(len(asked), np.bool_)
     room = 0
@@ -133,13 +135,14 @@ def meet_volumes(
                 centre[j] += t[r, j] * (balls[volume, r] - t[r, 3])
                 point[j] += t[r, j] * (inner_points[volume, r] - t[r, 3])
         radius = balls[volume, 3]
+        slack = TOLERANCE_MM + deviation[element[i]]
         first, end = first_triangle[element[i]], first_triangle[element[i] + 1]
         for row in range(first, end):
             triangle = triangles[row]
             if radius < np.inf:
-                met = _distance2(triangle[0], triangle[1], triangle[2], centre) <= (radius + TOLERANCE_MM) ** 2
+                met = _distance2(triangle[0], triangle[1], triangle[2], centre) <= (radius + slack) ** 2
             else:
-                met = _meets_half_spaces(triangle, planes[:count], polygon, clipped)
+                met = _meets_half_spaces(triangle, planes[:count], slack, polygon, clipped)
             if met:
                 out[i] = True
                 break

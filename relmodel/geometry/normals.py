@@ -11,7 +11,7 @@ from relmodel.geometry.surfaces import Surfaces
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-_AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away from it is not sound
+_AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away from it is round-off
 
 
 def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:

@@ -223,7 +223,7 @@ def _spline(splines: Mapping[str, Any], i: int) -> Spline:
 
 
 def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Unit normals dS/du x dS/dv, and where they are sound."""
+    """Unit normals dS/du x dS/dv, and where there is one."""
     by_u, by_v = at.by_u.T, at.by_v.T
     normal = cross(by_u, by_v)
     length = np.sqrt(dot(normal, normal))

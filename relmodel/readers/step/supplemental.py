@@ -17,7 +17,7 @@ from OCP.TopoDS import TopoDS
 
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
-from relmodel.model import measures as brep
+from relmodel.model import measures
 from relmodel.model.model import ArcSamples, Mesh, Shape, Table
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps
@@ -57,19 +57,22 @@ def extract_edges(shape: Any) -> Shape | None:
         edge = TopoDS.Edge(one)
         if not BRep_Tool.Degenerated_s(edge) and (curve := BRep_Tool.Curve_s(edge, 0.0, 0.0)) is not None:
             t0, t1 = BRep_Tool.Range_s(edge)
-            rows.add(curve, t0, t1, shape=edge)
+            try:
+                rows.add(curve, t0, t1, shape=edge)
+            except Exception:  # of the kernel: a construction line less
+                continue
     arcs = rows.columns()
     count = len(arcs["kind"])
     if count == 0:
         return None
-    arcs |= brep.arc_measures(rows.curves) | {
+    arcs |= measures.arc_measures(rows.curves) | {
         "surface_a": np.full(count, -1),
         "surface_b": np.full(count, -1),
         "convexity": ["free"] * count,
         "angle": np.full(count, np.nan),
     }
     out = wire(arcs, rows.splines)
-    out.basis_arcs = basis.columns() | brep.arc_measures(basis.curves)
+    out.basis_arcs = basis.columns() | measures.arc_measures(basis.curves)
     out.basis_arc_splines = basis.splines
     out.arc_offsets, out.basis_arc_offsets = rows.offsets, basis.offsets
     return out
