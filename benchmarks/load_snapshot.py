@@ -107,7 +107,10 @@ class Loaded:
     @cached_property
     def parts(self) -> dict[int, dict[str, Any]]:
         table = self.table("part")
-        return {int(key): {name: table[name][i] for name in table} for i, key in enumerate(table["id"])}
+        out = {int(key): {name: table[name][i] for name in table} for i, key in enumerate(table["id"])}
+        for part, name, value in self._labels("part_attribute", "part_id"):
+            out[part].setdefault(name, value)
+        return out
 
     def surfaces(self, shape: int) -> Columns:
         return self._joined(shape, "surface")
@@ -124,7 +127,16 @@ class Loaded:
         use = {name: column[order] for name, column in use.items()}
         place = {int(key): i for i, key in enumerate(rows["id"])}
         at = [place[int(key)] for key in use[f"{kind}_id"]]
-        return {name: column[at] for name, column in rows.items()} | use
+        labels = {name: np.full(len(at), None, object) for name in ("colour", "layer") if kind == "surface"}
+        for no, name, value in self._labels("surface_attribute", "surface_no", shape_id=shape) if labels else ():
+            labels[name][no] = value
+        return labels | {name: column[at] for name, column in rows.items()} | use
+
+    def _labels(self, table: str, owner: str, **equal: Any) -> list[tuple[int, str, str]]:
+        """Owner, name and value of the texts that a file states: columns of the owner until attributes had rows."""
+        found = self.table(table, source="file", **equal)
+        rows = zip(*(found[name].tolist() for name in (owner, "name", "value_text")), strict=True) if found else ()
+        return [(int(of), name, value) for of, name, value in rows if value is not None]
 
     def loops(self, shape: int, arc_names: npt.NDArray[Any]) -> list[Any]:
         """Loops of each face: whether outer, and the directed edges, by the names given to edges (-1: left out)."""

@@ -2,6 +2,6 @@
 -- takes: world_id
 -- gives: kind, grid_cell_mm; no row where none was compared
 SELECT k.value_text AS kind, g.value_number AS grid_cell_mm
-FROM world_attribute AS k
-LEFT JOIN world_attribute AS g ON g.world_id = k.world_id AND g.name = 'grid_cell_mm'
+FROM current_world_attribute AS k
+LEFT JOIN current_world_attribute AS g ON g.world_id = k.world_id AND g.name = 'grid_cell_mm'
 WHERE k.world_id = :world_id AND k.name = 'index_kind'

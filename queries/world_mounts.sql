@@ -1,8 +1,10 @@
--- The rigs that a world mounts, each with the object that carries it.
+-- The rigs and objects that a world mounts, each with the object that carries it.
 -- Takes world_id.
--- Gives rig (its name), carrier (the object's name), object_no, object_id, link or null, carrier_from_rig as
--- m00 .. m23 and world_from_object as w00 .. w23, in order.
-SELECT m.name AS rig, w.name AS carrier, m.object_no, v.object_id, m.link,
+-- Gives rig (its name; null of objects), mounted_no (object_no of an object; null of rigs), carrier (the name of what
+-- carries it), its object_no and object_id, link or null, carrier_from_mounted as m00 .. m23 and world_from_carrier as
+-- w00 .. w23, in order.
+SELECT CASE WHEN m.rig_id IS NOT NULL THEN m.name END AS rig, m.mounted_no, w.name AS carrier, m.object_no, v.object_id,
+    m.link,
     m.m00, m.m01, m.m02, m.m03,
     m.m10, m.m11, m.m12, m.m13,
     m.m20, m.m21, m.m22, m.m23,

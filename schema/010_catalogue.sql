@@ -25,3 +25,47 @@ COMMENT ON COLUMN store_schema.created_at IS 'when the schema was made in this s
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('store_schema', 'catalogue', 'primary');
+
+CREATE TABLE unit_of_measure (
+    symbol TEXT PRIMARY KEY,
+    dimension TEXT NOT NULL,
+    factor DOUBLE PRECISION NOT NULL
+);
+COMMENT ON TABLE unit_of_measure IS 'The units that relmodel set takes and that views convert by.';
+COMMENT ON COLUMN unit_of_measure.symbol IS 'how the unit is written';
+COMMENT ON COLUMN unit_of_measure.dimension IS 'what it measures: length, mass, density ...';
+COMMENT ON COLUMN unit_of_measure.factor IS 'how many of the store''s own unit it is: mm, mm2, mm3, kg, kg/m3, rad, Pa';
+
+INSERT INTO unit_of_measure (symbol, dimension, factor) VALUES
+    ('um', 'length', 0.001),
+    ('mm', 'length', 1),
+    ('cm', 'length', 10),
+    ('m', 'length', 1000),
+    ('in', 'length', 25.4),
+    ('ft', 'length', 304.8),
+    ('mm2', 'area', 1),
+    ('cm2', 'area', 100),
+    ('m2', 'area', 1e6),
+    ('in2', 'area', 645.16),
+    ('mm3', 'volume', 1),
+    ('cm3', 'volume', 1000),
+    ('m3', 'volume', 1e9),
+    ('in3', 'volume', 16387.064),
+    ('g', 'mass', 0.001),
+    ('kg', 'mass', 1),
+    ('t', 'mass', 1000),
+    ('oz', 'mass', 0.028349523125),
+    ('lb', 'mass', 0.45359237),
+    ('kg/m3', 'density', 1),
+    ('g/cm3', 'density', 1000),
+    ('kg/mm3', 'density', 1e9),
+    ('lb/in3', 'density', 27679.904710203125),
+    ('lb/ft3', 'density', 16.018463373960138),
+    ('rad', 'angle', 1),
+    ('deg', 'angle', 0.017453292519943295),
+    ('Pa', 'pressure', 1),
+    ('MPa', 'pressure', 1e6),
+    ('GPa', 'pressure', 1e9);
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('unit_of_measure', 'catalogue', 'primary');

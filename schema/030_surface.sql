@@ -116,23 +116,6 @@ COMMENT ON COLUMN arc_offset.axis_y IS 'y of the unit vector A';
 COMMENT ON COLUMN arc_offset.axis_z IS 'z of the unit vector A';
 COMMENT ON COLUMN arc_offset.distance IS 'offset along the unit vector of T x A, mm';
 
-CREATE TABLE arc_attribute (
-    arc_id BIGINT NOT NULL REFERENCES arc (id),
-    name TEXT NOT NULL,
-    value_number DOUBLE PRECISION,
-    value_text TEXT,
-    unit TEXT,
-    source TEXT NOT NULL,
-    PRIMARY KEY (arc_id, name)
-);
-COMMENT ON TABLE arc_attribute IS 'Attribute-value table of arcs.';
-COMMENT ON COLUMN arc_attribute.arc_id IS 'the arc';
-COMMENT ON COLUMN arc_attribute.name IS 'name of the attribute';
-COMMENT ON COLUMN arc_attribute.value_number IS 'value, where it is a number';
-COMMENT ON COLUMN arc_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN arc_attribute.unit IS 'unit of a number';
-COMMENT ON COLUMN arc_attribute.source IS 'where the value comes from: file, derived, user';
-
 CREATE SEQUENCE surface_id_seq;
 CREATE TABLE surface (
     id BIGINT PRIMARY KEY,
@@ -263,23 +246,6 @@ COMMENT ON COLUMN surface_swept.axis_y IS 'y of the direction of extrusion or ax
 COMMENT ON COLUMN surface_swept.axis_z IS 'z of the direction of extrusion or axis of revolution, unit';
 COMMENT ON COLUMN surface_swept.distance IS 'offset along the basis surface''s normal dS/du x dS/dv, mm';
 
-CREATE TABLE surface_attribute (
-    surface_id BIGINT NOT NULL REFERENCES surface (id),
-    name TEXT NOT NULL,
-    value_number DOUBLE PRECISION,
-    value_text TEXT,
-    unit TEXT,
-    source TEXT NOT NULL,
-    PRIMARY KEY (surface_id, name)
-);
-COMMENT ON TABLE surface_attribute IS 'Attribute-value table of surfaces.';
-COMMENT ON COLUMN surface_attribute.surface_id IS 'the surface';
-COMMENT ON COLUMN surface_attribute.name IS 'name of the attribute';
-COMMENT ON COLUMN surface_attribute.value_number IS 'value, where it is a number';
-COMMENT ON COLUMN surface_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN surface_attribute.unit IS 'unit of a number';
-COMMENT ON COLUMN surface_attribute.source IS 'where the value comes from: file, derived, user';
-
 CREATE TABLE loop (
     surface_id BIGINT NOT NULL REFERENCES surface (id),
     loop_no INTEGER NOT NULL,
@@ -356,11 +322,9 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('arc', 'surface', 'primary'),
     ('arc_spline', 'surface', 'primary'),
     ('arc_offset', 'surface', 'primary'),
-    ('arc_attribute', 'surface', 'primary'),
     ('surface', 'surface', 'primary'),
     ('surface_spline', 'surface', 'primary'),
     ('surface_swept', 'surface', 'primary'),
-    ('surface_attribute', 'surface', 'primary'),
     ('loop', 'surface', 'primary'),
     ('coedge', 'surface', 'primary'),
     ('pcurve', 'surface', 'primary');

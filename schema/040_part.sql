@@ -38,8 +38,6 @@ CREATE TABLE shape_surface (
     surface_no INTEGER NOT NULL,
     surface_id BIGINT NOT NULL REFERENCES surface (id),
     name TEXT,
-    colour TEXT,
-    layer TEXT,
     PRIMARY KEY (shape_id, surface_no)
 );
 COMMENT ON TABLE shape_surface IS 'The surfaces of a shape.';
@@ -47,8 +45,6 @@ COMMENT ON COLUMN shape_surface.shape_id IS 'the shape';
 COMMENT ON COLUMN shape_surface.surface_no IS 'ordinal of the surface in the shape, from 0';
 COMMENT ON COLUMN shape_surface.surface_id IS 'the surface';
 COMMENT ON COLUMN shape_surface.name IS 'name of the face in the source';
-COMMENT ON COLUMN shape_surface.colour IS 'colour in the source, #rrggbb';
-COMMENT ON COLUMN shape_surface.layer IS 'layer in the source';
 
 CREATE TABLE shape_arc (
     shape_id BIGINT NOT NULL REFERENCES shape (id),
@@ -321,37 +317,155 @@ CREATE TABLE part (
     content_key TEXT NOT NULL UNIQUE,
     number TEXT NOT NULL,
     name TEXT NOT NULL,
-    material TEXT,
-    colour TEXT,
     shape_id BIGINT NOT NULL REFERENCES shape (id),
     supplemental BOOLEAN NOT NULL
 );
-COMMENT ON TABLE part IS 'A product: number, name, material, and the shape it has.';
+COMMENT ON TABLE part IS 'A product: number, name, and the shape it has; material, colour and the like are its attributes.';
 COMMENT ON COLUMN part.id IS 'identity of the part';
 COMMENT ON COLUMN part.content_key IS 'hash of number, name, attributes and shape: equal parts are one row';
 COMMENT ON COLUMN part.number IS 'part number in the source';
 COMMENT ON COLUMN part.name IS 'name in the source';
-COMMENT ON COLUMN part.material IS 'name of the material in the source';
-COMMENT ON COLUMN part.colour IS 'colour in the source, #rrggbb';
 COMMENT ON COLUMN part.shape_id IS 'its geometry';
 COMMENT ON COLUMN part.supplemental IS 'whether it is construction geometry, reference geometry or drawn annotation of a product: kept, but not material, so never placed in a world nor matched';
 
 CREATE TABLE part_attribute (
     part_id BIGINT NOT NULL REFERENCES part (id),
     name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
     value_number DOUBLE PRECISION,
     value_text TEXT,
+    value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
-    PRIMARY KEY (part_id, name)
+    PRIMARY KEY (part_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
 );
-COMMENT ON TABLE part_attribute IS 'Attribute-value table of parts.';
+COMMENT ON TABLE part_attribute IS 'Attribute-value table of parts; appended to, never changed: current_part_attribute has the newest value of each.';
 COMMENT ON COLUMN part_attribute.part_id IS 'the part';
 COMMENT ON COLUMN part_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN part_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
 COMMENT ON COLUMN part_attribute.value_number IS 'value, where it is a number';
 COMMENT ON COLUMN part_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN part_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN part_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN part_attribute.unit IS 'unit of a number; null where it has none';
 COMMENT ON COLUMN part_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_part_attribute AS
+SELECT DISTINCT ON (part_id, name) part_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM part_attribute
+ORDER BY part_id, name, run_id DESC;
+COMMENT ON VIEW current_part_attribute IS 'The newest value of each attribute of parts.';
+COMMENT ON COLUMN current_part_attribute.part_id IS 'the part';
+COMMENT ON COLUMN current_part_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_part_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_part_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_part_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_part_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_part_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_part_attribute.run_id IS 'the run that stated it';
+
+CREATE TABLE surface_attribute (
+    shape_id BIGINT NOT NULL,
+    surface_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    value_number DOUBLE PRECISION,
+    value_text TEXT,
+    value_boolean BOOLEAN,
+    unit TEXT,
+    source TEXT NOT NULL,
+    PRIMARY KEY (shape_id, surface_no, name, run_id),
+    FOREIGN KEY (shape_id, surface_no) REFERENCES shape_surface (shape_id, surface_no),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+COMMENT ON TABLE surface_attribute IS 'Attribute-value table of the surfaces of a shape; appended to, never changed: current_surface_attribute has the newest value of each.';
+COMMENT ON COLUMN surface_attribute.shape_id IS 'the shape: what parts share it share the value';
+COMMENT ON COLUMN surface_attribute.surface_no IS 'the surface in it';
+COMMENT ON COLUMN surface_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN surface_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
+COMMENT ON COLUMN surface_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN surface_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN surface_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN surface_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN surface_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_surface_attribute AS
+SELECT DISTINCT ON (shape_id, surface_no, name) shape_id, surface_no, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM surface_attribute
+ORDER BY shape_id, surface_no, name, run_id DESC;
+COMMENT ON VIEW current_surface_attribute IS 'The newest value of each attribute of the surfaces of a shape.';
+COMMENT ON COLUMN current_surface_attribute.shape_id IS 'the shape: what parts share it share the value';
+COMMENT ON COLUMN current_surface_attribute.surface_no IS 'the surface in it';
+COMMENT ON COLUMN current_surface_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_surface_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_surface_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_surface_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_surface_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_surface_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_surface_attribute.run_id IS 'the run that stated it';
+
+CREATE TABLE arc_attribute (
+    shape_id BIGINT NOT NULL,
+    arc_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    value_number DOUBLE PRECISION,
+    value_text TEXT,
+    value_boolean BOOLEAN,
+    unit TEXT,
+    source TEXT NOT NULL,
+    PRIMARY KEY (shape_id, arc_no, name, run_id),
+    FOREIGN KEY (shape_id, arc_no) REFERENCES shape_arc (shape_id, arc_no),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+COMMENT ON TABLE arc_attribute IS 'Attribute-value table of the arcs of a shape; appended to, never changed: current_arc_attribute has the newest value of each.';
+COMMENT ON COLUMN arc_attribute.shape_id IS 'the shape: what parts share it share the value';
+COMMENT ON COLUMN arc_attribute.arc_no IS 'the arc in it';
+COMMENT ON COLUMN arc_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN arc_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
+COMMENT ON COLUMN arc_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN arc_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN arc_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN arc_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN arc_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_arc_attribute AS
+SELECT DISTINCT ON (shape_id, arc_no, name) shape_id, arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM arc_attribute
+ORDER BY shape_id, arc_no, name, run_id DESC;
+COMMENT ON VIEW current_arc_attribute IS 'The newest value of each attribute of the arcs of a shape.';
+COMMENT ON COLUMN current_arc_attribute.shape_id IS 'the shape: what parts share it share the value';
+COMMENT ON COLUMN current_arc_attribute.arc_no IS 'the arc in it';
+COMMENT ON COLUMN current_arc_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_arc_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_arc_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_arc_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_arc_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_arc_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_arc_attribute.run_id IS 'the run that stated it';
+
+CREATE VIEW part_mass AS
+SELECT p.id AS part_id, p.number, s.volume, a.value_number * u.factor AS density,
+    s.volume * 1e-9 * a.value_number * u.factor AS mass, a.source, a.run_id
+FROM part AS p
+JOIN shape AS s ON s.id = p.shape_id
+JOIN current_part_attribute AS a ON a.part_id = p.id AND a.name = 'density'
+JOIN unit_of_measure AS u ON u.symbol = a.unit AND u.dimension = 'density'
+WHERE s.volume IS NOT NULL;
+COMMENT ON VIEW part_mass IS 'Mass of the parts that enclose a volume and whose density is known.';
+COMMENT ON COLUMN part_mass.part_id IS 'the part';
+COMMENT ON COLUMN part_mass.number IS 'its number';
+COMMENT ON COLUMN part_mass.volume IS 'volume of its shape, mm3';
+COMMENT ON COLUMN part_mass.density IS 'its density, kg/m3';
+COMMENT ON COLUMN part_mass.mass IS 'volume times density, kg';
+COMMENT ON COLUMN part_mass.source IS 'where the density comes from: file, derived, user';
+COMMENT ON COLUMN part_mass.run_id IS 'the run that stated the density';
 
 CREATE TABLE part_pmi (
     part_id BIGINT NOT NULL REFERENCES part (id),
@@ -417,6 +531,33 @@ COMMENT ON COLUMN part_pmi_surface.shape_id IS 'the part''s shape';
 COMMENT ON COLUMN part_pmi_surface.surface_no IS 'the surface in it';
 COMMENT ON COLUMN part_pmi_surface.role IS 'feature; of a distance or angle between two, origin or target';
 
+CREATE VIEW surface_pmi AS
+SELECT f.part_id, f.shape_id, f.surface_no, f.role, m.pmi_no, m.kind, m.type, m.name, m.value, m.lower_limit, m.upper_limit,
+    m.unit, m.modifier, m.zone, d.datums
+FROM part_pmi_surface AS f
+JOIN part_pmi AS m ON m.part_id = f.part_id AND m.pmi_no = f.pmi_no
+LEFT JOIN (
+    SELECT part_id, pmi_no, string_agg(letter, ', ' ORDER BY precedence) AS datums
+    FROM part_pmi_datum
+    GROUP BY part_id, pmi_no
+) AS d ON d.part_id = f.part_id AND d.pmi_no = f.pmi_no;
+COMMENT ON VIEW surface_pmi IS 'Dimensions, tolerances and datums by the surface that they are of.';
+COMMENT ON COLUMN surface_pmi.part_id IS 'the part';
+COMMENT ON COLUMN surface_pmi.shape_id IS 'the part''s shape';
+COMMENT ON COLUMN surface_pmi.surface_no IS 'the surface in it';
+COMMENT ON COLUMN surface_pmi.role IS 'feature; of a distance or angle between two, origin or target';
+COMMENT ON COLUMN surface_pmi.pmi_no IS 'the dimension, tolerance or datum, as in part_pmi';
+COMMENT ON COLUMN surface_pmi.kind IS 'dimension, tolerance or datum';
+COMMENT ON COLUMN surface_pmi.type IS 'as in part_pmi: diameter, flatness, ...';
+COMMENT ON COLUMN surface_pmi.name IS 'name in the file, or empty';
+COMMENT ON COLUMN surface_pmi.value IS 'nominal value of a dimension, width of a tolerance zone';
+COMMENT ON COLUMN surface_pmi.lower_limit IS 'least value that a dimension may have';
+COMMENT ON COLUMN surface_pmi.upper_limit IS 'greatest value that a dimension may have';
+COMMENT ON COLUMN surface_pmi.unit IS 'unit of value and limits: mm or rad';
+COMMENT ON COLUMN surface_pmi.modifier IS 'as in part_pmi';
+COMMENT ON COLUMN surface_pmi.zone IS 'form of a tolerance zone';
+COMMENT ON COLUMN surface_pmi.datums IS 'letters of the datums that a tolerance refers to, the first of them first; of a datum its own';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape', 'part', 'primary'),
     ('shape_surface', 'part', 'primary'),
@@ -434,6 +575,13 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape_box_page', 'part', 'redundant'),
     ('part', 'part', 'primary'),
     ('part_attribute', 'part', 'primary'),
+    ('current_part_attribute', 'part', 'view'),
+    ('surface_attribute', 'surface', 'primary'),
+    ('current_surface_attribute', 'surface', 'view'),
+    ('arc_attribute', 'surface', 'primary'),
+    ('current_arc_attribute', 'surface', 'view'),
+    ('part_mass', 'part', 'view'),
     ('part_pmi', 'part', 'primary'),
     ('part_pmi_datum', 'part', 'primary'),
-    ('part_pmi_surface', 'part', 'primary');
+    ('part_pmi_surface', 'part', 'primary'),
+    ('surface_pmi', 'surface', 'view');

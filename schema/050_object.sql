@@ -35,19 +35,40 @@ COMMENT ON COLUMN object_variant.source_id IS 'the file it was first loaded from
 CREATE TABLE object_attribute (
     object_id BIGINT NOT NULL REFERENCES object (id),
     name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
     value_number DOUBLE PRECISION,
     value_text TEXT,
+    value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
-    PRIMARY KEY (object_id, name)
+    PRIMARY KEY (object_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
 );
-COMMENT ON TABLE object_attribute IS 'Attribute-value table of objects.';
+COMMENT ON TABLE object_attribute IS 'Attribute-value table of objects; appended to, never changed: current_object_attribute has the newest value of each.';
 COMMENT ON COLUMN object_attribute.object_id IS 'the object';
 COMMENT ON COLUMN object_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN object_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
 COMMENT ON COLUMN object_attribute.value_number IS 'value, where it is a number';
 COMMENT ON COLUMN object_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN object_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN object_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN object_attribute.unit IS 'unit of a number; null where it has none';
 COMMENT ON COLUMN object_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_object_attribute AS
+SELECT DISTINCT ON (object_id, name) object_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM object_attribute
+ORDER BY object_id, name, run_id DESC;
+COMMENT ON VIEW current_object_attribute IS 'The newest value of each attribute of objects.';
+COMMENT ON COLUMN current_object_attribute.object_id IS 'the object';
+COMMENT ON COLUMN current_object_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_object_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_object_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_object_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_object_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_object_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_object_attribute.run_id IS 'the run that stated it';
 
 CREATE TABLE object_object (
     parent_id BIGINT NOT NULL REFERENCES object (id),
@@ -297,6 +318,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object', 'object', 'primary'),
     ('object_variant', 'object', 'primary'),
     ('object_attribute', 'object', 'primary'),
+    ('current_object_attribute', 'object', 'view'),
     ('object_object', 'object', 'primary'),
     ('object_part', 'object', 'primary'),
     ('object_child', 'object', 'view'),

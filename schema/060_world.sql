@@ -30,19 +30,40 @@ COMMENT ON COLUMN current_world.content_key IS 'hash of all that the world file 
 CREATE TABLE world_attribute (
     world_id BIGINT NOT NULL REFERENCES world (id),
     name TEXT NOT NULL,
+    run_id BIGINT NOT NULL REFERENCES run (id),
     value_number DOUBLE PRECISION,
     value_text TEXT,
+    value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
-    PRIMARY KEY (world_id, name)
+    PRIMARY KEY (world_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
 );
-COMMENT ON TABLE world_attribute IS 'Attribute-value table of worlds.';
-COMMENT ON COLUMN world_attribute.world_id IS 'the world';
+COMMENT ON TABLE world_attribute IS 'Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.';
+COMMENT ON COLUMN world_attribute.world_id IS 'the revision of a world; the next takes all values over';
 COMMENT ON COLUMN world_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN world_attribute.run_id IS 'the run that stated it: the greatest has the newest value';
 COMMENT ON COLUMN world_attribute.value_number IS 'value, where it is a number';
 COMMENT ON COLUMN world_attribute.value_text IS 'value, where it is text';
-COMMENT ON COLUMN world_attribute.unit IS 'unit of a number';
+COMMENT ON COLUMN world_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN world_attribute.unit IS 'unit of a number; null where it has none';
 COMMENT ON COLUMN world_attribute.source IS 'where the value comes from: file, derived, user';
+
+CREATE VIEW current_world_attribute AS
+SELECT DISTINCT ON (world_id, name) world_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM world_attribute
+ORDER BY world_id, name, run_id DESC;
+COMMENT ON VIEW current_world_attribute IS 'The newest value of each attribute of worlds.';
+COMMENT ON COLUMN current_world_attribute.world_id IS 'the revision of a world; the next takes all values over';
+COMMENT ON COLUMN current_world_attribute.name IS 'name of the attribute';
+COMMENT ON COLUMN current_world_attribute.value_number IS 'value, where it is a number';
+COMMENT ON COLUMN current_world_attribute.value_text IS 'value, where it is text';
+COMMENT ON COLUMN current_world_attribute.value_boolean IS 'value, where it is true or false';
+COMMENT ON COLUMN current_world_attribute.unit IS 'unit of a number; null where it has none';
+COMMENT ON COLUMN current_world_attribute.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN current_world_attribute.run_id IS 'the run that stated it';
 
 CREATE TABLE world_object (
     world_id BIGINT NOT NULL REFERENCES world (id),
@@ -241,7 +262,9 @@ CREATE TABLE world_mount (
     name TEXT NOT NULL,
     object_no INTEGER NOT NULL,
     link TEXT,
-    rig_id BIGINT NOT NULL REFERENCES rig (id),
+    object_path TEXT,
+    rig_id BIGINT REFERENCES rig (id),
+    mounted_no INTEGER,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -259,27 +282,32 @@ CREATE TABLE world_mount (
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
     PRIMARY KEY (world_id, mount_no),
-    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no),
+    FOREIGN KEY (world_id, mounted_no) REFERENCES world_object (world_id, object_no),
+    CHECK ((rig_id IS NULL) <> (mounted_no IS NULL)),
+    CHECK (mounted_no <> object_no)
 );
-COMMENT ON TABLE world_mount IS 'Rigs and tools fixed to an object of a world or to a link of it.';
+COMMENT ON TABLE world_mount IS 'Rigs and objects fixed to an object of a world or to a link of it; the world_object of a mounted object stands where its mount and the joint states place it.';
 COMMENT ON COLUMN world_mount.world_id IS 'the world';
 COMMENT ON COLUMN world_mount.mount_no IS 'ordinal in the world';
 COMMENT ON COLUMN world_mount.name IS 'name of what is mounted';
 COMMENT ON COLUMN world_mount.object_no IS 'the object that carries it';
-COMMENT ON COLUMN world_mount.link IS 'name of the link of that object; null: its root';
-COMMENT ON COLUMN world_mount.rig_id IS 'the rig that is mounted';
-COMMENT ON COLUMN world_mount.m00 IS 'carrier_from_rig: row 0, column 0 of the rotation';
-COMMENT ON COLUMN world_mount.m01 IS 'carrier_from_rig: row 0, column 1 of the rotation';
-COMMENT ON COLUMN world_mount.m02 IS 'carrier_from_rig: row 0, column 2 of the rotation';
-COMMENT ON COLUMN world_mount.m03 IS 'carrier_from_rig: row 0 of the translation, mm';
-COMMENT ON COLUMN world_mount.m10 IS 'carrier_from_rig: row 1, column 0 of the rotation';
-COMMENT ON COLUMN world_mount.m11 IS 'carrier_from_rig: row 1, column 1 of the rotation';
-COMMENT ON COLUMN world_mount.m12 IS 'carrier_from_rig: row 1, column 2 of the rotation';
-COMMENT ON COLUMN world_mount.m13 IS 'carrier_from_rig: row 1 of the translation, mm';
-COMMENT ON COLUMN world_mount.m20 IS 'carrier_from_rig: row 2, column 0 of the rotation';
-COMMENT ON COLUMN world_mount.m21 IS 'carrier_from_rig: row 2, column 1 of the rotation';
-COMMENT ON COLUMN world_mount.m22 IS 'carrier_from_rig: row 2, column 2 of the rotation';
-COMMENT ON COLUMN world_mount.m23 IS 'carrier_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN world_mount.link IS 'the link of that object as the world file names it; null: its root';
+COMMENT ON COLUMN world_mount.object_path IS 'path of the link in that object, as in occurrence; null: its root';
+COMMENT ON COLUMN world_mount.rig_id IS 'the rig that is mounted, where it is one';
+COMMENT ON COLUMN world_mount.mounted_no IS 'the object that is mounted, where it is one';
+COMMENT ON COLUMN world_mount.m00 IS 'carrier_from_mounted: row 0, column 0 of the rotation';
+COMMENT ON COLUMN world_mount.m01 IS 'carrier_from_mounted: row 0, column 1 of the rotation';
+COMMENT ON COLUMN world_mount.m02 IS 'carrier_from_mounted: row 0, column 2 of the rotation';
+COMMENT ON COLUMN world_mount.m03 IS 'carrier_from_mounted: row 0 of the translation, mm';
+COMMENT ON COLUMN world_mount.m10 IS 'carrier_from_mounted: row 1, column 0 of the rotation';
+COMMENT ON COLUMN world_mount.m11 IS 'carrier_from_mounted: row 1, column 1 of the rotation';
+COMMENT ON COLUMN world_mount.m12 IS 'carrier_from_mounted: row 1, column 2 of the rotation';
+COMMENT ON COLUMN world_mount.m13 IS 'carrier_from_mounted: row 1 of the translation, mm';
+COMMENT ON COLUMN world_mount.m20 IS 'carrier_from_mounted: row 2, column 0 of the rotation';
+COMMENT ON COLUMN world_mount.m21 IS 'carrier_from_mounted: row 2, column 1 of the rotation';
+COMMENT ON COLUMN world_mount.m22 IS 'carrier_from_mounted: row 2, column 2 of the rotation';
+COMMENT ON COLUMN world_mount.m23 IS 'carrier_from_mounted: row 2 of the translation, mm';
 
 -- Of a million rows, a unique path and four foreign keys would take more time than all else, and DuckDB finds no row by
 -- them: check/occurrence_path and check/occurrence_reference look after both.
@@ -366,6 +394,44 @@ COMMENT ON COLUMN occurrence_box.x1 IS 'greatest x of the box of the transformed
 COMMENT ON COLUMN occurrence_box.y1 IS 'greatest y of the box of the transformed shape box in the world, mm';
 COMMENT ON COLUMN occurrence_box.z1 IS 'greatest z of the box of the transformed shape box in the world, mm';
 
+CREATE VIEW mount_pose AS
+SELECT m.world_id, m.mount_no, m.name, m.rig_id, m.mounted_no, c.path AS carrier,
+    c.m00 * m.m00 + c.m01 * m.m10 + c.m02 * m.m20 AS m00,
+    c.m00 * m.m01 + c.m01 * m.m11 + c.m02 * m.m21 AS m01,
+    c.m00 * m.m02 + c.m01 * m.m12 + c.m02 * m.m22 AS m02,
+    c.m00 * m.m03 + c.m01 * m.m13 + c.m02 * m.m23 + c.m03 AS m03,
+    c.m10 * m.m00 + c.m11 * m.m10 + c.m12 * m.m20 AS m10,
+    c.m10 * m.m01 + c.m11 * m.m11 + c.m12 * m.m21 AS m11,
+    c.m10 * m.m02 + c.m11 * m.m12 + c.m12 * m.m22 AS m12,
+    c.m10 * m.m03 + c.m11 * m.m13 + c.m12 * m.m23 + c.m13 AS m13,
+    c.m20 * m.m00 + c.m21 * m.m10 + c.m22 * m.m20 AS m20,
+    c.m20 * m.m01 + c.m21 * m.m11 + c.m22 * m.m21 AS m21,
+    c.m20 * m.m02 + c.m21 * m.m12 + c.m22 * m.m22 AS m22,
+    c.m20 * m.m03 + c.m21 * m.m13 + c.m22 * m.m23 + c.m23 AS m23
+FROM world_mount AS m
+JOIN world_object AS w ON w.world_id = m.world_id AND w.object_no = m.object_no
+JOIN occurrence AS c ON c.world_id = m.world_id
+    AND c.path = CASE WHEN m.object_path IS NULL THEN w.name ELSE w.name || '/' || m.object_path END;
+COMMENT ON VIEW mount_pose IS 'Where rigs and mounted objects are in their world, by the occurrence that carries them.';
+COMMENT ON COLUMN mount_pose.world_id IS 'the world';
+COMMENT ON COLUMN mount_pose.mount_no IS 'the mount in the world';
+COMMENT ON COLUMN mount_pose.name IS 'name of what is mounted';
+COMMENT ON COLUMN mount_pose.rig_id IS 'the rig, where it is one';
+COMMENT ON COLUMN mount_pose.mounted_no IS 'object_no of what is mounted, where it is an object';
+COMMENT ON COLUMN mount_pose.carrier IS 'path of the object or link that carries it';
+COMMENT ON COLUMN mount_pose.m00 IS 'world_from_mounted: row 0, column 0 of the rotation';
+COMMENT ON COLUMN mount_pose.m01 IS 'world_from_mounted: row 0, column 1 of the rotation';
+COMMENT ON COLUMN mount_pose.m02 IS 'world_from_mounted: row 0, column 2 of the rotation';
+COMMENT ON COLUMN mount_pose.m03 IS 'world_from_mounted: row 0 of the translation, mm';
+COMMENT ON COLUMN mount_pose.m10 IS 'world_from_mounted: row 1, column 0 of the rotation';
+COMMENT ON COLUMN mount_pose.m11 IS 'world_from_mounted: row 1, column 1 of the rotation';
+COMMENT ON COLUMN mount_pose.m12 IS 'world_from_mounted: row 1, column 2 of the rotation';
+COMMENT ON COLUMN mount_pose.m13 IS 'world_from_mounted: row 1 of the translation, mm';
+COMMENT ON COLUMN mount_pose.m20 IS 'world_from_mounted: row 2, column 0 of the rotation';
+COMMENT ON COLUMN mount_pose.m21 IS 'world_from_mounted: row 2, column 1 of the rotation';
+COMMENT ON COLUMN mount_pose.m22 IS 'world_from_mounted: row 2, column 2 of the rotation';
+COMMENT ON COLUMN mount_pose.m23 IS 'world_from_mounted: row 2 of the translation, mm';
+
 CREATE TABLE box_page (
     world_id BIGINT NOT NULL REFERENCES world (id),
     page INTEGER NOT NULL,
@@ -396,6 +462,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world', 'world', 'primary'),
     ('current_world', 'world', 'redundant'),
     ('world_attribute', 'world', 'primary'),
+    ('current_world_attribute', 'world', 'view'),
     ('world_object', 'world', 'primary'),
     ('joint_state', 'world', 'primary'),
     ('world_link', 'world', 'redundant'),
@@ -405,4 +472,5 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world_mount', 'world', 'primary'),
     ('occurrence', 'world', 'redundant'),
     ('occurrence_box', 'world', 'view'),
+    ('mount_pose', 'world', 'view'),
     ('box_page', 'world', 'redundant');

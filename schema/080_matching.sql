@@ -42,19 +42,11 @@ COMMENT ON COLUMN view.m23 IS 'world_from_camera: row 2 of the translation, mm';
 CREATE SEQUENCE unit_set_id_seq;
 CREATE TABLE unit_set (
     id BIGINT PRIMARY KEY,
-    kind TEXT NOT NULL,
-    extraction_id BIGINT REFERENCES extraction (id),
-    run_id BIGINT,
-    view_no INTEGER,
-    FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no),
-    CHECK ((kind = 'image') = (extraction_id IS NOT NULL) AND (kind = 'view') = (view_no IS NOT NULL))
+    extraction_id BIGINT NOT NULL REFERENCES extraction (id)
 );
-COMMENT ON TABLE unit_set IS 'A set of primitives that a matcher sees: of one image, or of the model as predicted for a view.';
+COMMENT ON TABLE unit_set IS 'A set of primitives that a matcher sees: of one image.';
 COMMENT ON COLUMN unit_set.id IS 'identity of the set';
-COMMENT ON COLUMN unit_set.kind IS 'image or view';
 COMMENT ON COLUMN unit_set.extraction_id IS 'the extraction whose arcs and regions they are';
-COMMENT ON COLUMN unit_set.run_id IS 'the run of the view';
-COMMENT ON COLUMN unit_set.view_no IS 'the view whose arcs and surfaces they are';
 
 -- Without keys, as the arcs and regions of images.
 CREATE TABLE unit (

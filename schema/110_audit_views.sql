@@ -115,8 +115,44 @@ COMMENT ON COLUMN rejected_arc.reason IS 'why the nearest candidate was not take
 COMMENT ON COLUMN rejected_arc.residual IS 'rms distance from the nearest candidate, px; null where there is none';
 COMMENT ON COLUMN rejected_arc.view_arc_no IS 'the nearest candidate in the view';
 
+CREATE VIEW attribute_log AS
+WITH stated AS (
+    SELECT 'world' AS level, world_id AS owner_id, CAST(NULL AS INTEGER) AS surface_no, CAST(NULL AS INTEGER) AS arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
+    FROM world_attribute
+    UNION ALL
+    SELECT 'object', object_id, NULL, NULL, name, value_number, value_text, value_boolean, unit, source, run_id
+    FROM object_attribute
+    UNION ALL
+    SELECT 'part', part_id, NULL, NULL, name, value_number, value_text, value_boolean, unit, source, run_id
+    FROM part_attribute
+    UNION ALL
+    SELECT 'surface', shape_id, surface_no, NULL, name, value_number, value_text, value_boolean, unit, source, run_id
+    FROM surface_attribute
+    UNION ALL
+    SELECT 'arc', shape_id, NULL, arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
+    FROM arc_attribute
+)
+SELECT a.level, a.owner_id, a.surface_no, a.arc_no, a.name,
+    coalesce(a.value_text, CAST(a.value_number AS TEXT), CAST(a.value_boolean AS TEXT)) AS value, a.unit, a.source, a.run_id,
+    r.began_at AS stated_at, r.parameters ->> 'user' AS stated_by
+FROM stated AS a
+JOIN run AS r ON r.id = a.run_id;
+COMMENT ON VIEW attribute_log IS 'Every value that an attribute ever had, of every level: what, when and by whom.';
+COMMENT ON COLUMN attribute_log.level IS 'world, object, part, surface or arc';
+COMMENT ON COLUMN attribute_log.owner_id IS 'the world, object or part; of a surface or arc its shape';
+COMMENT ON COLUMN attribute_log.surface_no IS 'the surface in the shape; null of other levels';
+COMMENT ON COLUMN attribute_log.arc_no IS 'the arc in the shape; null of other levels';
+COMMENT ON COLUMN attribute_log.name IS 'name of the attribute';
+COMMENT ON COLUMN attribute_log.value IS 'the value as text';
+COMMENT ON COLUMN attribute_log.unit IS 'its unit';
+COMMENT ON COLUMN attribute_log.source IS 'where the value comes from: file, derived, user';
+COMMENT ON COLUMN attribute_log.run_id IS 'the run that stated it';
+COMMENT ON COLUMN attribute_log.stated_at IS 'when that run began';
+COMMENT ON COLUMN attribute_log.stated_by IS 'name of the user who ran relmodel set; null of other runs';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),
-    ('rejected_arc', 'localisation', 'view');
+    ('rejected_arc', 'localisation', 'view'),
+    ('attribute_log', 'run', 'view');

@@ -53,6 +53,12 @@ COLOURS = {
     "BOLT_M8": (0.25, 0.26, 0.28),
     "CLIP": (0.35, 0.60, 0.38),
 }
+MATERIALS = {  # name, and density in g/cm3
+    "BULKHEAD_BODY": ("Aluminium 7075-T7351", DENSITY * 1e6),
+    "BUSHING_25": ("Aluminium bronze CuAl10Ni5Fe4", 7.58),
+    "BOLT_M8": ("Steel 42CrMo4", 7.85),
+    "CLIP": ("Aluminium 2024-T3", 2.78),
+}
 
 
 def placements(design: Design) -> list[tuple[str, str, tuple[float, float, float], float]]:
@@ -78,11 +84,12 @@ def _text(text: str) -> Shape:
 
 
 def write_step(design: Design, shapes: dict[str, Shape], path: Path) -> None:
-    """Write the assembly as AP242 without pcurves, with names, colours and a fixed header."""
+    """Write the assembly as AP242 without pcurves, with names, colours, materials and a fixed header."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    materials = XCAFDoc_DocumentTool.MaterialTool_s(document.Main())
     tool.SetAutoNaming_s(False)
 
     def name(label: Shape, text: str) -> None:
@@ -93,6 +100,10 @@ def write_step(design: Design, shapes: dict[str, Shape], path: Path) -> None:
         labels[product] = tool.AddShape(shape, False)
         name(labels[product], product)
         colours.SetColor(labels[product], Quantity_Color(*COLOURS[product], Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
+        material, density = MATERIALS[product]
+        words = (material, "", "density measure", "POSITIVE_RATIO_MEASURE")
+        texts = [_text(word) for word in words]
+        materials.SetMaterial(labels[product], texts[0], texts[1], density, texts[2], texts[3])
     if design.clips:  # what nothing uses would stand beside the root
         labels["CLIP_ASSEMBLY"] = tool.NewShape()
         name(labels["CLIP_ASSEMBLY"], "CLIP_ASSEMBLY")
@@ -129,7 +140,15 @@ def write_step(design: Design, shapes: dict[str, Shape], path: Path) -> None:
         text = plain.read_text()
     if "AP242" not in text[:4000]:
         raise RuntimeError("the file is not AP242")
-    path.write_bytes(gzip.compress(_sort_styles(text).encode(), 9, mtime=0))
+    path.write_bytes(gzip.compress(_sort_styles(_right_densities(text)).encode(), 9, mtime=0))
+
+
+def _right_densities(text: str) -> str:
+    """State densities in g/cm3: the kernel (8.0) writes g to the power of 3 times cm to the power of 2."""
+    for unit, written, meant in (("MASS", "3.", "1."), ("LENGTH", "2.", "-3.")):
+        power = rf"(DERIVED_UNIT_ELEMENT\(#\d+,){re.escape(written)}(?=\);\s#\d+ = \( {unit}_UNIT)"
+        text = re.sub(power, rf"\g<1>{meant}", text)
+    return text
 
 
 def _sort_styles(text: str) -> str:

@@ -12,6 +12,7 @@ OBJECTS = (
     (HERE.parent / "demo" / "bulkhead_A.step.gz", "bulkhead", "A"),
     (HERE / "table.urdf", "table", ""),
     (HERE / "arm.urdf", "arm", ""),
+    (HERE / "head.urdf", "stereo_head", ""),
 )
 
 

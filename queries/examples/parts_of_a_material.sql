@@ -1,5 +1,6 @@
 -- Which parts are of a material?
-SELECT number, name, material
-FROM part
-WHERE lower(material) LIKE '%7075%'
-ORDER BY number, name
+SELECT p.number, p.name, a.value_text AS material
+FROM part AS p
+JOIN current_part_attribute AS a ON a.part_id = p.id AND a.name = 'material'
+WHERE lower(a.value_text) LIKE '%7075%'
+ORDER BY p.number, p.name

@@ -26,6 +26,7 @@ VERBS = (
     "migrate",
     "load",
     "show",
+    "set",
     "diff",
     "export",
     "world",

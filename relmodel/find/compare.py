@@ -15,7 +15,7 @@ from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes, world_named
 from relmodel.find.kinds import KINDS, BoxIndex, build
 from relmodel.find.volumes import Box, Frustum, Volume, VolumeTable
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.store import Run, Store, sql
+from relmodel.store import Run, Store
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,7 +71,6 @@ def compare(store: Store, world: str | None = None) -> Comparison:
         if world_id < 0:
             raise UsageError("the store holds no world: place the objects with relmodel world FILE")
         columns = store.columns(connection, "index_parts", world_id=world_id)
-        known = store.rows(connection, "index_choice", world_id=world_id)
     boxes = np.stack([columns[c] for c in BOX_COLUMNS], axis=1).astype(float)
     if not len(boxes):
         raise UsageError(f"the world {name} has no placed part: there is nothing to index")
@@ -83,13 +82,9 @@ def compare(store: Store, world: str | None = None) -> Comparison:
     measured = [_measured(kind, boxes, asked, views) for kind in kinds]
     found = Comparison(name, len(boxes), measured, _of_store(store, name, asked, views), Grid(boxes).cell_mm)
     with Run.begin(store, "index", {"world": name}, packages=("numba", "numpy")) as run, run.write() as connection:
-        if known:
-            change = {"world_id": world_id, "kind": found.recommended, "grid_cell_mm": found.cell_mm}
-            connection.execute(sql.query("index_choice_change"), change)
-        else:
-            rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
-            rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
-            run.append(connection, "world_attribute", {"world_id": world_id, "source": "derived", **rows})
+        rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
+        rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
+        run.append(connection, "world_attribute", {"world_id": world_id, "run_id": run.id, "source": "derived", **rows})
         run.end("ok", f"{found.recommended} is the best index of world {name}", connection)
     return found
 

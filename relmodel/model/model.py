@@ -16,7 +16,7 @@ from relmodel.columns import Ragged
 from relmodel.geometry.joints import Joint
 
 Table = dict[str, Any]  # column name -> array, Ragged or list; all of one length
-Attribute = tuple[str, float | str, str | None]  # name, value, unit of a number
+Attribute = tuple[str, float | str | bool, str | None]  # name, value, unit of a number
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class ArcSamples:
 class Shape:
     """Geometry in a frame of its own.
 
-    surfaces: columns of `surface` (without identity and keys) and `name`, `colour`, `layer` of `shape_surface`;
-        row = surface_no.
+    surfaces: columns of `surface` (without identity and keys), `name` of `shape_surface`, and `colour` and `layer`,
+        which become attributes; row = surface_no.
     surface_splines: columns of `surface_spline`, `surface_no` for the identity.
     surface_swept: columns of `surface_swept`, with `surface_no`, `basis_arc` (row of `basis_arcs`) and
         `basis_surface` (row of `basis_surfaces`); -1 is none.

@@ -19,7 +19,7 @@ from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.model import primitives
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part, Shape
+from relmodel.model.model import Assembly, Attribute, Instance, LoadedModel, Part, Shape
 from relmodel.readers.mesh import read as mesh
 
 Array = npt.NDArray[np.float64]
@@ -185,8 +185,14 @@ class _Reader:
             else:
                 self.parts.append(Part(label, label, self._primitive(geometry[0], where), colour=colour))
                 instances.append(Instance(label, "part", len(self.parts) - 1, link_from_visual))
-        self.assemblies.append(Assembly(name, instances))
+        self.assemblies.append(Assembly(name, instances, self._mass(link, name)))
         return len(self.assemblies) - 1
+
+    def _mass(self, link: Element, name: str) -> list[Attribute]:
+        mass = link.find("inertial/mass")
+        if mass is None:
+            return []
+        return [("mass", float(self._numbers(mass, "value", f"<mass> of link {name!r}", 1)[0]), "kg")]
 
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""

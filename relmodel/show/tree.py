@@ -58,7 +58,8 @@ def read_tree(store: Store, connection: Connection, name: str, variant: str = ""
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
     """One row an object or part in the tree, the whole object first.
 
-    It has depth, path, level, number, material, size (mm), surfaces, features by kind and attributes.
+    It has depth, path, level, number, material, mass (kg; of an object where those of all its parts are known), size
+    (mm), surfaces, features by kind and attributes.
     """
     part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]
@@ -68,8 +69,11 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
         kinds.setdefault(int(r.shape_id), []).append(f"{r.kind} {r.how_many}")
     attributes: dict[tuple[str, int], list[str]] = {}
     for r in store.rows(connection, "object/attributes", object_ids=[tree.object_id, *objects], part_ids=part_ids):
-        attributes.setdefault((r.level, int(r.id)), []).append(f"{r.name}={r.value}{' ' + r.unit if r.unit else ''}")
+        stated = f"{r.name}={r.value}{' ' + r.unit if r.unit else ''}"
+        level = "object" if r.level == "object" else "part"
+        attributes.setdefault((level, int(r.id)), []).append(f"{r.elements}: {stated}" if r.elements else stated)
     below = _below(tree.depth)
+    masses = _masses(tree, parts)
     placed = np.concatenate([[0], np.cumsum(tree.part_id >= 0)])
     rows: list[dict[str, Any]] = [
         {
@@ -77,13 +81,15 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
             "path": "",
             "level": "object",
             "parts": int(placed[-1]),
+            "mass": _mass(masses),
             "attributes": ", ".join(attributes.get(("object", tree.object_id), [])),
         }
     ]
     for i, path in enumerate(tree.path):
         if tree.part_id[i] < 0:
             known = ("object", int(tree.child_object_id[i]))
-            row: dict[str, Any] = {"level": "object", "parts": int(placed[below[i]] - placed[i])}
+            held = {"parts": int(placed[below[i]] - placed[i]), "mass": _mass(masses[i : below[i]])}
+            row: dict[str, Any] = {"level": "object", **held}
         else:
             part = parts[int(tree.part_id[i])]
             known = ("part", int(part.id))
@@ -91,6 +97,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
                 "level": "supplemental part" if part.supplemental else "part",
                 "number": part.number,
                 "material": part.material,
+                "mass": part.mass,
                 "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",
                 "surfaces": int(part.surface_count),
                 "features": ", ".join(kinds.get(int(part.shape_id), [])),
@@ -121,6 +128,20 @@ def alike(tree: Tree) -> tuple[Ints, Ints]:
         count[at[first]] = how_many
     rows = np.flatnonzero(shown)
     return rows, count[rows]
+
+
+def _masses(tree: Tree, parts: dict[int, Any]) -> Floats:
+    """Mass of each part in the tree, kg; NaN where it is not known, 0 of objects and of what is no material."""
+    out = np.zeros(len(tree.part_id))
+    for i in np.flatnonzero(tree.part_id >= 0).tolist():
+        part = parts[int(tree.part_id[i])]
+        out[i] = 0.0 if part.supplemental else np.nan if part.mass is None else part.mass
+    return out
+
+
+def _mass(masses: Floats) -> float | None:
+    total = float(masses.sum())
+    return total if total > 0 else None
 
 
 def _below(depth: Ints) -> Ints:

@@ -28,6 +28,16 @@ _MOST_STEPS = 50
 _CONVERGED = 1e-11
 
 
+@dataclass(frozen=True)
+class LinkFrame:
+    """A link of an object: path of the robot that it is of (empty: the object), name in that, None for the root."""
+
+    robot: str
+    name: str | None
+    object_from_robot: Array  # (4, 4)
+    robot_from_link: Array  # (4, 4)
+
+
 class Robots:
     """The robots in a loaded object, by their path in it: the object itself (empty path), and those nested in it."""
 
@@ -67,6 +77,23 @@ class Robots:
         links = store.rows(connection, "object_links", object_id=self.object_id[path] if path else object_id)
         return path, plain, [link.name for link in links].count(plain)
 
+    def frame(
+        self,
+        store: Store,
+        connection: Connection,
+        object_id: int,
+        link: str | None,
+        values: Mapping[str, Mapping[str, float]],
+    ) -> LinkFrame:
+        """Where a link of the object, named as for `link`, is at values of joints; of no link the object itself."""
+        if link is None:
+            return LinkFrame("", None, np.eye(4), np.eye(4))
+        path, name, _ = self.link(store, connection, object_id, link)
+        if path in self.trees:
+            return LinkFrame(path, name, self.frames(values)[path], self.trees[path].poses(values[path])[name])
+        links = store.rows(connection, "object_links", object_id=object_id)
+        return LinkFrame(path, name, np.eye(4), next(_matrix(found) for found in links if found.name == name))
+
     def frames(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Array]:
         """`object_from_robot` (4, 4) of every robot, at the values of the joints of those that carry it."""
         frames: dict[str, Array] = {}
@@ -105,6 +132,9 @@ def _joint_tree(store: Store, connection: Connection, object_id: int) -> JointTr
 @dataclass(frozen=True)
 class MountedRig:
     """A rig on an object of a world, with the joints of that object where it is a robot, or of a robot nested in it.
+
+    What has no joints and is itself mounted counts as a piece of what carries it: of a rig on a tool at an arm's
+    flange the carrier is the arm.
 
     world_from_object: of the carrier, or of the nested robot that carries.  link: its name in that.
     object_from_link: of that with its joints at `joints` (rad, mm); the identity where no link is named.
@@ -153,26 +183,24 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
         mounts = store.rows(connection, "world_mounts", world_id=world_id)
         found = [m for m in mounts if m.rig == rig and on in (None, m.carrier)]
         if len(found) != 1:
-            known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts) or "there are none"
+            known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts if m.rig is not None) or "there are none"
             what = "several rigs" if found else "no rig"
             raise UsageError(f"world {name} mounts {what} {rig}{f' on {on}' if on else ''}: name one of: {known}")
-        row = found[0]
-        robots = Robots(store, connection, row.object_id)
-        values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
-        for state in store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no):
-            values[state.robot][state.joint] = float(state.value)
-        path, link = "", row.link
-        if link is not None:
-            path, link, _ = robots.link(store, connection, row.object_id, link)
-        tree, joints = robots.trees.get(path), values.get(path, {})
-        world_from_object = _matrix(row, "w") @ robots.frames(values).get(path, np.eye(4))
-        object_from_link = np.eye(4)
-        if tree is not None and link is not None:
-            object_from_link = tree.poses(joints)[link]
-        elif link is not None:
-            links = store.rows(connection, "object_links", object_id=row.object_id)
-            object_from_link = next(_matrix(found) for found in links if found.name == link)
-    return MountedRig(rig, row.carrier, link, world_from_object, object_from_link, _matrix(row), tree, joints)
+        row, link_from_rig = found[0], _matrix(found[0])
+        carried = {m.mounted_no: m for m in mounts if m.mounted_no is not None}
+        while True:
+            robots = Robots(store, connection, row.object_id)
+            values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
+            for state in store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no):
+                values[state.robot][state.joint] = float(state.value)
+            link = robots.frame(store, connection, row.object_id, row.link, values)
+            if link.robot in robots.trees or row.object_no not in carried:
+                break
+            row = carried[row.object_no]
+            link_from_rig = _matrix(row) @ link.robot_from_link @ link_from_rig
+    tree, joints = robots.trees.get(link.robot), values.get(link.robot, {})
+    world_from_robot = _matrix(row, "w") @ link.object_from_robot
+    return MountedRig(rig, row.carrier, link.name, world_from_robot, link.robot_from_link, link_from_rig, tree, joints)
 
 
 def _matrix(row: Any, letter: str = "m") -> Array:

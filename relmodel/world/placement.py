@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
@@ -19,6 +20,8 @@ from relmodel.store import Run, Store, sql
 from relmodel.world.kinematics import Robots
 from relmodel.world.occurrences import write_occurrences
 from relmodel.world.world_file import WorldFile, read_world_file
+
+Array = npt.NDArray[np.float64]
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]
@@ -48,7 +51,7 @@ def place_world(
     """
     file = read_world_file(path)
     progress(f"{file.path.name}: finding its objects", 0, 3)
-    if file.mounts and write_rig is None:
+    if write_rig is None and any(mount.kind == "rig" for mount in file.mounts):
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
         pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
@@ -56,9 +59,10 @@ def place_world(
         of_object = {number: Robots(store, connection, number) for number in {row["object_id"] for row in pinned}}
         robots = [of_object[row["object_id"]] for row in pinned]
         values = [_joint_values(file, number, found) for number, found in enumerate(robots)]
-        _check_mounts(store, connection, file, pinned, robots)
+        link_paths = _link_paths(store, connection, file, pinned, robots)
+        poses = _poses(store, connection, file, pinned, robots, values)
         rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
-    content_key = _content_key(file, pinned, rig_digests)
+    content_key = _content_key(file, pinned, poses, rig_digests)
     inputs = {"world": (file.path.name, file.sha256)}
     inputs |= {f"rig {name}": (file.rigs[name].name, digest) for name, digest in rig_digests.items()}
     with (
@@ -72,9 +76,9 @@ def place_world(
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
             progress(f"{file.path.name}: placing its objects", 1, 3)
             previous = int(newest[0].id) if newest else None
-            world_id = _write_world(run, connection, file, pinned, revision, content_key, previous)
+            world_id = _write_world(run, connection, file, pinned, poses, revision, content_key, previous)
             _write_joints(run, connection, world_id, robots, values)
-            _write_mounts(run, connection, file, world_id, write_rig)
+            _write_mounts(run, connection, file, link_paths, world_id, write_rig)
             progress(f"{file.path.name}: expanding its objects to parts", 2, 3)
             write_occurrences(run, connection, world_id, previous)
         counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
@@ -118,22 +122,55 @@ def _joint_values(file: WorldFile, number: int, robots: Robots) -> dict[str, dic
     return robots.values(placed.joints, f"{file.path}: joints of objects[{number}]")
 
 
-def _check_mounts(
+def _link_paths(
     store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]], robots: list[Robots]
-) -> None:
-    """Raise InputError where a mount names a link that its object has not, or has twice."""
+) -> list[str | None]:
+    """Path of the link of each mount in the object that carries it, as in occurrence; None where it names no link.
+
+    Raises InputError where the object has no such link, or several.
+    """
+    paths: list[str | None] = []
     numbers = {placed.name: number for number, placed in enumerate(file.objects)}
     for i, mount in enumerate(file.mounts):
         if mount.link is None:
+            paths.append(None)
             continue
         object_id = pinned[numbers[mount.on]]["object_id"]
-        _, _, times = robots[numbers[mount.on]].link(store, connection, object_id, mount.link)
+        found = robots[numbers[mount.on]]
+        robot, name, times = found.link(store, connection, object_id, mount.link)
         if times != 1:
             links = [row.name for row in store.rows(connection, "object_links", object_id=object_id)]
             raise InputError(
                 f"{file.path}: mounts[{i}] names the link {mount.link!r}, which {mount.on!r} has "
                 f"{times} times: name one of {', '.join(dict.fromkeys(links)) or 'none'}"
             )
+        links_of = store.rows(connection, "object_links", object_id=found.object_id.get(robot, object_id))
+        segment = next(row.segment for row in links_of if row.name == name)
+        paths.append(f"{robot}/{segment}" if robot else segment)
+    return paths
+
+
+def _poses(
+    store: Store,
+    connection: Connection,
+    file: WorldFile,
+    pinned: list[dict[str, Any]],
+    robots: list[Robots],
+    values: list[dict[str, dict[str, float]]],
+) -> list[Array]:
+    """`world_from_object` (4, 4) of each object of the file: as it says, or by its carrier at the joint values."""
+    numbers = {placed.name: number for number, placed in enumerate(file.objects)}
+    poses = {number: o.world_from_object for number, o in enumerate(file.objects) if o.world_from_object is not None}
+    waiting = dict(file.carried)
+    while waiting:  # mounts go in no circle, so each turn places one at least
+        for name, mount in [(name, mount) for name, mount in waiting.items() if numbers[mount.on] in poses]:
+            carrier = numbers[mount.on]
+            object_id = pinned[carrier]["object_id"]
+            link = robots[carrier].frame(store, connection, object_id, mount.link, values[carrier])
+            carrier_from_link = link.object_from_robot @ link.robot_from_link
+            poses[numbers[name]] = poses[carrier] @ carrier_from_link @ mount.carrier_from_mounted
+            del waiting[name]
+    return [poses[number] for number in range(len(file.objects))]
 
 
 def _write_joints(
@@ -166,24 +203,26 @@ def _write_joints(
             )
 
 
-def _content_key(file: WorldFile, pinned: list[dict[str, Any]], rig_digests: Mapping[str, str]) -> str:
+def _content_key(
+    file: WorldFile, pinned: list[dict[str, Any]], poses: list[Array], rig_digests: Mapping[str, str]
+) -> str:
     """Hash of what the file says, of the content of the objects it names and of the rig files."""
     content = {
         "objects": [
             [
                 o.name,
                 o.role,
-                o.world_from_object.tolist(),
+                pose.tolist(),
                 dict(o.joints),
                 row["name"],
                 row["variant"],
                 row["revision"],
                 row["content_key"],
             ]
-            for o, row in zip(file.objects, pinned, strict=True)
+            for o, row, pose in zip(file.objects, pinned, poses, strict=True)
         ],
         "rigs": dict(sorted(rig_digests.items())),
-        "mounts": [[m.rig, m.on, m.link, m.carrier_from_rig.tolist()] for m in file.mounts],
+        "mounts": [[m.kind, m.name, m.on, m.link, m.carrier_from_mounted.tolist()] for m in file.mounts],
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -193,6 +232,7 @@ def _write_world(
     connection: Connection,
     file: WorldFile,
     pinned: list[dict[str, Any]],
+    poses: list[Array],
     revision: int,
     content_key: str,
     previous: int | None,
@@ -208,7 +248,7 @@ def _write_world(
         run.append(connection, "current_world", {"id": [world_id], **newest})
     else:
         connection.execute(sql.query("current_world_change"), {"world_id": world_id, **newest})
-        run.insert(connection, "world_attribute", "index_choice_kept", world_id=world_id, previous=previous)
+        run.insert(connection, "world_attribute", "world_kept_attributes", world_id=world_id, previous=previous)
     run.append(
         connection,
         "world_object",
@@ -218,18 +258,23 @@ def _write_world(
             "name": [o.name for o in file.objects],
             "object_variant_id": np.array([row["object_variant_id"] for row in pinned]),
             "role": [o.role for o in file.objects],
-            **matrix_columns([o.world_from_object for o in file.objects]),
+            **matrix_columns(poses),
         },
     )
     return world_id
 
 
 def _write_mounts(
-    run: Run, connection: Connection, file: WorldFile, world_id: int, write_rig: RigWriter | None
+    run: Run,
+    connection: Connection,
+    file: WorldFile,
+    link_paths: list[str | None],
+    world_id: int,
+    write_rig: RigWriter | None,
 ) -> None:
-    if not file.mounts or write_rig is None:
+    if not file.mounts:
         return
-    rig_ids = {name: write_rig(run, connection, name, path) for name, path in file.rigs.items()}
+    rig_ids = {name: write_rig(run, connection, name, path) for name, path in file.rigs.items() if write_rig}
     object_no = {o.name: number for number, o in enumerate(file.objects)}
     run.append(
         connection,
@@ -237,10 +282,12 @@ def _write_mounts(
         {
             "world_id": world_id,
             "mount_no": np.arange(len(file.mounts)),
-            "name": [m.rig for m in file.mounts],
+            "name": [m.name for m in file.mounts],
             "object_no": np.array([object_no[m.on] for m in file.mounts]),
             "link": [m.link for m in file.mounts],
-            "rig_id": np.array([rig_ids[m.rig] for m in file.mounts]),
-            **matrix_columns([m.carrier_from_rig for m in file.mounts]),
+            "object_path": link_paths,
+            "rig_id": [rig_ids[m.name] if m.kind == "rig" else None for m in file.mounts],
+            "mounted_no": [object_no[m.name] if m.kind == "object" else None for m in file.mounts],
+            **matrix_columns([m.carrier_from_mounted for m in file.mounts]),
         },
     )

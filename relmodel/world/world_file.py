@@ -1,4 +1,4 @@
-"""The world file: YAML that says which objects stand in a cell, in which role and where, and which rigs they carry.
+"""The world file: YAML that says which objects stand in a cell, in which role and where, and what is mounted on them.
 
 world: cell
 objects:
@@ -15,6 +15,8 @@ rigs:
   - {name: head, file: head.yaml}
 mounts:
   - {rig: head, on: arm, link: flange, carrier_from_rig: [...]}    # link and transform may be left out
+  - {object: gripper, on: arm, link: flange, carrier_from_object: [...]}    # an object by its name in this file, which
+    # then has no world_from_object: it goes where the link goes
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -47,18 +49,19 @@ class PlacedObject:
     variant: str
     name: str
     role: str
-    world_from_object: npt.NDArray[np.float64]  # (4, 4), mm
+    world_from_object: npt.NDArray[np.float64] | None  # (4, 4), mm; None: it is mounted
     joints: Mapping[str, float]  # as typed: mm, rad, or degrees where the name ends in _deg
 
 
 @dataclass(frozen=True)
 class Mount:
-    """A rig fixed to a placed object or to a link of it."""
+    """A rig or a placed object fixed to a placed object or to a link of it."""
 
-    rig: str
+    kind: Literal["rig", "object"]
+    name: str  # of the rig or object
     on: str
     link: str | None
-    carrier_from_rig: npt.NDArray[np.float64]  # (4, 4), mm
+    carrier_from_mounted: npt.NDArray[np.float64]  # (4, 4), mm
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,11 @@ class WorldFile:
     rigs: Mapping[str, Path]
     mounts: tuple[Mount, ...]
 
+    @property
+    def carried(self) -> dict[str, Mount]:
+        """Mounts of objects, by the object's name."""
+        return {mount.name: mount for mount in self.mounts if mount.kind == "object"}
+
 
 def read_world_file(path: str | Path) -> WorldFile:
     """Read and check a world file.  Raises InputError that says what is wrong, where, and the cure."""
@@ -82,7 +90,9 @@ def read_world_file(path: str | Path) -> WorldFile:
     entries = _list(data, "objects", path)
     if not entries:
         raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
-    objects = tuple(_placed_object(entry, path, f"objects[{i}]") for i, entry in enumerate(entries))
+    mount_entries = _list(data, "mounts", path)
+    mounted = {str(entry["object"]) for entry in mount_entries if isinstance(entry, dict) and "object" in entry}
+    objects = tuple(_placed_object(entry, path, f"objects[{i}]", mounted) for i, entry in enumerate(entries))
     _unique([o.name for o in objects], path, "objects", "give one of them another name")
 
     rigs: dict[str, Path] = {}
@@ -93,9 +103,10 @@ def read_world_file(path: str | Path) -> WorldFile:
         rigs[_text(entry, "name", path, where)] = _inside(path, _text(entry, "file", path, where), where)
     _unique([str(entry["name"]) for entry in rig_entries], path, "rigs", "give one of them another name")
     mounts = tuple(
-        _mount(entry, path, f"mounts[{i}]", rigs, [o.name for o in objects])
-        for i, entry in enumerate(_list(data, "mounts", path))
+        _mount(entry, path, f"mounts[{i}]", rigs, [o.name for o in objects]) for i, entry in enumerate(mount_entries)
     )
+    _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "an object stands on one thing")
+    _refuse_circles(mounts, path)
     return WorldFile(path, sha256, world, objects, rigs, mounts)
 
 
@@ -133,7 +144,7 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
     return data, hashlib.sha256(raw).hexdigest()
 
 
-def _placed_object(entry: Any, path: Path, where: str) -> PlacedObject:
+def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> PlacedObject:
     _known_keys(entry, ("object", "variant", "name", "role", "world_from_object", "joints"), path, where)
     name = _text(entry, "object", path, where)
     instance = _text(entry, "name", path, where, name)
@@ -144,12 +155,17 @@ def _placed_object(entry: Any, path: Path, where: str) -> PlacedObject:
     role = _text(entry, "role", path, where, "inspected")
     if role not in ROLES:
         raise InputError(f"{path}: {where} has the unknown role {role!r}: use one of {', '.join(ROLES)}")
+    pose = None if instance in mounted else _rigid(entry, "world_from_object", path, where)
+    if pose is None and entry.get("world_from_object") is not None:
+        raise InputError(
+            f"{path}: {where} has a world_from_object, and {instance!r} is among the mounts too: leave one of them out"
+        )
     return PlacedObject(
         object=name,
         variant=_text(entry, "variant", path, where, ""),
         name=instance,
         role=role,
-        world_from_object=_rigid(entry, "world_from_object", path, where),
+        world_from_object=pose,
         joints=_joint_values(entry, path, where),
     )
 
@@ -169,14 +185,29 @@ def _joint_values(entry: dict[str, Any], path: Path, where: str) -> dict[str, fl
 
 
 def _mount(entry: Any, path: Path, where: str, rigs: Mapping[str, Path], objects: list[str]) -> Mount:
-    _known_keys(entry, ("rig", "on", "link", "carrier_from_rig"), path, where)
-    rig, on = _text(entry, "rig", path, where), _text(entry, "on", path, where)
-    if rig not in rigs:
-        raise InputError(f"{path}: {where} names the rig {rig!r}, which is not among the file's rigs: {_listed(rigs)}")
+    kind: Literal["rig", "object"] = "object" if isinstance(entry, dict) and "object" in entry else "rig"
+    _known_keys(entry, (kind, "on", "link", f"carrier_from_{kind}"), path, where)
+    name, on = _text(entry, kind, path, where), _text(entry, "on", path, where)
+    known = rigs if kind == "rig" else objects
+    if name not in known:
+        raise InputError(
+            f"{path}: {where} names the {kind} {name!r}, which is not among the file's {kind}s: {_listed(known)}"
+        )
     if on not in objects:
         raise InputError(f"{path}: {where} is on {on!r}, which is not among the file's objects: {_listed(objects)}")
     link = _text(entry, "link", path, where) if entry.get("link") is not None else None
-    return Mount(rig, on, link, _rigid(entry, "carrier_from_rig", path, where))
+    return Mount(kind, name, on, link, _rigid(entry, f"carrier_from_{kind}", path, where))
+
+
+def _refuse_circles(mounts: tuple[Mount, ...], path: Path) -> None:
+    """Raise InputError where an object would stand on itself, directly or through others."""
+    on = {mount.name: mount.on for mount in mounts if mount.kind == "object"}
+    for name in on:
+        way = [name]
+        while way[-1] in on and way.count(way[-1]) == 1:
+            way.append(on[way[-1]])
+        if way[-1] == name:
+            raise InputError(f"{path}: mounts go in a circle, {' on '.join(way)}: let one of them stand in the world")
 
 
 def _known_keys(entry: Any, known: tuple[str, ...], path: Path, where: str) -> None:

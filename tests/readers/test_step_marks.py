@@ -182,11 +182,13 @@ def test_materials_with_the_unit_of_the_file(data_dir: Path) -> None:
     (part,) = loaded(data_dir / "step/conical-surface.step").parts
     assert part.material == "Steel"
     assert part.attributes == [("density", 7850.0, "kg/m3"), ("density as stated", 7850.0, "kg/m3")]
-    # In this file the unit is g3 cm2, which is none of a density; of the bolt the text leads nowhere.
+    # In this file the unit is g3 cm2, as the kernel writes g/cm3; of the bolt the text leads nowhere.
     path = data_dir / "step/dm1-oc-214.stp"
     parts = {part.name: part for part in loaded(path).parts}
-    assert parts["nut"].attributes == [("density as stated", 8.210195, "g3.cm2")]
-    assert parts["l-bracket"].attributes == [("density as stated", 4.423001, "g3.cm2")]
+    density = [("density", 8210.195, "kg/m3"), ("density as stated", 8.210195, "g3.cm2")]
+    assert parts["nut"].attributes == density
+    density = [("density", 4423.001, "kg/m3"), ("density as stated", 4.423001, "g3.cm2")]
+    assert parts["l-bracket"].attributes == density
     assert parts["bolt"].attributes == []
     names = re.findall(r"DESCRIPTIVE_REPRESENTATION_ITEM\('(AMS[^']*)'", path.read_text("latin-1"))
     assert sorted(str(part.material) for part in parts.values()) == sorted(names)

@@ -149,6 +149,13 @@ def place_link(model: Model) -> None:
     model["world_link"] = link | transform(90, [10, 0, 1])
 
 
+def mount_nowhere(model: Model) -> None:
+    """A rig on a link that is not placed."""
+    model["rig"] = {"id": [1], "content_key": "rig"}
+    mount: dict[str, Any] = {"world_id": [1], "mount_no": 0, "name": "head", "object_no": 0, "rig_id": 1}
+    model["world_mount"] = mount | {"link": "flange", "object_path": "flange"} | transform(90, [10, 0, 1])
+
+
 def add_octree(model: Model, x1: float, listed: int) -> None:
     """An oct-tree of one cell and one inside it."""
     cells = {"world_id": 1, "cell": [1], "parent": 0} | box([9, 100, 5], [x1, 102, 5])
@@ -198,6 +205,7 @@ FAULTS = {
     "occurrence_path": fault("occurrence/3", "path", "a/b"),
     "occurrence_reference": fault("occurrence/2", "object_id", 7),
     "world_link": place_link,
+    "world_mount": mount_nowhere,
     "box_page": fault("box_page", "y1", [101.9]),
     "current_world": fault("current_world", "revision", 2),
     "shape_box_page": fault("shape_box_page", "box_count", [1, 3]),

@@ -39,6 +39,8 @@ mounts:
     )
     first, second = file.objects
     assert (file.world, first.name, first.variant, first.role) == ("cell 5", "bulkhead", "", "inspected")
+    assert first.world_from_object is not None
+    assert second.world_from_object is not None
     assert np.array_equal(first.world_from_object, np.eye(4))
     assert (second.name, second.variant, second.role) == ("second", "b", "fixture")
     assert np.array_equal(second.world_from_object, [[0, -1, 0, 250], [1, 0, 0, 0], [0, 0, 1, 80], [0, 0, 0, 1]])
@@ -49,13 +51,18 @@ mounts:
 def test_a_rounded_rotation_is_taken_for_the_nearest(tmp_path: Path) -> None:
     rounded = "[[0.8660254, -0.5, 0, 1], [0.5, 0.86603, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]]"
     file = read_world_file(written(tmp_path, f"world: w\nobjects: [{{object: a, world_from_object: {rounded}}}]"))
-    rotation = file.objects[0].world_from_object[:3, :3]
+    pose = file.objects[0].world_from_object
+    assert pose is not None
+    rotation = pose[:3, :3]
     assert np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-12
     assert np.abs(rotation - [[0.8660254, -0.5, 0], [0.5, 0.86603, 0], [0, 0, 1]]).max() < 1e-5
 
 
 def placed(matrix: str) -> str:
     return f"world: w\nobjects: [{{object: a, world_from_object: {matrix}}}]"
+
+
+MOUNTED = "\nmounts: [{object: a, on: b}]"
 
 
 @pytest.mark.parametrize(
@@ -89,6 +96,13 @@ def placed(matrix: str) -> str:
             "world: w\nobjects: [{object: a}]\nrigs: [{name: r, file: world.yaml}]\nmounts: [{rig: r, on: b}]",
             "not among the file's objects: a",
         ),
+        ("world: w\nobjects: [{object: a}]\nmounts: [{object: b, on: a}]", "not among the file's objects: a"),
+        ("world: w\nobjects: [{object: a}]\nmounts: [{object: a, on: a}]", "in a circle, a on a"),
+        (
+            "world: w\nobjects: [{object: a}, {object: b}]\nmounts: [{object: a, on: b}, {object: a, on: b}]",
+            "mounts has the name 'a' twice",
+        ),
+        (placed("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]") + MOUNTED, "leave one of them out"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, text: str, said: str) -> None:

@@ -67,7 +67,7 @@ def record_extraction(
         run.append(connection, "extraction", head)
         for table, columns in _primitives(extraction).items():
             run.append(connection, table, {"extraction_id": extraction_id, **columns})
-        run.append(connection, "unit_set", {"id": [unit_set_id], "kind": "image", "extraction_id": extraction_id})
+        run.append(connection, "unit_set", {"id": [unit_set_id], "extraction_id": extraction_id})
         for table, columns in _units(extraction).items():
             run.append(connection, table, {"unit_set_id": unit_set_id, **columns})
     return RecordedExtraction(extraction_id, unit_set_id)

@@ -1,4 +1,4 @@
-"""Show an object: the tree of what stands in it with counts, sizes, features and attributes; or a picture of it.
+"""Show an object: the tree of what stands in it with masses, sizes, features and attributes; or a picture of it.
 
 Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 lines; --format json or csv lists
 everything.  A picture that ends in .svg is written as outlines, any other as PNG.
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
             _line(rows[1 + i], n, "") for i, n in zip(kept.tolist(), counts.tolist(), strict=True)
         ]
         rows, more = rows[:LINES], len(rows) - LINES
-    names = ("path", "level", "parts", "number", "material", "size", "surfaces", "features", "attributes")
+    names = ("path", "level", "parts", "number", "material", "mass", "size", "surfaces", "features", "attributes")
     print_rows(names, [[row.get(name) for name in names] for row in rows], args.format)
     if more > 0:
         say(f"... and {more} more lines: --format csv lists everything")
@@ -63,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
 def _line(row: dict[str, Any], count: int, name: str) -> dict[str, Any]:
     """The row with the last name of its path, indented, and how many siblings are equal."""
     last = name or row["path"].rpartition("/")[2]
+    mass = row.get("mass")
+    row = {**row, "mass": None if mass is None else float(f"{mass:.6g}")}
     return {**row, "path": "  " * row["depth"] + last + (f" x {count}" if count > 1 else "")}
 
 

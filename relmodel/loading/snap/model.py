@@ -85,7 +85,7 @@ def _settle_attributes(store: Database, connection: Connection, model: LoadedMod
     def settled_one(owner: str, called: str, attribute: Attribute) -> Attribute:
         name, value, unit = attribute
         there = known.get((owner, called, name))
-        if isinstance(value, str) or not there:
+        if isinstance(value, str | bool) or not there:
             return attribute
         nearest = min(there, key=lambda v: abs(v - value))
         near = abs(nearest - value) <= max(ROUND_OFF_MM, _SHARE * abs(value))

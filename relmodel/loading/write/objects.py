@@ -12,6 +12,7 @@ from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.write.keyed import ids_by_key
 from relmodel.loading.write.pmi import append_pmi
+from relmodel.model.attributes import attribute_rows, part_attributes
 from relmodel.model.content_keys import ModelKeys
 from relmodel.model.model import Attribute, Instance, LoadedModel
 from relmodel.model.placed_parts import PlacedParts
@@ -32,13 +33,11 @@ def append_parts(
                 "content_key": [keys.parts[i] for i in fresh.tolist()],
                 "number": [p.number for _, p in new],
                 "name": [p.name for _, p in new],
-                "material": [p.material for _, p in new],
-                "colour": [p.colour for _, p in new],
                 "shape_id": [shape_ids[keys.shapes[p.shape].shape] for _, p in new],
                 "supplemental": [p.supplemental for _, p in new],
             },
         )
-    _append_attributes(run, connection, "part", [(i, p.attributes) for i, p in new])
+    _append_attributes(run, connection, "part", [(i, part_attributes(p)) for i, p in new])
     append_pmi(run, connection, [(i, p, keys.shapes[p.shape], shape_ids) for i, p in new if p.pmi])
     return ids
 
@@ -121,20 +120,9 @@ def _append_joints(run: Run, connection: Connection, joints: Sequence[tuple[int,
 
 
 def _append_attributes(
-    run: Run, connection: Connection, level: str, owners: Sequence[tuple[int, list[Attribute]]]
+    run: Run, connection: Connection, level: str, stated: Sequence[tuple[int, list[Attribute]]]
 ) -> None:
-    rows = [(i, *given) for i, attributes in owners for given in {a[0]: a for a in attributes}.values()]
-    if not rows:
-        return
-    run.append(
-        connection,
-        f"{level}_attribute",
-        {
-            f"{level}_id": [i for i, *_ in rows],
-            "name": [name for _, name, _, _ in rows],
-            "value_number": [None if isinstance(value, str) else float(value) for _, _, value, _ in rows],
-            "value_text": [value if isinstance(value, str) else None for _, _, value, _ in rows],
-            "unit": [unit for *_, unit in rows],
-            "source": "file",
-        },
-    )
+    owners, values = attribute_rows(stated)
+    if owners:
+        table, owner = f"{level}_attribute", f"{level}_id"
+        run.append(connection, table, {owner: owners, "run_id": run.id, "source": "file", **values})

@@ -15,6 +15,7 @@ from relmodel.find.packing import pack, page_boxes
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.write.keyed import ids_by_key
+from relmodel.model.attributes import arc_attributes, surface_attributes
 from relmodel.model.content_keys import ShapeKeys, row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.store import Run
@@ -40,6 +41,7 @@ def append_shapes(
             "shape": _shape_row(shape, keys),
             "shape_surface": _shape_surfaces(shape, [surface_ids[k] for k in keys.surfaces]),
             "shape_arc": _shape_arcs(shape, [arc_ids[k] for k in keys.arcs]),
+            **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
             "shape_arc_sample": vars(shape.samples).copy() if len(shape.samples.arc_no) else {},
             "surface_adjacency": _adjacency(arcs),
@@ -81,8 +83,8 @@ def _shape_row(shape: Shape, keys: ShapeKeys) -> Table:
 
 
 def _shape_surfaces(shape: Shape, ids: list[int]) -> Table:
-    labels: Table = {c: list(shape.surfaces[c]) for c in ("name", "colour", "layer") if c in shape.surfaces}
-    return {"surface_no": np.arange(len(ids)), "surface_id": np.array(ids, dtype=np.int64), **labels}
+    names: Table = {"name": list(shape.surfaces["name"])} if "name" in shape.surfaces else {}
+    return {"surface_no": np.arange(len(ids)), "surface_id": np.array(ids, dtype=np.int64), **names}
 
 
 def _shape_arcs(shape: Shape, ids: list[int]) -> Table:
@@ -98,6 +100,15 @@ def _shape_arcs(shape: Shape, ids: list[int]) -> Table:
         **sides,
         "convexity": list(shape.arcs["convexity"]),
         "angle": np.asarray(shape.arcs["angle"], float),
+    }
+
+
+def _attribute_rows(run: Run, shape: Shape) -> dict[str, Table]:
+    stated = {"surface_attribute": surface_attributes(shape), "arc_attribute": arc_attributes(shape)}
+    return {
+        table: {**columns, "run_id": [run.id] * len(columns["name"]), "source": ["file"] * len(columns["name"])}
+        for table, columns in stated.items()
+        if columns
     }
 
 

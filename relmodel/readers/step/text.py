@@ -11,11 +11,12 @@ from dataclasses import replace
 from typing import Any
 
 from relmodel.model.model import Attribute, Part, Shape
-from relmodel.readers.step.part21_instances import Instances, references, two
+from relmodel.readers.step.part21_instances import Instances, Reference, references, two
 from relmodel.readers.step.part21_units import Measure, measure
 from relmodel.readers.step.pmi import FACES, product_of, read_pmi
 
 _DENSITY = {"mass": 1.0, "length": -3.0}
+_MISWRITTEN = {"g3.cm2": 1000.0}  # the kernel's own writer (8.0) states g/cm3 so; in kg/m3
 _MATERIAL_PROPERTY = "material property"
 
 Places = Callable[[Any], list[tuple[int, int]]]  # a face of the kernel -> part and surface_no of each that has it
@@ -105,26 +106,61 @@ def _face_names(instances: Instances) -> list[tuple[int, str]]:
 
 
 def _properties(instances: Instances) -> Iterator[tuple[int, list[Attribute]]]:
-    """Material properties by product: as stated, with the unit of the file, and densities in kg/m3 too."""
+    """Material properties by product, as stated, with the unit of the file, and densities in kg/m3 too; and what users
+    defined (general properties, such as finish or revision)."""
+    defined = _user_defined(instances)
     for number in instances.of("PROPERTY_DEFINITION_REPRESENTATION"):
         stated, shown = two(instances.parameters(number, "PROPERTY_DEFINITION_REPRESENTATION"))
         definition = instances.parameters(stated, "PROPERTY_DEFINITION") if stated is not None else []
-        if shown is None or len(definition) < 3 or str(definition[0]).lower() != _MATERIAL_PROPERTY:
+        if stated is None or shown is None or len(definition) < 3:
+            continue
+        items = [item for parameters in instances[shown].values() for item in references(parameters[1:2])]
+        if str(definition[0]).lower() == _MATERIAL_PROPERTY:
+            measures = [one for item in items if (one := measure(instances, item)) is not None]
+            attributes = [attribute for one in measures for attribute in _stated(one)]
+        elif stated in defined and _of_whole_product(instances, definition[2]):
+            values = [value for item in items if (value := _value(instances, item)) is not None]
+            attributes = [(defined[stated], *value) for value in values[:1]]
+        else:
             continue
         product = product_of(instances, definition[2])
-        attributes = [
-            attribute
-            for parameters in instances[shown].values()
-            for item in references(parameters[1:2])
-            if (one := measure(instances, item)) is not None
-            for attribute in _stated(one)
-        ]
         if product is not None and attributes:
             yield product, attributes
+
+
+def _user_defined(instances: Instances) -> dict[int, str]:
+    """Names of the property definitions that general properties stand behind."""
+    out: dict[int, str] = {}
+    for number in instances.of("GENERAL_PROPERTY_ASSOCIATION"):
+        general, stated = two(instances.parameters(number, "GENERAL_PROPERTY_ASSOCIATION")[2:])
+        named = instances.parameters(general, "GENERAL_PROPERTY") if general is not None else []
+        name = str(named[1] or "").strip() if len(named) > 1 else ""
+        if stated is not None and name:
+            out[stated] = name
+    return out
+
+
+def _of_whole_product(instances: Instances, thing: Any) -> bool:
+    """Whether a property is of a product, not of an aspect of its shape."""
+    return isinstance(thing, Reference) and not {"PRODUCT_DEFINITION", "PRODUCT_DEFINITION_SHAPE"}.isdisjoint(
+        instances[thing]
+    )
+
+
+def _value(instances: Instances, item: int) -> tuple[str | float, str | None] | None:
+    """Value and unit of an item of a representation: a text or a measure."""
+    described = instances[item].get("DESCRIPTIVE_REPRESENTATION_ITEM", [])
+    if len(described) > 1:
+        return (text, None) if (text := str(described[1] or "").strip()) else None
+    one = measure(instances, item)
+    return None if one is None else (one.value, one.unit.symbol if one.unit is not None else None)
 
 
 def _stated(one: Measure) -> list[Attribute]:
     name = one.name.removesuffix(" measure") or "material property"
     density = one.within(_DENSITY, 1.0)
-    out: list[Attribute] = [] if density is None else [(name, density, "kg/m3")]
+    if one.unit is not None and one.unit.symbol in _MISWRITTEN:
+        density = one.value * _MISWRITTEN[one.unit.symbol]
+    # Twelve digits: conversion of units leaves round-off (2809.9999999999995).
+    out: list[Attribute] = [] if density is None else [(name, float(f"{density:.12g}"), "kg/m3")]
     return [*out, (f"{name} as stated", one.value, one.unit.symbol if one.unit is not None else None)]

@@ -56,7 +56,7 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                     },
                 )
                 sets.append(n)
-                run.append(connection, "unit_set", {"id": [n], "kind": "image", "extraction_id": [n]})
+                run.append(connection, "unit_set", {"id": [n], "extraction_id": [n]})
                 arcs = np.arange(count)
                 run.append(connection, "unit", {"unit_set_id": n, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
             record_stereo(run, connection, PROBLEM, sets[0], sets[1], found)
@@ -85,7 +85,8 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
     label = {r["unit_no"]: -1 if r["label_no"] is None else r["label_no"] for r in tables["assignment"]}
     assert [label[u] for u in range(len(label))] == found.assignment.label.tolist()
     assert {r["unit_no"]: r["reason"] for r in tables["assignment"]} == dict(enumerate(found.reason.tolist()))
-    assert len(tables["candidate"]) == len(found.candidates.left) + len(label)
+    assert len(tables["candidate"]) == len(found.candidates.left)
+    assert {r["null_cost"] for r in tables["assignment"]} == {found.parameters.segments.null_cost}
     assert sum(r["votes"] for r in tables["vote"]) == found.votes.votes.sum()
     ends = {r["unit_no"]: [r["start_x"], r["start_y"], r["start_z"]] for r in tables["triangulated_unit"]}
     space = found.triangulated
@@ -99,8 +100,8 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
         ("UPDATE assignment SET cost = cost + 0.1 WHERE unit_no = {unit}", "unpriced"),
         ("UPDATE assignment SET label_no = {label}, reason = 'matched' WHERE label_no = {other}", "doubly_taken"),
         (
-            "INSERT INTO candidate SELECT run_id, problem_no, 9999, -1, cost FROM candidate "
-            "WHERE unit_no = 0 AND label_no = -1",
+            "INSERT INTO candidate SELECT run_id, problem_no, 9999, label_no, cost FROM candidate "
+            "WHERE unit_no = {unit} AND label_no = {label}",
             "undecided",
         ),
         (

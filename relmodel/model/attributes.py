@@ -1,0 +1,55 @@
+"""Attributes that a model states, as rows: of parts, assemblies, and of the faces and edges of shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from relmodel.model.model import Attribute, Part, Shape, Table
+
+FACE_LABELS = ("colour", "layer")
+EDGE_LABELS = ("name", "colour", "layer")
+
+
+def part_attributes(part: Part) -> list[Attribute]:
+    """Material and colour of a part, and what else its file says of it."""
+    labels = (("material", part.material), ("colour", part.colour))
+    return [*((name, value, None) for name, value in labels if value is not None), *part.attributes]
+
+
+def attribute_rows(owners: Iterable[tuple[int, Iterable[Attribute]]]) -> tuple[list[int], Table]:
+    """Owner and value columns of each attribute; of several values of one name the last."""
+    rows = [(i, *given) for i, attributes in owners for given in {a[0]: a for a in attributes}.values()]
+    values = [value for _, _, value, _ in rows]
+    return [i for i, *_ in rows], {
+        "name": [name for _, name, _, _ in rows],
+        "value_number": [None if isinstance(v, str | bool) else float(v) for v in values],
+        "value_text": [v if isinstance(v, str) else None for v in values],
+        "value_boolean": [v if isinstance(v, bool) else None for v in values],
+        "unit": [unit for *_, unit in rows],
+    }
+
+
+def surface_attributes(shape: Shape) -> Table:
+    """Colours and layers of the faces of a shape: columns of `surface_attribute`; empty where it has none."""
+    return _labels(shape.surfaces, FACE_LABELS, "surface_no")
+
+
+def arc_attributes(shape: Shape) -> Table:
+    """Names, colours and layers of the edges of a shape: columns of `arc_attribute`; empty where it has none."""
+    return _labels(shape.arcs, EDGE_LABELS, "arc_no")
+
+
+def _labels(table: Table, names: tuple[str, ...], ordinal: str) -> Table:
+    found: list[tuple[int, str, Any]] = [
+        (no, name, value) for name in names for no, value in enumerate(table.get(name, ())) if value
+    ]
+    if not found:
+        return {}
+    return {
+        ordinal: np.array([no for no, _, _ in found], np.int64),
+        "name": [name for _, name, _ in found],
+        "value_text": [str(value) for _, _, value in found],
+    }
