@@ -27,14 +27,13 @@ import numpy as np
 from tabulate import tabulate
 
 PARENT = (
-    ("waiting for the reader", "read.py", "read_step"),
     ("writing the model", "model.py", "store_model"),
-    ("features", "recognise.py", "recognise"),
+    ("features", "features/__init__.py", "recognise"),
     ("relations of surfaces", "relations.py", "surface_relations"),
     ("relations of arcs", "relations.py", "arc_relations"),
     ("contacts", "contacts.py", "contacts"),
     ("content keys", "content_keys.py", "shape_keys"),
-    ("tables to the engine", "bulk.py", "append"),
+    ("tables to the engine", "store/bulk.py", "append"),
     ("imports", "<frozen importlib._bootstrap>", "_find_and_load"),
 )
 CHILD = (

@@ -292,7 +292,7 @@ def _joined(pieces: list[_MeshPiece], surfaces: Surfaces) -> Mesh:
     vertices = np.concatenate([p for p, _, _ in pieces])
     corners = np.concatenate(triangles).astype(np.int32)
     owner = np.repeat(np.arange(len(pieces)), [len(t) for t in triangles])
-    uv = np.empty((len(vertices), 2))  # not asked for: the surfaces are analytic
+    uv = np.zeros((len(vertices), 2))  # not asked for: the surfaces are analytic
     return Mesh(
         chord_mm=CHORD_MM,
         chord_rad=CHORD_RAD,

@@ -67,7 +67,7 @@ def surface_deviation(
 def flat_deviation(surfaces: Surfaces, vertices: Array, owner: Index) -> float:
     """Greatest distance of vertices (n, 3) of flat faces from their planes `owner` (n,), mm."""
     flat = np.flatnonzero(surfaces.kind[owner] == "plane")
-    uv = np.empty((len(flat), 2))
+    uv = np.zeros((len(flat), 2))
     return float(distances(surfaces, owner[flat], vertices[flat], uv, 0.0).max(initial=0.0))
 
 

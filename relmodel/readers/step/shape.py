@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -115,16 +115,29 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
         loops=loops,
         coedges=coedges,
         pcurves=pcurves,
-        basis_arcs=basis_curves.columns() | measures.arc_measures(basis_curves.curves),
-        basis_arc_splines=basis_curves.splines,
-        basis_arc_offsets=basis_curves.offsets,
-        basis_surfaces=basis_surfaces.columns() | measures.surface_measures(basis_surfaces.surfaces),
-        basis_surface_splines=basis_surfaces.splines,
-        basis_surface_swept=basis_surfaces.swept,
+        **(_basis(basis_curves, basis_surfaces) if len(basis_curves) or len(basis_surfaces) else _no_basis()),
         mesh=mesh,
         samples=measures.samples(normals, arc_columns["length"]),
         findings=tuple(findings),
     )
+
+
+def _basis(curves: CurveRows, surfaces: SurfaceRows) -> dict[str, Table]:
+    """What a shape holds of the curves and surfaces that others are made from."""
+    return {
+        "basis_arcs": curves.columns() | measures.arc_measures(curves.curves),
+        "basis_arc_splines": curves.splines,
+        "basis_arc_offsets": curves.offsets,
+        "basis_surfaces": surfaces.columns() | measures.surface_measures(surfaces.surfaces),
+        "basis_surface_splines": surfaces.splines,
+        "basis_surface_swept": surfaces.swept,
+    }
+
+
+@cache
+def _no_basis() -> dict[str, Table]:
+    curves = CurveRows()
+    return _basis(curves, SurfaceRows(curves))
 
 
 def _add_edge(rows: CurveRows, edge: Any) -> bool:
