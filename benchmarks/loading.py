@@ -47,7 +47,7 @@ CHILD = (
     ("loops", "shape.py", "_loops"),
     ("adjacency and samples", "measures.py", "samples"),
     ("all of the extraction", "shape.py", "extract_all"),
-    ("text", "text.py", "attach"),
+    ("text", "properties.py", "attach"),
 )
 
 
@@ -200,9 +200,9 @@ def parent(file: Path) -> list[float]:
 
 def child(file: Path) -> list[float]:
     """Where the seconds of the process go that runs the kernel, its imports left out."""
-    from relmodel.readers.step import document
+    from relmodel.readers import read
 
-    return _profiled(lambda: document.read(str(file)), CHILD)
+    return _profiled(lambda: read(file, in_child=False), CHILD)
 
 
 def _profiled(job: Callable[[], Any], places: tuple[tuple[str, str, str], ...]) -> list[float]:

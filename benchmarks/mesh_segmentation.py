@@ -33,8 +33,8 @@ from relmodel.geometry.curves import vectors
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.readers.mesh.triangles import components
-from relmodel.readers.step import document as step_document
 from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.read import read_step
 from tests.parts import curved_parts, splined_parts
 from tests.parts.tessellations import meshed_by_kernel
 
@@ -225,7 +225,7 @@ def bodies(
     """Name and exact shapes, tessellated, of the files and of the composed parts."""
     folder = Path(os.environ.get("RELMODEL_TEST_DATA", ""))
     for name in parts if "RELMODEL_TEST_DATA" in os.environ else ():
-        shapes = [shape for shape in step_document.read(str(folder / name)).shapes if len(shape.mesh.triangles)]
+        shapes = [shape for shape in read_step(folder / name).shapes if len(shape.mesh.triangles)]
         yield name.split("/")[-1][:24] if "step/" in name else name[:10], shapes
     for seed in seeds:
         yield f"composed {seed}", [step_shape.extract(generate(seed), {}, {}, {})]

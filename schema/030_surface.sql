@@ -263,7 +263,9 @@ CREATE TABLE coedge (
     coedge_no INTEGER NOT NULL,
     arc_id BIGINT NOT NULL REFERENCES arc (id),
     reversed BOOLEAN NOT NULL,
+    tolerance DOUBLE PRECISION,
     PRIMARY KEY (surface_id, loop_no, coedge_no),
+    CHECK (tolerance > 0),
     FOREIGN KEY (surface_id, loop_no) REFERENCES loop (surface_id, loop_no)
 );
 COMMENT ON TABLE coedge IS 'The use of an arc by a loop; material lies to its left seen from outside.';
@@ -272,6 +274,7 @@ COMMENT ON COLUMN coedge.loop_no IS 'the loop';
 COMMENT ON COLUMN coedge.coedge_no IS 'ordinal along the loop';
 COMMENT ON COLUMN coedge.arc_id IS 'the arc';
 COMMENT ON COLUMN coedge.reversed IS 'whether the loop runs against the arc''s parameter';
+COMMENT ON COLUMN coedge.tolerance IS 'how far the arc may lie off the surface and end off the start of the next, mm: 0.01, or what the CAD kernel states for the edge up to 0.1 mm or 1e-4 of the shape; where loading found more (load_finding) or fitted a mesh, what it measured; null where it could not';
 
 CREATE TABLE pcurve (
     surface_id BIGINT NOT NULL,

@@ -263,7 +263,7 @@ COMMENT ON TABLE load_report IS 'What a load found in its file and added to the 
 COMMENT ON COLUMN load_report.run_id IS 'the run of the load';
 COMMENT ON COLUMN load_report.source_id IS 'the file; null where it was refused';
 COMMENT ON COLUMN load_report.object_variant_id IS 'what it was loaded as; null where it was refused';
-COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there), partial or refused';
+COMMENT ON COLUMN load_report.status IS 'added, unchanged (all of it was there), partial (faces were lost) or refused';
 COMMENT ON COLUMN load_report.message IS 'why it is partial or was refused';
 COMMENT ON COLUMN load_report.faces_in_file IS 'faces that the text of the file lists';
 COMMENT ON COLUMN load_report.faces_loaded IS 'faces that were read from it, each part counted once';
@@ -273,6 +273,33 @@ COMMENT ON COLUMN load_report.supplemental_parts IS 'distinct supplemental parts
 COMMENT ON COLUMN load_report.shapes_added IS 'shapes that were new to the store';
 COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the store';
 COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';
+
+CREATE TABLE load_finding (
+    run_id BIGINT NOT NULL REFERENCES run (id),
+    finding_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    message TEXT NOT NULL,
+    part_id BIGINT REFERENCES part (id),
+    shape_id BIGINT REFERENCES shape (id),
+    surface_id BIGINT REFERENCES surface (id),
+    arc_id BIGINT REFERENCES arc (id),
+    value DOUBLE PRECISION,
+    bound DOUBLE PRECISION,
+    unit TEXT,
+    PRIMARY KEY (run_id, finding_no)
+);
+COMMENT ON TABLE load_finding IS 'What a load noticed in its file that is not as it should be; it was loaded all the same unless load_report says that it was refused.';
+COMMENT ON COLUMN load_finding.run_id IS 'the run of the load; load_report says which file it read';
+COMMENT ON COLUMN load_finding.finding_no IS 'ordinal of the finding in the load, from 0';
+COMMENT ON COLUMN load_finding.kind IS 'open_loop, edge_off_face, open_solid, stated_volume, stated_area, damaged_text, unread_text, lost_faces, features_failed, ...';
+COMMENT ON COLUMN load_finding.message IS 'what was found, one sentence';
+COMMENT ON COLUMN load_finding.part_id IS 'the part, or the first of those that have the shape; null where it is of the whole file, or was refused';
+COMMENT ON COLUMN load_finding.shape_id IS 'the shape; null where it is of the whole file or the part, or was refused';
+COMMENT ON COLUMN load_finding.surface_id IS 'the surface; null where it is of none, or was refused';
+COMMENT ON COLUMN load_finding.arc_id IS 'the arc; null where it is of none, or was refused';
+COMMENT ON COLUMN load_finding.value IS 'what was measured; null where it is no measure';
+COMMENT ON COLUMN load_finding.bound IS 'what the value was held against; null where it is no measure';
+COMMENT ON COLUMN load_finding.unit IS 'unit of value and bound; null for counts and where they are null';
 
 CREATE VIEW object_child AS
 WITH instance AS (
@@ -324,4 +351,5 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object_child', 'object', 'view'),
     ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
-    ('load_report', 'object', 'primary');
+    ('load_report', 'object', 'primary'),
+    ('load_finding', 'object', 'primary');

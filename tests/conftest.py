@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
-import pickle
 import shutil
 import tempfile
-import threading
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,13 +13,6 @@ from typing import Any
 
 import pytest
 import sqlalchemy as sa
-
-from relmodel.errors import InputError
-from relmodel.model.model import LoadedModel
-from relmodel.readers.step import kernel
-from relmodel.readers.step import read as step
-
-_READ_BY_CHILD = step._run
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -72,40 +62,13 @@ def data_dir() -> Path:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def step_files_read_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """STEP files are read in the process of the tests, for a child takes a second to begin, and equal files once.
-
-    What a child would hand back is kept in a folder that all workers of one run share.
-    """
+def folder_of_files_read(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Where `tests/reading.py` keeps what STEP files give: a folder that all workers of one run share."""
     folder = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent
-    folder /= "step"
-    folder.mkdir(exist_ok=True)
-    turn = threading.Lock()  # loaders ask for files side by side, as children would read them
-
-    def read(plain: Path, path: Path, *_limits: object) -> LoadedModel:
-        with plain.open("rb") as file:
-            kept = folder / hashlib.file_digest(file, "sha256").hexdigest()
-        with turn:
-            if not kept.exists():
-                own = folder / uuid.uuid4().hex
-                own.write_bytes(pickle.dumps(kernel._read(str(plain)), protocol=5))
-                own.replace(kept)
-            model = pickle.loads(kept.read_bytes())
-        if isinstance(model, LoadedModel):
-            return model
-        raise InputError(str(model).replace("{path}", str(path)))
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(step, "_run", read)
-        yield
-
-
-@pytest.fixture
-def read_by_child(monkeypatch: pytest.MonkeyPatch) -> None:
-    """STEP files are read as users read them: each by a child process of its own."""
-    monkeypatch.setattr(step, "_run", _READ_BY_CHILD)
+    (folder / "step").mkdir(exist_ok=True)
+    os.environ["RELMODEL_TESTS_READ"] = str(folder / "step")
 
 
 @pytest.fixture(scope="session")

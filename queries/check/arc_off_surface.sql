@@ -1,16 +1,16 @@
--- Arcs that do not lie on the surface whose loop uses them: an end is more than 0.01 mm, and what the surface
--- itself is off what it was fitted to, off the plane, cylinder, cone, sphere or torus.
+-- Arcs that do not lie on the surface whose loop uses them: an end is further off the plane, cylinder, cone, sphere or
+-- torus than the tolerance of the coedge.
 -- Takes nothing; gives surface_id, loop_no, coedge_no, kind and the distance, mm.
 WITH ends AS (
-    SELECT surface_id, loop_no, coedge_no, arc_id, start_x AS x, start_y AS y, start_z AS z
+    SELECT surface_id, loop_no, coedge_no, tolerance, arc_id, start_x AS x, start_y AS y, start_z AS z
     FROM coedge JOIN arc ON arc.id = arc_id
     UNION ALL
-    SELECT surface_id, loop_no, coedge_no, arc_id, end_x, end_y, end_z
+    SELECT surface_id, loop_no, coedge_no, tolerance, arc_id, end_x, end_y, end_z
     FROM coedge JOIN arc ON arc.id = arc_id
 ),
 placed AS (
     SELECT
-        e.surface_id, e.loop_no, e.coedge_no, s.kind, s.radius, s.radius2, s.semi_angle, coalesce(s.residual, 0) AS residual,
+        e.surface_id, e.loop_no, e.coedge_no, e.tolerance, s.kind, s.radius, s.radius2, s.semi_angle,
         (e.x - s.origin_x) * s.axis_z_x + (e.y - s.origin_y) * s.axis_z_y + (e.z - s.origin_z) * s.axis_z_z AS height,
         (e.x - s.origin_x) * (e.x - s.origin_x) + (e.y - s.origin_y) * (e.y - s.origin_y)
             + (e.z - s.origin_z) * (e.z - s.origin_z) AS square
@@ -23,7 +23,7 @@ cylindrical AS (  -- height above the origin along the axis, and distance from t
 ),
 distances AS (
     SELECT
-        surface_id, loop_no, coedge_no, kind, residual,
+        surface_id, loop_no, coedge_no, kind, tolerance,
         CASE kind
             WHEN 'plane' THEN abs(height)
             WHEN 'cylinder' THEN abs(reach - radius)
@@ -40,6 +40,6 @@ distances AS (
 )
 SELECT surface_id, loop_no, coedge_no, kind, max(distance) AS distance
 FROM distances
-WHERE distance > 0.01 + residual
+WHERE distance > tolerance
 GROUP BY surface_id, loop_no, coedge_no, kind
 ORDER BY surface_id, loop_no, coedge_no

@@ -1,8 +1,8 @@
--- Loops that do not close: a coedge ends more than 0.01 mm from where the next one starts.
+-- Loops that do not close: a coedge ends further from where the next one starts than its tolerance.
 -- Takes nothing; gives surface_id, loop_no, coedge_no and the gap, mm.
 WITH course AS (
     SELECT
-        c.surface_id, c.loop_no, c.coedge_no,
+        c.surface_id, c.loop_no, c.coedge_no, c.tolerance,
         CASE WHEN c.reversed THEN a.end_x ELSE a.start_x END AS from_x,
         CASE WHEN c.reversed THEN a.end_y ELSE a.start_y END AS from_y,
         CASE WHEN c.reversed THEN a.end_z ELSE a.start_z END AS from_z,
@@ -31,12 +31,12 @@ followed AS (
 ),
 gaps AS (
     SELECT
-        surface_id, loop_no, coedge_no,
+        surface_id, loop_no, coedge_no, tolerance,
         sqrt((next_x - to_x) * (next_x - to_x) + (next_y - to_y) * (next_y - to_y)
             + (next_z - to_z) * (next_z - to_z)) AS gap
     FROM followed
 )
 SELECT surface_id, loop_no, coedge_no, gap
 FROM gaps
-WHERE gap > 0.01
+WHERE gap > tolerance
 ORDER BY surface_id, loop_no, coedge_no

@@ -1,5 +1,5 @@
--- Takes ids (array) of arcs.  Gives rows of arc_spline, in order of id.
-SELECT arc_id AS id, degree, periodic, rational, knots, multiplicities, poles, weights
-FROM arc_spline
-WHERE arc_id = ANY(:ids)
-ORDER BY arc_id
+-- Joins the relation sought (id) of arcs.  Gives rows of arc_spline, in order of id.
+SELECT s.arc_id AS id, degree, periodic, rational, knots, multiplicities, poles, weights
+FROM sought
+JOIN arc_spline AS s ON s.arc_id = sought.id
+ORDER BY s.arc_id

@@ -1,12 +1,14 @@
--- Attributes that are numbers, of parts of given numbers and of objects of given names.
--- Takes parts, objects (arrays).  Gives owner (part or object), owner_name, name and value, in order of value.
-SELECT 'part' AS owner, p.number AS owner_name, a.name, a.value_number AS value
-FROM part_attribute AS a
-JOIN part AS p ON p.id = a.part_id
-WHERE p.number = ANY(:parts) AND a.value_number IS NOT NULL
+-- Attributes that are numbers, of parts by their numbers and of objects by their names.
+-- Joins the relation sought (owner: part or object; name).  Gives owner, owner_name, name and value, in order of value.
+SELECT s.owner, s.name AS owner_name, a.name, a.value_number AS value
+FROM sought AS s
+JOIN part AS p ON s.owner = 'part' AND p.number = s.name
+JOIN part_attribute AS a ON a.part_id = p.id
+WHERE a.value_number IS NOT NULL
 UNION
-SELECT 'object', o.name, a.name, a.value_number
-FROM object_attribute AS a
-JOIN object AS o ON o.id = a.object_id
-WHERE o.name = ANY(:objects) AND a.value_number IS NOT NULL
+SELECT s.owner, s.name, a.name, a.value_number
+FROM sought AS s
+JOIN object AS o ON s.owner = 'object' AND o.name = s.name
+JOIN object_attribute AS a ON a.object_id = o.id
+WHERE a.value_number IS NOT NULL
 ORDER BY value

@@ -1,7 +1,7 @@
 -- Surfaces that shapes list, by content.
--- Takes shape_ids (array).  Gives shape_id, surface_no and content_key, in order.
+-- Joins the relation sought (id) of shapes.  Gives shape_id, surface_no and content_key, in order.
 SELECT u.shape_id, u.surface_no, s.content_key
-FROM shape_surface AS u
+FROM sought
+JOIN shape_surface AS u ON u.shape_id = sought.id
 JOIN surface AS s ON s.id = u.surface_id
-WHERE u.shape_id = ANY(:shape_ids)
 ORDER BY u.shape_id, u.surface_no

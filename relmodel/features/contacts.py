@@ -8,13 +8,13 @@ all pairs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.features.outlines import KINDS, Outlines
-from relmodel.find.rtree import PackedRTree
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import boxes_carried, inverse
 from relmodel.model.content_keys import row_count_or_none
@@ -28,7 +28,7 @@ TOUCH_MM = 0.01  # between faces that lie on each other, and between the axes or
 FIT_MM, FIT_SHARE = 0.1, 0.2  # difference of the radii of a shaft and its hole: mm, and share of the shaft's radius
 _PARALLEL = 1e-4  # rad
 _LEAST_AREA = 1e-4  # mm2
-_FEW = 500
+_FEW = 2500
 _CONTACT = dict(zip(KINDS, ("planar", "cylindrical", "conical", "spherical", "toroidal"), strict=True))
 
 
@@ -54,7 +54,7 @@ def contacts(placed: PlacedParts, assembly: int) -> Table:
     reach = _tolerance(kind, radius)[:, None].repeat(3, 1)
     boxes = boxes_carried(pose, np.concatenate([o.boxes for _, o in held])) + np.hstack([-reach, reach])
 
-    a, b = PackedRTree(boxes).in_boxes(boxes)
+    a, b = _meeting(boxes)
     keep = (child[a] < child[b]) & (kind[a] == kind[b])
     order = np.lexsort((b[keep], a[keep], place[b[keep]], place[a[keep]]))
     a, b = a[keep][order], b[keep][order]
@@ -128,7 +128,7 @@ def _tolerance(kind: npt.NDArray[np.str_], radius: Floats) -> Floats:
     return np.where(np.isin(kind, ("plane", "cone")), TOUCH_MM, FIT_MM + FIT_SHARE * radius)
 
 
-def _near_others(shapes: list[Shape], places: Places) -> Ints:
+def _near_others(shapes: Sequence[Shape], places: Places) -> Ints:
     """Rows of the places whose boxes come as near to that of another instance as parts in contact do."""
     has = np.array([row_count_or_none(shape.surfaces) > 0 for shape in shapes], bool)
     have = np.flatnonzero(has[places.shape])
@@ -143,9 +143,20 @@ def _near_others(shapes: list[Shape], places: Places) -> Ints:
         reach = FIT_MM + FIT_SHARE * float(np.abs(sizes).max(initial=0.0))
         bounds[shape] = np.concatenate([boxes[:, :3].min(axis=0) - reach, boxes[:, 3:].max(axis=0) + reach])
     boxes = boxes_carried(places.pose[have], bounds[places.shape[have]])
-    if len(boxes) <= _FEW:  # to load the tree's compiled kernels takes longer, and a tenth of the memory of a load
-        low, high = boxes[:, None, :3], boxes[:, None, 3:]
-        a, b = np.nonzero(np.all((low <= boxes[:, 3:]) & (high >= boxes[:, :3]), axis=2))
-    else:
-        a, b = PackedRTree(boxes).in_boxes(boxes)
+    a, b = _meeting(boxes)
     return np.asarray(have[np.unique(a[child[a] != child[b]])], np.int64)
+
+
+def _meeting(boxes: Floats) -> tuple[Ints, Ints]:
+    """Pairs of rows of boxes (n, 6) that meet, each in both orders and with itself."""
+    if len(boxes) > _FEW:
+        from relmodel.find.rtree import PackedRTree
+
+        return PackedRTree(boxes).in_boxes(boxes)
+    # To load the tree's compiled kernels takes longer, and a tenth of the memory of a load.
+    meet = np.ones((len(boxes), len(boxes)), bool)
+    for axis in range(3):
+        meet &= boxes[:, None, axis] <= boxes[:, axis + 3]
+        meet &= boxes[:, None, axis + 3] >= boxes[:, axis]
+    a, b = np.nonzero(meet)
+    return a, b

@@ -1,35 +1,35 @@
-"""Loading a model file into a store."""
+"""Loading model files into a store: request -> run -> read -> derive -> write."""
 
 from __future__ import annotations
 
 import hashlib
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from relmodel.errors import InputError
-from relmodel.loading.write.model import LoadReport, SourceFile, store_model
-from relmodel.model.model import LoadedModel
+from relmodel.model.model import Finding
 from relmodel.progress import Progress, silent
-from relmodel.readers import urdf
-from relmodel.readers.mesh import read as mesh
-from relmodel.readers.step.read import TIME_LIMIT_S, read_step
+from relmodel.readers import TIME_LIMIT_S, Reader, ReadOptions, read
+from relmodel.readers.formats import check_unit, format_of
 from relmodel.store import Run, Store
 
-STEP_SUFFIXES = (".step", ".stp", ".p21")
-
+if TYPE_CHECKING:
+    from relmodel.loading.write.write import LoadReport
+    from relmodel.model.model import Model
 
 # Files read side by side; what is read is held in memory until its turn to be stored comes.
 READERS = 2
 
-# Heavy libraries that features, relations and contacts need.
-_NEEDED_TO_STORE = ("networkx", "numba", "scipy.sparse.csgraph", "scipy.spatial", "shapely")
+# Heavy libraries that what follows from a model needs.
+_NEEDED = ("relmodel.loading.write.write", "networkx", "scipy.sparse.csgraph", "scipy.spatial", "shapely")
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,7 @@ class Request:
     variant: str = ""
     unit: str | None = None
     allow_partial: bool = False
+    strict: bool = False
     time_limit_s: float = TIME_LIMIT_S
 
 
@@ -52,25 +53,27 @@ def load(
     variant: str = "",
     unit: str | None = None,
     allow_partial: bool = False,
+    strict: bool = False,
     time_limit_s: float = TIME_LIMIT_S,
+    reader: Reader = read,
 ) -> LoadReport:
     """Load a STEP, mesh or URDF file under a name and a variant.
 
-    `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading or contradicts
-    itself is refused unless `allow_partial`.  Geometry that the store holds already is shared; the same content under
-    the same name and variant adds nothing.  Raises InputError where the file is missing or bad, takes longer than
-    `time_limit_s` to read, or is given no name; the store is then as it was, but for the row of the run and its load
-    report.
+    `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
+    unless `allow_partial`; one with findings (`load_finding`) is refused if `strict`.  Geometry that the store holds
+    already is shared; the same content under the same name and variant adds nothing.  `reader` reads the file (default:
+    in a child process).  Raises InputError where the file is missing or bad, takes longer than `time_limit_s` to
+    read, or is given no name; the store is then as it was but for the run, its load report and its findings.
     """
-    request = Request(Path(path), name, variant, unit, allow_partial, time_limit_s)
-    ((_, outcome),) = load_all(store, [request])
+    request = Request(Path(path), name, variant, unit, allow_partial, strict, time_limit_s)
+    ((_, outcome),) = load_all(store, [request], reader=reader)
     if isinstance(outcome, InputError):
         raise outcome
     return outcome
 
 
 def load_all(
-    store: Store, requests: Sequence[Request], progress: Progress = silent
+    store: Store, requests: Sequence[Request], progress: Progress = silent, *, reader: Reader = read
 ) -> Iterator[tuple[Request, LoadReport | InputError]]:
     """Load files in turn, each with its report, or the reason why it was refused; the others are loaded all the same.
 
@@ -79,11 +82,11 @@ def load_all(
     waiting = iter(requests)
     steps = 2 * len(requests)
     with ThreadPoolExecutor(READERS) as pool:
-        jobs = deque(_begin(pool, request) for request in islice(waiting, READERS))
+        jobs = deque(_begin(pool, reader, request) for request in islice(waiting, READERS))
         done = 0
         while jobs:
             request, job = jobs.popleft()
-            jobs.extend(_begin(pool, following) for following in islice(waiting, 1))
+            jobs.extend(_begin(pool, reader, following) for following in islice(waiting, 1))
             outcome: LoadReport | InputError
             if isinstance(job, InputError):
                 outcome = job
@@ -91,30 +94,19 @@ def load_all(
                 progress(f"{request.path.name}: reading", done, steps)
                 storing = partial(progress, f"{request.path.name}: storing", done + 1, steps)
                 try:
-                    outcome = _store(store, request, job, storing)
+                    outcome = _load(store, request, job, storing)
                 except InputError as error:
                     outcome = error
             done += 2
             yield request, outcome
 
 
-@dataclass(frozen=True)
-class _Job:
-    """A file that is being read.
-
-    by_child: whether a process of its own reads it.  reading: gives the model and how long it took, s.
-    """
-
-    digest: str
-    inputs: dict[str, tuple[str, str]]
-    packages: tuple[str, ...]
-    by_child: bool
-    reading: Future[tuple[LoadedModel, float]]
+_Reading: TypeAlias = "Future[tuple[Model, float]]"  # and how long it took, s
 
 
-def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | InputError]:
+def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[Request, _Reading | InputError]:
     """Begin to read a file, unless the call is bad."""
-    path, unit = request.path, request.unit
+    path = request.path
     try:
         if not isinstance(request.name, str) or not request.name.strip():
             raise InputError(f"{path.name} is to be loaded under the name {request.name!r}: name the object")
@@ -122,78 +114,108 @@ def _begin(pool: ThreadPoolExecutor, request: Request) -> tuple[Request, _Job | 
             raise InputError(
                 f"{path.name} is to be loaded as the variant {request.variant!r}: give text, '' for the plain one"
             )
-        suffix = _suffix(path)
+        form = format_of(path)
         if not path.is_file():
             raise InputError(f"there is no file {path}: check its name")
         if path.stat().st_size == 0:
             raise InputError(f"{path} is empty: export it again")
-        if suffix[1:] in mesh.FORMATS:
-            mesh.check_unit(path, unit)
-        elif unit is not None:
+        if form == "mesh":
+            check_unit(path, request.unit)
+        elif request.unit is not None:
             raise InputError(f"{path.name} states its own unit of length: leave --unit out")
-        digest = _digest(path)
-        inputs = {"model": (path.name, digest)}
-        if suffix == urdf.SUFFIX:
-            inputs |= {f"mesh {i}": (file.name, _digest(file)) for i, file in enumerate(urdf.mesh_files(path))}
     except InputError as error:
         return request, error
-    by_child = suffix in STEP_SUFFIXES
-    packages = ("cadquery-ocp-novtk" if by_child else "trimesh", "numpy", "duckdb")
-    return request, _Job(digest, inputs, packages, by_child, pool.submit(_read, request, suffix))
+    return request, pool.submit(_read, reader, request)
 
 
-def _store(store: Store, request: Request, job: _Job, storing: Callable[[], None]) -> LoadReport:
-    """Store what is read, in a run of its own that begins before; `storing` is told when it is read."""
-    named = {"name": request.name, "variant": request.variant}
-    parameters = {**named, "unit": request.unit, "allow_partial": request.allow_partial}
-    with Run.begin(store, "load", parameters, inputs=job.inputs, packages=job.packages) as run:
+def _read(reader: Reader, request: Request) -> tuple[Model, float]:
+    began = time.perf_counter()
+    options = ReadOptions(request.unit, request.name, request.time_limit_s)
+    return reader(request.path, options), time.perf_counter() - began
+
+
+def _load(store: Store, request: Request, reading: _Reading, storing: Callable[[], None]) -> LoadReport:
+    """Load what is being read, in a run of its own that begins before; `storing` is told when it is read."""
+    parameters = {
+        "name": request.name,
+        "variant": request.variant,
+        "unit": request.unit,
+        "allow_partial": request.allow_partial,
+        "strict": request.strict,
+    }
+    packages = ("cadquery-ocp-novtk" if format_of(request.path) == "step" else "trimesh", "numpy", "duckdb")
+    files: Mapping[str, tuple[str, str]] = {}
+    findings: Sequence[Finding] = ()
+    with Run.begin(store, "load", parameters, packages=packages) as run:
         try:
-            if job.by_child:
-                for module in _NEEDED_TO_STORE:  # while the child reads, this process has nothing else to do
-                    import_module(module)
-            model, read = job.reading.result()
+            for module in _NEEDED:  # while a child reads, this process has nothing else to do
+                import_module(module)
+            from relmodel.loading.derive import derive
+            from relmodel.loading.write.write import write
+
+            model, took = reading.result()
+            files, findings = _inputs(model), model.findings
+            model = _allowed(model, request)
             storing()
             began = time.perf_counter()
-            with run.write() as connection:
-                source = SourceFile(request.path.name, job.digest)
-                report = store_model(run, connection, model, request.name, request.variant, source)
-                run.steps(connection, {"read": read, "store": time.perf_counter() - began})
+            with store.one_thread(), run.write() as connection:
+                derived = derive(model, store, connection)
+                findings = [noted.finding for noted in derived.findings]
+                if findings and request.strict:
+                    raise InputError(f"{_several(request.path, findings)}: mend the file, or load it without --strict")
+                run.inputs(connection, files)
+                report = write(run, connection, derived, request.name, request.variant)
+                run.steps(connection, {"read": took, "store": time.perf_counter() - began})
                 run.end("ok", connection=connection)
         except Exception as error:
-            message = str(error) or type(error).__name__
-            with run.write() as connection:
-                run.append(connection, "load_report", {"run_id": [run.id], "status": "refused", "message": message})
-                run.end("refused" if isinstance(error, InputError) else "failed", message, connection)
+            _note_refusal(run, error, files or _unread(request.path), findings)
             raise
     return report
 
 
-def _digest(path: Path) -> str:
+def _allowed(model: Model, request: Request) -> Model:
+    """The model, a loss of faces among its findings.  Raises InputError where faces were lost and this was not asked
+    for."""
+    listed, came = model.faces_in_file, model.faces_loaded
+    if listed is None or came >= listed:
+        return model
+    lost = f"{listed - came} of {listed} faces of {request.path} were lost on reading"
+    if not request.allow_partial:
+        raise InputError(f"{lost}: repair the file, or take what is left with --allow-partial")
+    finding = Finding("lost_faces", f"{listed - came} of {listed} faces were lost on reading", listed - came, 0)
+    return replace(model, findings=(*model.findings, finding))
+
+
+def _several(path: Path, findings: Sequence[Finding]) -> str:
+    """How many findings a file has, and the first of them."""
+    return f"{path} has {len(findings)} finding{'s'[: len(findings) > 1]}, the first: {findings[0].message}"
+
+
+def _inputs(model: Model) -> dict[str, tuple[str, str]]:
+    """What was read, by its role in the run."""
+    first, *others = model.files
+    meshes = {f"mesh {i}": (file.name, file.sha256) for i, file in enumerate(others)}
+    return {**meshes, "model": (first.name, first.sha256)}
+
+
+def _unread(path: Path) -> dict[str, tuple[str, str]]:
+    """The file as an input of the run that could not read it."""
     try:
         with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
+            return {"model": (path.name, hashlib.file_digest(file, "sha256").hexdigest())}
+    except OSError:
+        return {}
 
 
-def _suffix(path: Path) -> str:
-    """Suffix that says the format, that of the file within a `.gz` of STEP.  Raises InputError for an unknown one."""
-    suffix = path.suffix.lower()
-    if suffix == ".gz" and Path(path.stem).suffix.lower() in STEP_SUFFIXES:
-        return Path(path.stem).suffix.lower()
-    if suffix in STEP_SUFFIXES or suffix == urdf.SUFFIX or suffix[1:] in mesh.FORMATS:
-        return suffix
-    known = ", ".join([*STEP_SUFFIXES, *(f".{f}" for f in mesh.FORMATS), urdf.SUFFIX])
-    raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
+def _note_refusal(
+    run: Run, error: Exception, files: Mapping[str, tuple[str, str]], findings: Sequence[Finding]
+) -> None:
+    """End a run whose file was not loaded, with the reason and with what was found."""
+    from relmodel.loading.write.findings import append_findings_of_refused
 
-
-def _read(request: Request, suffix: str) -> tuple[LoadedModel, float]:
-    """The model of a file, and how long it took to read, s."""
-    began = time.perf_counter()
-    if suffix == urdf.SUFFIX:
-        model = urdf.read_urdf(request.path)
-    elif suffix in STEP_SUFFIXES:
-        model = read_step(request.path, allow_partial=request.allow_partial, time_limit_s=request.time_limit_s)
-    else:
-        model = mesh.read_mesh(request.path, request.unit, name=request.name)
-    return model, time.perf_counter() - began
+    message = str(error) or type(error).__name__
+    with run.write() as connection:
+        run.inputs(connection, files)
+        run.append(connection, "load_report", {"run_id": [run.id], "status": "refused", "message": message})
+        append_findings_of_refused(run, connection, findings)
+        run.end("refused" if isinstance(error, InputError) else "failed", message, connection)

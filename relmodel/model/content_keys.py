@@ -7,8 +7,8 @@ spacing, since nominal dimensions (decimal millimetres, binary fractions of an i
 
 Two numbers that differ by a round-off of r still fall into two cells with probability r / spacing: one in a million for
 the 1e-12 mm of a kernel, often for a file that was written with other last digits.  So numbers of a model are first
-settled on those of the store that are near (`round_off/`).  A file read again gives the same numbers, and so the same
-keys.
+snapped to those of the store that are near (`loading/snap/`).  A file read again gives the same numbers, and so the
+same keys.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy.typing as npt
 from relmodel.columns import Ragged, row_count
 from relmodel.errors import InputError
 from relmodel.geometry.joints import Joint
-from relmodel.model.model import Assembly, Attribute, LoadedModel, Part, Shape, Table
+from relmodel.model.model import Assembly, Attribute, Model, Part, Shape, Table
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -35,7 +35,7 @@ _KEY_LENGTH = 32  # hexadecimal digits
 _LEAST = np.iinfo(np.int64).min
 
 
-@dataclass
+@dataclass(frozen=True)
 class ShapeKeys:
     """Content keys of one shape and of its rows; support keys name the unbounded curve or surface."""
 
@@ -50,7 +50,7 @@ class ShapeKeys:
     basis_surface_supports: list[str]
 
 
-@dataclass
+@dataclass(frozen=True)
 class ModelKeys:
     """Content keys of all of a model, in the model's order."""
 
@@ -59,8 +59,8 @@ class ModelKeys:
     assemblies: list[str]
 
 
-def model_keys(model: LoadedModel) -> ModelKeys:
-    """Keys of a loaded model.  Raises InputError where an assembly contains itself."""
+def model_keys(model: Model) -> ModelKeys:
+    """Keys of a model.  Raises InputError where an assembly contains itself."""
     shapes = [shape_keys(shape) for shape in model.shapes]
     parts = [_part_key(part, shapes[part.shape]) for part in model.parts]
     return ModelKeys(shapes, parts, _assembly_keys(model.assemblies, parts))
@@ -343,11 +343,11 @@ def _part_key(part: Part, shape: ShapeKeys) -> str:
     )
 
 
-def _attribute_texts(attributes: list[Attribute]) -> list[str]:
+def _attribute_texts(attributes: Sequence[Attribute]) -> list[str]:
     return sorted(f"{name}={value!r} {unit or ''}" for name, value, unit in attributes)
 
 
-def _assembly_keys(assemblies: list[Assembly], parts: list[str]) -> list[str]:
+def _assembly_keys(assemblies: Sequence[Assembly], parts: list[str]) -> list[str]:
     keys: dict[int, str] = {}
     for i in assembly_order(assemblies):
         a = assemblies[i]
@@ -379,7 +379,7 @@ def _joint_text(joint: Joint) -> str:
     return repr((joint.name, joint.kind, joint.parent, joint.child, cells, follows))
 
 
-def assembly_order(assemblies: list[Assembly]) -> list[int]:
+def assembly_order(assemblies: Sequence[Assembly]) -> list[int]:
     """Assemblies with those that they contain before them.  Raises InputError where one contains itself."""
     from graphlib import CycleError, TopologicalSorter
 

@@ -1,4 +1,6 @@
-"""What every loader hands over, whatever the file was: parts, shapes and assemblies as columns, not yet in a store.
+"""What every reader gives, whatever the file was: parts, shapes and assemblies as columns, not yet in a store.
+
+All of it is frozen, and nothing writes into its tables and arrays: what follows from a model is a new value.
 
 Columns bear the names of the schema's tables (`schema/030_surface.sql`, `040_part.sql`); ordinals (`surface_no`,
 `arc_no`) stand where the tables hold identities.  Lengths are mm, angles rad, all in the frame of the shape.
@@ -21,7 +23,7 @@ Attribute = tuple[str, float | str | bool, str | None]  # name, value, unit of a
 
 @dataclass(frozen=True)
 class Finding:
-    """What a reader noticed that does not keep a file from being loaded: a row of `load_finding`.
+    """What was noticed that does not keep a file from being loaded: a row of `load_finding`.
 
     kind: a short name such as `open_edge`.  value, bound: what was measured and what it was held against, in `unit`
     (None where it is no measure).  surface_no, arc_no: which face or edge of the shape, None where it is the whole.
@@ -36,7 +38,7 @@ class Finding:
     arc_no: int | None = None
 
 
-@dataclass
+@dataclass(frozen=True)
 class Mesh:
     """Triangles of a shape: `shape_mesh`.  deviation_mm: greatest measured distance from the surfaces; NaN unknown."""
 
@@ -49,7 +51,7 @@ class Mesh:
     deviation_mm: float = float("nan")
 
 
-@dataclass
+@dataclass(frozen=True)
 class ArcSamples:
     """Points along arcs: `shape_arc_sample`; row i of each column is arc `arc_no[i]`."""
 
@@ -61,19 +63,21 @@ class ArcSamples:
     normals_b: Ragged
 
 
-@dataclass
+@dataclass(frozen=True)
 class Shape:
     """Geometry in a frame of its own.
 
     surfaces: columns of `surface` (without identity and keys), `name` of `shape_surface`, and `colour` and `layer`,
-        which become attributes; row = surface_no.
+        which become attributes; row = surface_no.  -1 stands for none in ordinals here, and is NULL in the store.
     surface_splines: columns of `surface_spline`, `surface_no` for the identity.
     surface_swept: columns of `surface_swept`, with `surface_no`, `basis_arc` (row of `basis_arcs`) and
         `basis_surface` (row of `basis_surfaces`); -1 is none.
     arcs: columns of `arc` (without identity and keys) and `surface_a`, `surface_b` (-1 is none), `convexity`, `angle`
-        of `shape_arc`; row = arc_no.
+        of `shape_arc`; row = arc_no.  `tolerance` (mm), where there is one, is what the CAD kernel states for an edge
+        and its ends.
     arc_splines: columns of `arc_spline`, `arc_no` for the identity.
-    loops, coedges, pcurves: columns of the tables, with `surface_no` and `arc_no` for identities.
+    loops, coedges, pcurves: columns of the tables, with `surface_no` and `arc_no` for identities; `tolerance` of
+        coedges is there once the shape is validated (`validation.py`).
     arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
     basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
         is itself made from others refers to rows before it.
@@ -122,9 +126,9 @@ class Pmi:
     surfaces: tuple[tuple[int, str], ...] = ()
 
 
-@dataclass
+@dataclass(frozen=True)
 class Part:
-    """A product and the shape (index into `LoadedModel.shapes`) that it has.
+    """A product and the shape (index into `Model.shapes`) that it has.
 
     supplemental: construction and reference geometry, or drawn annotation, of a product; not material.
     """
@@ -134,12 +138,13 @@ class Part:
     shape: int
     material: str | None = None
     colour: str | None = None
-    attributes: list[Attribute] = field(default_factory=list)
-    pmi: list[Pmi] = field(default_factory=list)
+    attributes: tuple[Attribute, ...] = ()
+    pmi: tuple[Pmi, ...] = ()
     supplemental: bool = False
+    findings: tuple[Finding, ...] = ()
 
 
-@dataclass
+@dataclass(frozen=True)
 class Instance:
     """A part or assembly (index into that list of the model) placed in an assembly."""
 
@@ -150,7 +155,7 @@ class Instance:
     colour: str | None = None
 
 
-@dataclass
+@dataclass(frozen=True)
 class Assembly:
     """A product made of others; instances in the order of the file.
 
@@ -158,8 +163,8 @@ class Assembly:
     """
 
     name: str
-    instances: list[Instance]
-    attributes: list[Attribute] = field(default_factory=list)
+    instances: tuple[Instance, ...]
+    attributes: tuple[Attribute, ...] = ()
     joints: tuple[Joint, ...] = ()
 
     @property
@@ -167,19 +172,32 @@ class Assembly:
         return "robot" if self.joints else "assembly"
 
 
-@dataclass
-class LoadedModel:
-    """All of one file.  The root is `assemblies[root]`; a file with a single part has an assembly around it."""
+@dataclass(frozen=True)
+class SourceFile:
+    """A file by its name (without folder) and the SHA-256 of its bytes."""
+
+    name: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Model:
+    """All of one file.  The root is `assemblies[root]`; a file with a single part has an assembly around it.
+
+    faces_in_file: by the file's text; None where the format has no such count.  findings: of the file as a whole.
+    files: what was read, the file itself first.
+    """
 
     format: str
     schema_name: str | None
     unit: str
     unit_mm: float
-    shapes: list[Shape]
-    parts: list[Part]
-    assemblies: list[Assembly]
+    shapes: tuple[Shape, ...]
+    parts: tuple[Part, ...]
+    assemblies: tuple[Assembly, ...]
     root: int
-    faces_in_file: int | None  # by the file's text; None where the format has no such count
+    faces_in_file: int | None
     faces_loaded: int
     loader_version: str
-    damage: str | None = None  # what the file contradicts itself in, where it was taken all the same
+    findings: tuple[Finding, ...] = ()
+    files: tuple[SourceFile, ...] = ()

@@ -1,4 +1,4 @@
-"""Parts placed in the assemblies of a loaded model, however deep these are nested."""
+"""Parts placed in the assemblies of a model, however deep these are nested."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.model.content_keys import assembly_order
-from relmodel.model.model import LoadedModel
+from relmodel.model.model import Model
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -30,7 +30,7 @@ class Places:
 class PlacedParts:
     """What is placed in each assembly of a model: each from those that stand in it, without recursion."""
 
-    def __init__(self, model: LoadedModel) -> None:
+    def __init__(self, model: Model) -> None:
         self.model = model
         self._of: dict[int, Places] = {}
         self._segments: dict[int, list[str]] = {}

@@ -5,6 +5,7 @@ Their faces and edges, with kinds, areas, radii, lengths and convexities, come t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from relmodel.geometry.congruence import Elements, motions
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
 from relmodel.model.measures import curves_of, surfaces_of
-from relmodel.model.model import LoadedModel, Shape
+from relmodel.model.model import Model, Shape
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -33,29 +34,40 @@ class Congruence:
     arcs: Ints
 
 
-def share(model: LoadedModel) -> None:
-    """Let parts of congruent shapes have the first of these, placed by the motion; in place.
+def share(model: Model) -> Model:
+    """The model in which parts of congruent shapes have the first of these, placed by the motion.
 
     The frame of such a part becomes that of the first; shapes that no part has any more are dropped.
     """
     of, motion, like = _classes(model.shapes)
     if np.array_equal(of, np.arange(len(of))):
-        return
+        return model
     left = np.unique(of)
     number = {int(shape): i for i, shape in enumerate(left)}
-    for assembly in model.assemblies:
-        for one in assembly.instances:
-            if one.kind == "part":
-                one.parent_from_child = one.parent_from_child @ motion[model.parts[one.child].shape]
+    assemblies = tuple(
+        replace(
+            assembly,
+            instances=tuple(
+                replace(one, parent_from_child=one.parent_from_child @ motion[model.parts[one.child].shape])
+                if one.kind == "part"
+                else one
+                for one in assembly.instances
+            ),
+        )
+        for assembly in model.assemblies
+    )
+    parts = []
     for part in model.parts:
+        pmi = part.pmi
         if part.shape in like:
             there = {theirs: ours for ours, theirs in reversed(list(enumerate(like[part.shape].tolist())))}
-            part.pmi = [replace(p, surfaces=tuple((there[s], role) for s, role in p.surfaces)) for p in part.pmi]
-        part.shape = number[int(of[part.shape])]
-    model.shapes = [model.shapes[i] for i in left.tolist()]
+            pmi = tuple(replace(p, surfaces=tuple((there[s], role) for s, role in p.surfaces)) for p in pmi)
+        parts.append(replace(part, pmi=pmi, shape=number[int(of[part.shape])]))
+    shapes = tuple(model.shapes[i] for i in left.tolist())
+    return replace(model, shapes=shapes, parts=tuple(parts), assemblies=assemblies)
 
 
-def _classes(shapes: list[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
+def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
     """The first shape that each (n,) is congruent to, the motions (n, 4, 4) from there, and of a shape that is not
     itself the first which of its faces each face of the first is."""
     of, motion = np.arange(len(shapes)), np.tile(np.eye(4), (len(shapes), 1, 1))
@@ -129,8 +141,8 @@ def _fit(a: Elements, b: Elements) -> Congruence | None:
 
 def _face_kinds(shape: Shape) -> list[str]:
     s = shape.surfaces
-    marks = [s[c] for c in ("kind", "name", "colour", "layer") if c in s]
-    return ["face|" + "|".join(map(str, row)) for row in zip(*marks, strict=True)]
+    labels = [s[c] for c in ("kind", "name", "colour", "layer") if c in s]
+    return ["face|" + "|".join(map(str, row)) for row in zip(*labels, strict=True)]
 
 
 def _edge_kinds(shape: Shape) -> list[str]:

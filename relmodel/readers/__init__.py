@@ -1,0 +1,72 @@
+"""Readers of model files: STEP, meshes and URDF, each giving a frozen `Model`.
+
+`read` is the one way in.  What it needs is imported when it is called, and in the child process where there is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from relmodel.model.model import Model
+
+TIME_LIMIT_S = 300.0
+MEMORY_LIMIT = 6 << 30
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """unit: of the lengths of a mesh that states none.  name: of a mesh that has none in its file (default: the
+    file's).  time_limit_s, memory_limit (bytes): of the child process that reads."""
+
+    unit: str | None = None
+    name: str | None = None
+    time_limit_s: float = TIME_LIMIT_S
+    memory_limit: int = MEMORY_LIMIT
+
+
+DEFAULTS = ReadOptions()
+Reader = Callable[[Path, ReadOptions], "Model"]
+
+
+def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) -> Model:
+    """Read a STEP, mesh or URDF file and validate it; lengths become mm.
+
+    By default a child process reads, under limits of time and memory: parsers of foreign bytes crash, hang and take
+    what memory they want.  Raises InputError where the file cannot be read, holds nothing, gives numbers that are not
+    finite, or exceeds a limit.
+    """
+    from relmodel.errors import InputError
+
+    if not path.is_file():
+        raise InputError(f"there is no file {path}: check its name")
+    if in_child:
+        from relmodel.readers.child import read_in_child
+
+        return read_in_child(path, options)
+    from relmodel.model.validation import is_finite, validated
+
+    model = _read(path, options)
+    if not is_finite(model):
+        raise InputError(f"{path} gives sizes or places that are not finite: export it again")
+    return validated(model)
+
+
+def _read(path: Path, options: ReadOptions) -> Model:
+    from relmodel.readers.formats import format_of
+
+    form = format_of(path)
+    if form == "step":
+        from relmodel.readers.step.read import read_step
+
+        return read_step(path)
+    if form == "urdf":
+        from relmodel.readers.urdf import read_urdf
+
+        return read_urdf(path)
+    from relmodel.readers.mesh.read import read_mesh
+
+    return read_mesh(path, options.unit, name=options.name)

@@ -1,12 +1,14 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
-Boxes, cylinders and spheres are exact (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
+Boxes, cylinders and spheres are exact (`model/primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
 (`mesh/read.py`), from the file's own folder and below alone.  URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
 
 from __future__ import annotations
 
+import hashlib
+from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder
@@ -19,12 +21,11 @@ from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.model import primitives
-from relmodel.model.model import Assembly, Attribute, Instance, LoadedModel, Part, Shape
-from relmodel.readers.mesh import read as mesh
+from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape, SourceFile
+from relmodel.readers.formats import UNITLESS_FORMATS
 
 Array = npt.NDArray[np.float64]
 
-SUFFIX = ".urdf"
 LOADER_VERSION = "urdf 2"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
@@ -33,32 +34,24 @@ _MOST_M = 1e5  # as far as a world file may place an object
 _MOST_BYTES = 64 << 20
 
 
-def read_urdf(path: Path) -> LoadedModel:
+def read_urdf(path: Path) -> Model:
     """Read a URDF file: an assembly of links, placed as they are with all joints at rest (zero, or the limit next to
     it), with the joints that move them.  A link without visuals shows what it has for collisions.
 
     Raises InputError where the file is no URDF, declares a document type or entities, where links and joints form no
     tree with unique names, or a mesh is missing, of another format, or outside the file's folder.
     """
-    root = _parse(path)
+    content = path.read_bytes()
+    root = _parse(content, path)
     if root.tag != "robot":
         raise InputError(f"{path.name} begins with <{root.tag}>, not <robot>: give a URDF file")
-    return _Reader(path, root).model()
+    model = _Reader(path, root).model()
+    return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()), *model.files))
 
 
-def mesh_files(path: Path) -> list[Path]:
-    """The mesh files that a URDF file reads, each once; none where `read_urdf` would refuse it."""
-    try:
-        root = _parse(path)
-        reader = _Reader(path, root)
-        return sorted({reader.file(e.get("filename") or "", "a link") for e in root.iter("mesh")})
-    except InputError:
-        return []
-
-
-def _parse(path: Path) -> Element:
+def _parse(content: bytes, path: Path) -> Element:
     """The document's root.  A document type is refused: with it come entities, which may expand without end."""
-    if path.stat().st_size > _MOST_BYTES:
+    if len(content) > _MOST_BYTES:
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split the robot")
     builder = TreeBuilder()
     parser = expat.ParserCreate()
@@ -66,7 +59,7 @@ def _parse(path: Path) -> Element:
     parser.EndElementHandler = builder.end
     parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(path)
     try:
-        parser.Parse(path.read_bytes(), True)
+        parser.Parse(content, True)
         return builder.close()
     except (expat.ExpatError, ValueError, LookupError, AssertionError) as error:
         raise InputError(f"{path.name} is no well-formed XML ({error}): correct it there") from error
@@ -87,8 +80,9 @@ class _Reader:
         self.assemblies: list[Assembly] = []
         self._shape_of: dict[tuple[str, tuple[float, ...]], int] = {}
         self._mesh_of: dict[tuple[Path, tuple[float, ...]], Instance] = {}
+        self._files: dict[Path, SourceFile] = {}
 
-    def model(self) -> LoadedModel:
+    def model(self) -> Model:
         xacro = next((e.tag for e in self.root.iter() if str(e.tag).startswith("xacro:")), None)
         if xacro:
             self._refuse(f"holds the macro <{xacro}>: expand it first, with xacro {self.path.stem}.xacro")
@@ -106,19 +100,21 @@ class _Reader:
             Instance(name, "assembly", self._link(link, name), poses[name])
             for link, name in zip(links, names, strict=True)
         ]
-        self.assemblies.append(Assembly(self.root.get("name") or self.path.stem, instances, joints=tree.joints))
-        return LoadedModel(
+        name = self.root.get("name") or self.path.stem
+        self.assemblies.append(Assembly(name, tuple(instances), joints=tree.joints))
+        return Model(
             format="urdf",
             schema_name=None,
             unit="m",
             unit_mm=_M,
-            shapes=self.shapes,
-            parts=self.parts,
-            assemblies=self.assemblies,
+            shapes=tuple(self.shapes),
+            parts=tuple(self.parts),
+            assemblies=tuple(self.assemblies),
             root=len(self.assemblies) - 1,
             faces_in_file=None,
             faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
             loader_version=LOADER_VERSION,
+            files=tuple(self._files[file] for file in sorted(self._files)),
         )
 
     def _joint(self, element: Element) -> Joint:
@@ -185,14 +181,14 @@ class _Reader:
             else:
                 self.parts.append(Part(label, label, self._primitive(geometry[0], where), colour=colour))
                 instances.append(Instance(label, "part", len(self.parts) - 1, link_from_visual))
-        self.assemblies.append(Assembly(name, instances, self._mass(link, name)))
+        self.assemblies.append(Assembly(name, tuple(instances), self._mass(link, name)))
         return len(self.assemblies) - 1
 
-    def _mass(self, link: Element, name: str) -> list[Attribute]:
+    def _mass(self, link: Element, name: str) -> tuple[Attribute, ...]:
         mass = link.find("inertial/mass")
         if mass is None:
-            return []
-        return [("mass", float(self._numbers(mass, "value", f"<mass> of link {name!r}", 1)[0]), "kg")]
+            return ()
+        return (("mass", float(self._numbers(mass, "value", f"<mass> of link {name!r}", 1)[0]), "kg"),)
 
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""
@@ -222,27 +218,35 @@ class _Reader:
 
     def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Array) -> Instance:
         """A mesh file placed in a link: its one part, or all that it holds as an assembly."""
+        from relmodel.readers.mesh.read import read_mesh
+
         file = self.file(self._attribute(element, "filename", f"<mesh> of {where}"), where)
         scale = self._numbers(element, "scale", where, 3, [1.0, 1.0, 1.0])
         if not np.all(np.abs(scale) > 1e-12):
             self._refuse(f"{where} scales a mesh to nothing: give a scale other than zero")
         key = (file, tuple(scale.tolist()))
         if key not in self._mesh_of:
-            unit = "m" if file.suffix[1:].lower() in mesh.UNITLESS_FORMATS else None
-            found = mesh.read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+            unit = "m" if file.suffix[1:].lower() in UNITLESS_FORMATS else None
+            found = read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
             shapes, parts, assemblies = len(self.shapes), len(self.parts), len(self.assemblies)
+            moved = [
+                replace(
+                    assembly,
+                    instances=tuple(
+                        replace(one, child=one.child + (parts if one.kind == "part" else assemblies))
+                        for one in assembly.instances
+                    ),
+                )
+                for assembly in found.assemblies
+            ]
             self.shapes += found.shapes
-            for part in found.parts:
-                part.shape += shapes
-            self.parts += found.parts
-            for assembly in found.assemblies:
-                for one in assembly.instances:
-                    one.child += parts if one.kind == "part" else assemblies
-            whole = found.assemblies[found.root]
+            self.parts += [replace(part, shape=part.shape + shapes) for part in found.parts]
+            self._files[file] = found.files[0]
+            whole = moved[found.root]
             if len(whole.instances) == 1 and whole.instances[0].kind == "part":
                 self._mesh_of[key] = whole.instances[0]
             else:
-                self.assemblies += found.assemblies
+                self.assemblies += moved
                 self._mesh_of[key] = Instance(whole.name, "assembly", assemblies + found.root, np.eye(4))
         one = self._mesh_of[key]
         if one.kind == "part" and colour == self.parts[one.child].colour:

@@ -16,6 +16,8 @@ from relmodel.store import Store
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
+_WHOLE = -1  # for the id of a part: of the file as a whole
+
 
 @dataclass(frozen=True)
 class Tree:
@@ -59,7 +61,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     """One row an object or part in the tree, the whole object first.
 
     It has depth, path, level, number, material, mass (kg; of an object where those of all its parts are known), size
-    (mm), surfaces, features by kind and attributes.
+    (mm), surfaces, features by kind, attributes, and what the load found to be not as it should be, by kind.
     """
     part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]
@@ -72,6 +74,10 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
         stated = f"{r.name}={r.value}{' ' + r.unit if r.unit else ''}"
         level = "object" if r.level == "object" else "part"
         attributes.setdefault((level, int(r.id)), []).append(f"{r.elements}: {stated}" if r.elements else stated)
+    findings: dict[int, list[str]] = {}
+    named = {"name": tree.name, "variant": tree.variant, "revision": tree.revision}
+    for r in store.rows(connection, "object/findings", **named):
+        findings.setdefault(_WHOLE if r.part_id is None else int(r.part_id), []).append(f"{r.kind} {r.how_many}")
     below = _below(tree.depth)
     masses = _masses(tree, parts)
     placed = np.concatenate([[0], np.cumsum(tree.part_id >= 0)])
@@ -83,6 +89,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
             "parts": int(placed[-1]),
             "mass": _mass(masses),
             "attributes": ", ".join(attributes.get(("object", tree.object_id), [])),
+            "findings": ", ".join(findings.get(_WHOLE, [])),
         }
     ]
     for i, path in enumerate(tree.path):
@@ -101,6 +108,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
                 "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",
                 "surfaces": int(part.surface_count),
                 "features": ", ".join(kinds.get(int(part.shape_id), [])),
+                "findings": ", ".join(findings.get(int(part.id), [])),
             }
         row["attributes"] = ", ".join(attributes.get(known, []))
         rows.append({"depth": int(tree.depth[i]), "path": path, **row})

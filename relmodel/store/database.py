@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cached_property
 from graphlib import TopologicalSorter
 from types import TracebackType
@@ -198,6 +198,11 @@ class Database:
     def insert(self, connection: Connection, table: str, name: str, /, **parameters: Any) -> int:
         """Run the named query, which inserts rows into `table` from others; returns how many."""
         return bulk.insert(connection, self.table(table), sql.query(name), parameters)
+
+    def relation(self, connection: Connection, name: str, columns: Columns) -> AbstractContextManager[None]:
+        """Columns as a relation that named queries on `connection` join by its name, for as long as the block lasts:
+        how sets of keys are handed to a query."""
+        return bulk.relation(connection, name, columns)
 
     def array(self, numbers: npt.ArrayLike) -> str:
         """Numbers (n,) as a parameter that a named query casts to an array."""

@@ -106,19 +106,22 @@ class Run:
                 "began_at": [datetime.now(UTC)],
             },
         )
-        given = sorted(inputs.items())
+        self.inputs(connection, dict(sorted(inputs.items())))
+        self._event(connection, "begun", "", None, "ok", None)
+
+    def inputs(self, connection: Connection, inputs: Mapping[str, tuple[str, str]]) -> None:
+        """Append what the run reads, once: role -> (file name, SHA-256); for a reader that says what it read."""
         self.store.append(
             connection,
             "run_input",
             {
-                "run_id": [self.id] * len(given),
-                "input_no": list(range(len(given))),
-                "role": [role for role, _ in given],
-                "name": [Path(name).name for _, (name, _) in given],
-                "sha256": [digest for _, (_, digest) in given],
+                "run_id": [self.id] * len(inputs),
+                "input_no": list(range(len(inputs))),
+                "role": list(inputs),
+                "name": [Path(name).name for name, _ in inputs.values()],
+                "sha256": [digest for _, digest in inputs.values()],
             },
         )
-        self._event(connection, "begun", "", None, "ok", None)
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
@@ -233,7 +236,7 @@ def mark_dead_runs(store: Database) -> None:
                 "kind": "found_dead",
                 "name": "",
                 "status": "failed",
-                "message": "its process ended without a word",
+                "message": "its process ended before the run did",
                 "happened_at": [datetime.now(UTC)] * len(dead),
             },
         )

@@ -16,13 +16,13 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import matrices
-from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
 from relmodel.variants.compare import compare
 from relmodel.world import place_world
 from tests.cli.conftest import Pair, inspected
+from tests.reading import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,13 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.cli.main import main
-from relmodel.loading.write.model import SourceFile, store_model
 from relmodel.model import primitives
-from relmodel.model.model import Assembly, Attribute, Instance, LoadedModel, Part, Pmi, Shape
+from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
 from relmodel.resources import resource_dir
-from relmodel.store import Run, Store
+from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
+from tests.reading import store_model
 from tests.synthetic_model import write_world
 
 LB = 0.45359237  # kg, by definition
@@ -26,10 +27,9 @@ LB = 0.45359237  # kg, by definition
 def labelled_box() -> Shape:
     """A box of 100 x 200 x 50 mm, two of its faces red, one on a layer, and an edge with a name."""
     shape = primitives.box(np.array([100.0, 200.0, 50.0]))
-    shape.surfaces["colour"] = ["#ff0000", None, "#ff0000", None, None, None]
-    shape.surfaces["layer"] = [None, "mating", None, None, None, None]
-    shape.arcs["name"] = ["datum edge", *[None] * (len(shape.arcs["kind"]) - 1)]
-    return shape
+    labels = {"colour": ["#ff0000", None, "#ff0000", None, None, None], "layer": [None, "mating", *[None] * 4]}
+    names = {"name": ["datum edge", *[None] * (len(shape.arcs["kind"]) - 1)]}
+    return replace(shape, surfaces=shape.surfaces | labels, arcs=shape.arcs | names)
 
 
 def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
@@ -44,17 +44,16 @@ def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
         datums=((1, "A", None), (2, "B", None)),
         surfaces=((3, "feature"),),
     )
-    box = Part("BOX-1", "box", 0, "Al 7075", "#0000ff", list(stated), [flat])
-    shapes = [labelled_box(), primitives.cylinder(5.0, 40.0)]
+    box = Part("BOX-1", "box", 0, "Al 7075", "#0000ff", tuple(stated), (flat,))
+    shapes = (labelled_box(), primitives.cylinder(5.0, 40.0))
     aside = np.eye(4)
     aside[0, 3] = 300
     placed = [Instance("left", "part", 0, np.eye(4)), Instance("right", "part", 0, aside)]
-    inner = Assembly("inner", [Instance("pin", "part", 1, np.eye(4))], [("mass", 0.5, "kg")])
-    root = Assembly("thing", [*placed, Instance("inner", "assembly", 0, np.eye(4))])
-    parts = [box, Part("PIN-1", "pin", 1)]
-    model = LoadedModel("STEP", "AP242", "mm", 1.0, shapes, parts, [inner, root], 1, None, 9, "test")
-    with Run.begin(store, "load", {}) as run, run.write() as connection:
-        store_model(run, connection, model, "thing", variant, SourceFile("thing.step", f"{variant}{density}"))
+    inner = Assembly("inner", (Instance("pin", "part", 1, np.eye(4)),), (("mass", 0.5, "kg"),))
+    root = Assembly("thing", (*placed, Instance("inner", "assembly", 0, np.eye(4))))
+    parts = (box, Part("PIN-1", "pin", 1))
+    model = Model("STEP", "AP242", "mm", 1.0, shapes, parts, (inner, root), 1, None, 9, "test")
+    store_model(store, model, "thing", variant)
 
 
 @pytest.fixture

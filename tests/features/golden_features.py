@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from relmodel.features import Feature, recognise
-from relmodel.readers.step.read import read_step
 from tests.features.feature_scores import WITHOUT_TRUTH, Scores
 from tests.parts.solids import Known
+from tests.reading import shared
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 VARIANTS = "ABCDEF"
@@ -24,7 +24,7 @@ Row = dict[str, Any]
 def score_bulkhead(variant: str) -> Scores:
     """Scores of the body of a variant; patterns have no row, nor has the body."""
     folder = "demo" if variant in "AB" else "bulkhead/variants"
-    model = read_step(EXAMPLES / folder / f"bulkhead_{variant}.step.gz")
+    model = shared(EXAMPLES / folder / f"bulkhead_{variant}.step.gz")
     rows = json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{variant}.json").read_text())["features"]
     (body,) = (p.shape for p in model.parts if "BODY" in p.name)
     left = [f for f in recognise(model.shapes[body]) if f.kind not in WITHOUT_TRUTH and not f.kind.endswith("_pattern")]

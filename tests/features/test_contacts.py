@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,23 +11,28 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.features import contacts
-from relmodel.loading.load import load
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part, Table
+from relmodel.model.model import Assembly, Instance, Model, Part, Table
 from relmodel.model.placed_parts import PlacedParts
 from relmodel.readers.step import shape as step_shape
 from relmodel.store import Store
 from tests.features.test_features import box, cone, cut, cylinder
 from tests.model.test_sharing import motion, random_motions
+from tests.reading import store_model
 
 Floats = npt.NDArray[np.float64]
 pytest.importorskip("OCP")
 PI = np.pi
 
 
-def model_of(solids: dict[str, Any], assemblies: list[Assembly]) -> LoadedModel:
-    shapes = [step_shape.extract(solid, {}, {}, {}) for solid in solids.values()]
-    parts = [Part(name, name, i) for i, name in enumerate(solids)]
-    return LoadedModel("STEP", None, "millimetre", 1.0, shapes, parts, assemblies, len(assemblies) - 1, None, 0, "test")
+def assembly(name: str, instances: Sequence[Instance]) -> Assembly:
+    return Assembly(name, tuple(instances))
+
+
+def model_of(solids: dict[str, Any], assemblies: list[Assembly]) -> Model:
+    shapes = tuple(step_shape.extract(solid, {}, {}, {}) for solid in solids.values())
+    parts = tuple(Part(name, name, i) for i, name in enumerate(solids))
+    root = len(assemblies) - 1
+    return Model("STEP", None, "millimetre", 1.0, shapes, parts, tuple(assemblies), root, None, 0, "test")
 
 
 def at(x: float, y: float, z: float) -> Floats:
@@ -46,7 +52,7 @@ def test_stacked_boxes_touch_where_they_overlap(pose: Floats) -> None:
     """A tower of three, each shifted; one beside it at a hundredth of a millimetre, one a tenth away."""
     placed = [at(0, 0, 0), at(10, 5, 8), at(15, 5, 16), at(20.009, 0, 0), at(-20.1, 0, 0)]
     instances = [Instance(f"box {i}", "part", 0, p) for i, p in enumerate(placed)]
-    model = model_of({"box": box(0, 0, 0, (20.0, 12.0, 8.0))}, [Assembly("tower", turned(instances, pose))])
+    model = model_of({"box": box(0, 0, 0, (20.0, 12.0, 8.0))}, [assembly("tower", turned(instances, pose))])
     found = contacts.contacts(PlacedParts(model), 0)
     assert rows(found) == [
         ("box 0", "box 1", "planar"),
@@ -72,7 +78,7 @@ def test_a_bolt_in_a_hole(pose: Floats, clearance: float) -> None:
         "nut": cut(box(-6, -6, -6, (12.0, 12.0, 6.0)), cylinder(0, 0, -7, r, 8)),
     }
     instances = [Instance(name, "part", i, motion((0, 0, 1), i * 0.4, (0, 0, 0))) for i, name in enumerate(solids)]
-    model = model_of(solids, [Assembly("joint", turned(instances, pose))])
+    model = model_of(solids, [assembly("joint", turned(instances, pose))])
     found = contacts.contacts(PlacedParts(model), 0)
     expected = {
         ("plate", "bolt", "planar"): (0.0, PI * (49 - max(r, bore) ** 2)),
@@ -96,24 +102,20 @@ def test_what_does_not_touch_is_no_contact() -> None:
     }
     placed = [(0, at(0, 0, 0)), (1, at(20, 20, 0)), (2, at(20.05, 20, 0)), (0, at(60, 0, 0)), (3, at(80, 20, 20))]
     instances = [Instance("", "part", child, pose) for child, pose in placed]
-    assert rows(contacts.contacts(PlacedParts(model_of(solids, [Assembly("apart", instances)])), 0)) == []
+    assert rows(contacts.contacts(PlacedParts(model_of(solids, [assembly("apart", instances)])), 0)) == []
 
 
 def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
-    fresh_store: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fresh_store: str,
 ) -> None:
     """Two of one pair of cubes, on a long bar: what touches within the pair is said once."""
-    from relmodel.loading import load as module
-
-    pair = Assembly("pair", [Instance("cube", "part", 0, at(0, 0, 0)), Instance("cube", "part", 0, at(10, 0, 0))])
+    pair = assembly("pair", [Instance("cube", "part", 0, at(0, 0, 0)), Instance("cube", "part", 0, at(10, 0, 0))])
     bar = Instance("b/ar", "part", 1, at(0, 0, -5))
     pairs = [Instance("pair", "assembly", 0, at(x, 0, 0)) for x in (0, 50)]
     solids = {"cube": box(0, 0, 0, (10.0, 10.0, 10.0)), "bar": box(0, 0, 0, (100.0, 10.0, 5.0))}
-    model = model_of(solids, [pair, Assembly("all", [bar, *pairs])])
-    monkeypatch.setattr(module, "read_step", lambda *_, **__: model)
-    (tmp_path / "all.step").write_text("ISO-10303-21;")
+    model = model_of(solids, [pair, assembly("all", [bar, *pairs])])
     with Store.open(fresh_store) as store:
-        root = load(store, tmp_path / "all.step", name="all").object_id
+        root = store_model(store, model, "all").object_id
         with store.read() as connection:
             stored = connection.execute(store.table("part_contact").select()).all()
             paths = {row.path for row in store.rows(connection, "object_expansion", object_id=root)}
@@ -128,9 +130,9 @@ def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
 @pytest.mark.data
 def test_the_screwed_joints_of_a_file(data_dir: Path) -> None:
     """Brackets on a plate, each with three bolts and nuts, and a rod with nuts; cylinders are two halves there."""
-    from relmodel.readers.step.read import read_step
+    from tests.reading import shared
 
-    model = read_step(data_dir / "step" / "as1-tu-203.stp")
+    model = shared(data_dir / "step" / "as1-tu-203.stp")
     total: dict[tuple[str, str, str], float] = {}
     for i in range(len(model.assemblies)):
         found = contacts.contacts(PlacedParts(model), i)
@@ -181,7 +183,7 @@ def as_splines(solid: Any) -> Any:
 def pair(first: Any, second: Any, pose: Floats, between: Floats) -> Table:
     """Contacts of two parts, both turned by the pose, the second placed in the first."""
     instances = [Instance("a", "part", 0, pose), Instance("b", "part", 1, pose @ between)]
-    return contacts.contacts(PlacedParts(model_of({"a": first, "b": second}, [Assembly("pair", instances)])), 0)
+    return contacts.contacts(PlacedParts(model_of({"a": first, "b": second}, [assembly("pair", instances)])), 0)
 
 
 SOCKET = (-15.0, -15.0, -30.0, (30.0, 30.0, 30.0))  # its upper face holds the origin
@@ -267,22 +269,22 @@ def test_parts_deep_in_an_assembly_touch_those_beside_it() -> None:
     """Two boxes that meet 1,500 assemblies down, and 2**15 placed parts of 15 levels that meet nowhere."""
     deep = 1500
     solids = {"box": box(0, 0, 0, (10.0, 10.0, 10.0))}
-    chain = [Assembly("level 0", [Instance("box", "part", 0, at(0, 0, 0))])]
+    chain = [assembly("level 0", [Instance("box", "part", 0, at(0, 0, 0))])]
     chain += [
-        Assembly(f"level {i}", [Instance("in", "assembly", i - 1, motion((0, 0, 1), 0.01, (1, 0, 0)))])
+        assembly(f"level {i}", [Instance("in", "assembly", i - 1, motion((0, 0, 1), 0.01, (1, 0, 0)))])
         for i in range(1, deep)
     ]
     down = np.linalg.matrix_power(motion((0, 0, 1), 0.01, (1, 0, 0)), deep - 1)
     beside = Instance("beside", "part", 0, down @ at(10, 2, 0))
-    model = model_of(solids, [*chain, Assembly("top", [Instance("in", "assembly", deep - 1, np.eye(4)), beside])])
+    model = model_of(solids, [*chain, assembly("top", [Instance("in", "assembly", deep - 1, np.eye(4)), beside])])
     found = contacts.contacts(PlacedParts(model), deep)
     assert rows(found) == [("/".join(["in"] * deep + ["box"]), "beside", "planar")]
     assert found["area"] == pytest.approx([80], rel=1e-6)
-    far = [Assembly("pair", [Instance(n, "part", 0, at(x, 0, 0)) for n, x in (("a", 0), ("b", 11))])]
+    far = [assembly("pair", [Instance(n, "part", 0, at(x, 0, 0)) for n, x in (("a", 0), ("b", 11))])]
     for i in range(1, 15):
         step = at(*(11.0 * 2 ** (i // 3 + (i % 3 == 0)) * np.eye(3)[i % 3]))
         far.append(
-            Assembly(f"{i}", [Instance("a", "assembly", i - 1, np.eye(4)), Instance("b", "assembly", i - 1, step)])
+            assembly(f"{i}", [Instance("a", "assembly", i - 1, np.eye(4)), Instance("b", "assembly", i - 1, step)])
         )
     placed = PlacedParts(model_of(solids, far))
     assert len(placed.of(14).child) == 2**15

@@ -127,7 +127,7 @@ def plate(
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    from relmodel.loading.load import load
+    from tests.reading import load
 
     folder = tmp_path_factory.mktemp("exact")
     axis = gp_Ax2(gp_Pnt(50, 30, -1), gp_Dir(0, 0, 1))

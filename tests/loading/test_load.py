@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,13 @@ import sqlalchemy as sa
 import trimesh
 
 from relmodel.errors import InputError, StoreError
-from relmodel.loading.load import load
-from relmodel.loading.write import geometry as write_geometry
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part
+from relmodel.loading import load as loading
+from relmodel.model.model import Assembly, Instance, Model, Part
+from relmodel.readers import ReadOptions
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.conftest import make_reader
+from tests.reading import load, read_here, store_model
 
 MODEL_LEVELS = {"object", "part", "surface"}
 
@@ -97,21 +99,24 @@ def test_rows_of_a_box_are_what_its_geometry_says(fresh_store: str, tmp_path: Pa
         assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 19
 
 
-def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None:
     path = write_box(tmp_path / "box.stl", 10)
     with Store.open(fresh_store) as store:
         empty = row_counts(store)
 
-        def fail(*_: object) -> None:
-            raise InputError("the shape is bad: mend it")
+        def within_itself(path: Path, options: ReadOptions) -> Model:
+            model = read_here(path, options)
+            loop = Instance("again", "assembly", model.root, np.eye(4))
+            root = model.assemblies[model.root]
+            return replace(model, assemblies=(replace(root, instances=(*root.instances, loop)),))
 
-        monkeypatch.setattr(write_geometry, "append_shapes", fail)
-        with pytest.raises(InputError, match="mend it"):
-            load(store, path, name="box", unit="mm")
+        with pytest.raises(InputError, match="contains itself"):
+            loading.load(store, path, name="box", unit="mm", reader=within_itself)
         assert row_counts(store) == empty
         with store.read() as connection:
             (report,) = connection.execute(store.table("load_report").select())
-            assert (report.status, report.message, report.source_id) == ("refused", "the shape is bad: mend it", None)
+            assert (report.status, report.source_id) == ("refused", None)
+            assert "contains itself" in report.message
             events = connection.execute(store.table("run_event").select()).all()
             assert [(e.kind, e.status) for e in events] == [("begun", "ok"), ("ended", "refused")]
 
@@ -252,30 +257,22 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
 
 
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
-    fresh_store: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fresh_store: str,
 ) -> None:
     pytest.importorskip("OCP")
-    from relmodel.loading import load as module
     from relmodel.readers.step import shape as step_shape
     from tests.readers.test_exact import compound, faces_of_rare_kinds
 
-    def read(*_: object, **__: object) -> LoadedModel:
-        shape = step_shape.extract(compound(faces_of_rare_kinds()), {}, {}, {})
-        assembly = Assembly("root", [Instance("sheet", "part", 0, np.eye(4))])
-        return LoadedModel(
-            "STEP", None, "millimetre", 1.0, [shape], [Part("1", "sheet", 0)], [assembly], 0, None, 14, "test"
-        )
-
-    monkeypatch.setattr(module, "read_step", read)
-    file = tmp_path / "rare.step"
-    file.write_text("ISO-10303-21;")
+    shape = step_shape.extract(compound(faces_of_rare_kinds()), {}, {}, {})
+    assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
+    parts = (Part("1", "sheet", 0),)
+    model = Model("STEP", None, "millimetre", 1.0, (shape,), parts, (assembly,), 0, None, 14, "test")
     with Store.open(fresh_store) as store:
-        shape = read().shapes[0]
-        first = load(store, file, name="rare")
+        first = store_model(store, model, "rare")
         counts = row_counts(store)
         assert counts["arc_offset"] > 0
         assert len(shape.surface_swept["surface_no"]) < counts["surface_swept"]
-        assert load(store, file, name="rare").status == "unchanged"
+        assert store_model(store, model, "rare").status == "unchanged"
         assert {k: v for k, v in row_counts(store).items() if k.startswith(("arc", "surface"))} == {
             k: v for k, v in counts.items() if k.startswith(("arc", "surface"))
         }

@@ -11,8 +11,10 @@ import trimesh
 
 from relmodel.cli.main import main
 from relmodel.errors import InputError
-from relmodel.loading.load import Request, load, load_all
+from relmodel.loading import load as loading
+from relmodel.loading.load import Request
 from relmodel.store import Store
+from tests.reading import load, load_all
 
 # What differs from run to run: clocks and processes.
 TIMES = {"began_at", "happened_at", "seconds", "process", "loaded_at", "made_at"}
@@ -100,10 +102,7 @@ def test_several_files_on_the_command_line(
 
 
 @pytest.mark.data
-@pytest.mark.usefixtures("read_by_child")
-def test_step_files_side_by_side(
-    data_dir: Path, duckdb_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_step_files_side_by_side(data_dir: Path, duckdb_template: Path, tmp_path: Path) -> None:
     """Read by children, and then one after another in this process."""
     files = [data_dir / "step" / name for name in ("cube-in.step", "cube-m.step", "sg1-c5-214.stp")]
     stores = []
@@ -111,7 +110,6 @@ def test_step_files_side_by_side(
         shutil.copy(duckdb_template, tmp_path / f"{name}.duckdb")
         stores.append(Store.open(tmp_path / f"{name}.duckdb"))
     with stores[0] as together, stores[1] as turns:
-        reports = [report for _, report in load_all(together, [Request(f, f.stem) for f in files])]
-        monkeypatch.undo()
+        reports = [report for _, report in loading.load_all(together, [Request(f, f.stem) for f in files])]
         assert reports == [load(turns, f, name=f.stem) for f in files]
         assert contents(together) == contents(turns)

@@ -10,12 +10,12 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.model import sharing
-from relmodel.model.model import LoadedModel, Shape
+from relmodel.model.model import Model, Shape
 from relmodel.readers.step import maps
 from relmodel.readers.step import shape as step_shape
-from relmodel.readers.step.read import read_step
 from tests.features.test_features import box, cut, cylinder
 from tests.readers.test_exact import compound
+from tests.reading import shared
 
 Floats = npt.NDArray[np.float64]
 pytest.importorskip("OCP")
@@ -110,7 +110,7 @@ def test_copies_are_one_shape_and_mirror_images_and_near_twins_are_not(write: An
     made += [moved(handed(shift=1e-3), motions[4]), moved(handed(radius=2.001), motions[5])]
     label += [4, 5]
     write(made, tmp_path / "flat.step")
-    model = read_step(tmp_path / "flat.step")
+    model = shared(tmp_path / "flat.step")
     assert len(model.shapes) == 6
     placed = leaves(model)
     assert len(placed) == len(made)
@@ -122,7 +122,7 @@ def test_copies_are_one_shape_and_mirror_images_and_near_twins_are_not(write: An
         assert corners(model.shapes[shape], pose) == pytest.approx(kernel_corners(solid), abs=1e-6)
 
 
-def leaves(model: LoadedModel) -> list[tuple[int, Floats]]:
+def leaves(model: Model) -> list[tuple[int, Floats]]:
     """Shape and pose of every placed part, in the order of the file."""
 
     def walk(assembly: int, pose: Floats) -> list[tuple[int, Floats]]:

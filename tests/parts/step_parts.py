@@ -6,14 +6,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from relmodel.model.model import LoadedModel
-from relmodel.readers.step.read import read_step
+from relmodel.model.model import Model
+from tests.reading import shared
 
 
 @cache
-def loaded(path: Path) -> LoadedModel:
+def loaded(path: Path) -> Model:
     """A file, read once for all tests of this process."""
-    return read_step(path)
+    return shared(path)
 
 
 def compound(*shapes: Any) -> Any:

@@ -18,7 +18,7 @@ from relmodel.store.check import check
 KINDS = ("truncation", "byte flips", "dropped lines", "digit noise")
 
 # What a refused load may leave: the run, and why.
-OF_RUNS = {"run", "run_input", "run_event", "load_report", "ledger"}
+OF_RUNS = {"run", "run_input", "run_event", "load_report", "load_finding", "ledger"}
 
 # Sentences of a refusal, and what they show.
 _REFUSALS = {
@@ -26,19 +26,15 @@ _REFUSALS = {
         "is not a STEP file",
         "is cut off",
         "holds no face",
-        "it refers to",
-        "it defines",
-        "it does not say",
-        "parameter belongs",
-        "too large for any computer",
+        "no finite number",
     ),
-    "kernel failed": ("could not be read", "kernel does not start"),
-    "child killed": ("the CAD kernel crashed",),
+    "kernel failed": ("could not be read", "kernel does not start", "unit of length"),
+    "child killed": ("crashed",),
     "over a limit": ("was stopped", "GB of memory: split"),
     "lost faces": ("were lost on reading",),
-    "contradicts itself": ("gapes by", "leaves its surface", "is open along", "and it is", "not finite"),
+    "not finite": ("that are not finite",),
 }
-OUTCOMES = (*_REFUSALS, "loaded whole", "loaded in part")
+OUTCOMES = (*_REFUSALS, "loaded whole", "loaded with findings", "loaded in part")
 
 _DIGIT = re.compile(rb"[0-9]")
 
@@ -81,12 +77,13 @@ def load_damaged(store: Store, path: Path, *, allow_partial: bool, time_limit_s:
     faults = []
     try:
         report = load(store, path, name=path.stem, allow_partial=allow_partial, time_limit_s=time_limit_s)
-        outcome, said = ("loaded in part" if report.status == "partial" else "loaded whole"), report.message or ""
+        whole = "loaded with findings" if report.findings else "loaded whole"
+        outcome, said = ("loaded in part" if report.status == "partial" else whole), report.message or ""
         if outcome == "loaded in part" and not allow_partial:
             faults.append("loaded in part, unasked")
         if report.faces_in_file is not None and report.faces_loaded < report.faces_in_file and not said:
             faults.append("lost faces in silence")
-        if outcome == "loaded whole":
+        if outcome != "loaded in part":
             faults += sorted({f"fails the check {f.query}" for f in check(store) if f.rows})
     except InputError as error:
         said = str(error)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relmodel.readers.step.soundness import _surface_gaps
+from relmodel.model.validation import _surface_gaps
 from tests.readers.test_exact import assert_edges_equal, assert_pcurves_equal
 
 pytest.importorskip("OCP")

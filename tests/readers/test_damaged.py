@@ -5,18 +5,19 @@ from __future__ import annotations
 import os
 import re
 import shutil
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from relmodel.errors import InputError
 from relmodel.loading.load import load
+from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
-from relmodel.readers.step.read import read_step
+from relmodel.readers.step.part21_instances import Instances
 from relmodel.store import Store
+from relmodel.store.check import check
 from tests.readers.damage import KINDS, damaged, load_damaged
-
-pytestmark = pytest.mark.usefixtures("read_by_child")
 
 SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
 
@@ -68,22 +69,21 @@ def altered(path: Path, pattern: str, new: str, to: Path) -> Path:
 @pytest.mark.parametrize(
     ("pattern", "new", "said"),
     [
-        (r"#12 *=", "#999999=", r"it refers to #12, which it does not hold"),
-        (r"#12 *=", "#12=NIL();#12=", r"it defines #12 more than once"),
+        (r"#12 *=", "#999999=", "refers to #12, which it does not hold"),
+        (r"#12 *=", "#12=NIL();#12=", "defines #12 more than once"),
         (
             r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;",
             "",
-            "it does not say where 1 of 13 components stand",
+            "does not say where 1 of 13 components stand",
         ),
     ],
 )
 def test_damage_that_the_text_shows(data_dir: Path, tmp_path: Path, pattern: str, new: str, said: str) -> None:
     whole = data_dir / "step" / "as1-tu-203.stp"
-    assert part21.summarise(whole).damage is None
+    assert part21.damage(Instances(whole.read_bytes())) == ()
     damaged = altered(whole, pattern, new, tmp_path / "damaged.step")
-    assert part21.summarise(damaged).damage == said
-    with pytest.raises(InputError, match=f"{said}: export it again, or take it as it is with --allow-partial"):
-        read_step(damaged)
+    (finding,) = part21.damage(Instances(damaged.read_bytes()))
+    assert (finding.kind, finding.message) == ("damaged_text", f"the file {said}")
 
 
 @pytest.mark.data
@@ -94,34 +94,58 @@ def test_damage_that_the_text_shows(data_dir: Path, tmp_path: Path, pattern: str
             "cube-in.step",
             r"(#46 = CARTESIAN_POINT\('',\(0\.,0\.,)39",
             r"\g<1>38",
-            "the boundary of a face gapes by 25.4 mm",
+            {"open_loop": (25.4, 0.1)},
         ),
-        ("cube-in.step", r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", "an edge leaves its surface by 203 mm"),
+        ("cube-in.step", r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", {"edge_off_face": (203.2, 0.1)}),
         (
             "io1-tu-203.stp",
             r"VOLUME_MEASURE\(78177",
             "VOLUME_MEASURE(79177",
-            "it says that the volume of 'io1' is 79177.8 mm3, and it is 78179.6",
+            {"stated_volume": (998.18, 390.9)},
+        ),
+        (
+            "as1-tu-203.stp",
+            r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;",
+            "",
+            {"damaged_text": (None, None)},
         ),
     ],
 )
-def test_what_contradicts_itself_loads_only_when_asked(
-    data_dir: Path, duckdb_template: Path, tmp_path: Path, name: str, pattern: str, new: str, said: str
+def test_what_contradicts_itself_loads_with_findings(
+    data_dir: Path,
+    fresh_store: str,
+    tmp_path: Path,
+    name: str,
+    pattern: str,
+    new: str,
+    said: dict[str, tuple[float | None, float | None]],
 ) -> None:
+    """What the kernel reads with all its faces loads; what is wrong with it are rows, and --strict refuses it."""
     file = altered(data_dir / "step" / name, pattern, new, tmp_path / name)
-    shutil.copy(duckdb_template, tmp_path / "store.duckdb")
-    with Store.open(tmp_path / "store.duckdb") as store:
-        if name == "io1-tu-203.stp":
-            with pytest.raises(InputError, match=said):
-                load(store, file, name="part")
-        report = load(store, file, name="part", allow_partial=True)
-    assert (report.status, report.message) == ("partial", f"the file is damaged, for {said}")
+    with Store.open(fresh_store) as store:
+        with pytest.raises(InputError, match=r"finding.*, the first: .*without --strict"):
+            load(store, file, name="part", strict=True)
+        report = load(store, file, name="part")
+        assert report.status == "added"
+        assert not [found for found in check(store) if found.rows]
+        with store.read() as connection:
+            rows = connection.execute(store.table("load_finding").select()).all()
+            arcs = {row.id for row in connection.execute(store.table("arc").select())}
+    ours, refused = [r for r in rows if r.run_id == report.run], [r for r in rows if r.run_id != report.run]
+    assert [(r.kind, r.message, r.value) for r in ours] == [(r.kind, r.message, r.value) for r in refused]
+    assert dict(report.findings) == Counter(r.kind for r in ours)
+    worst = {r.kind: r for r in sorted(ours, key=lambda r: r.value or 0)}
+    assert set(said) <= set(worst)
+    for kind, (value, bound) in said.items():
+        assert worst[kind].value == (None if value is None else pytest.approx(value, rel=1e-3))
+        assert worst[kind].bound == (None if bound is None else pytest.approx(bound, rel=1e-3))
+    assert {r.arc_id for r in ours if r.kind in ("open_loop", "edge_off_face")} <= arcs
 
 
 # A kernel that fails as the true one does: in place of it a module of its name in the child's path.
 FAILURES = [
-    ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", r"kernel crashed on .*\(SIGSEGV\): export it again"),
-    ("import os; os.abort()", r"kernel crashed on .*\(SIGABRT\): export it again"),
+    ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", r"that read .* crashed \(SIGSEGV\): export it again"),
+    ("import os; os.abort()", r"that read .* crashed \(SIGABRT\): export it again"),
     ("raise MemoryError", r"takes more than 6 GB of memory: split the assembly"),
     ("raise ImportError('libGL.so.1: no such file')", r"kernel does not start \(libGL\.so\.1.*install it again"),
     ("raise ModuleNotFoundError('none', name='OCP')", r"not installed: pip install 'relmodel\[step\]'"),
@@ -141,7 +165,7 @@ def test_how_the_child_fails_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path = tmp_path / "face.step"
     path.write_text(CUBE)
     with pytest.raises(InputError) as error:
-        read_step(path)
+        read(path)
     assert re.search(said, str(error.value))
     assert "\n" not in str(error.value)
     assert str(path) in str(error.value)
@@ -153,7 +177,7 @@ def test_a_child_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.Monke
     path = tmp_path / "face.step"
     path.write_text(CUBE)
     with pytest.raises(InputError, match=r"more than 0\.5 s and was stopped"):
-        read_step(path, time_limit_s=0.5)
+        read(path, ReadOptions(time_limit_s=0.5))
 
 
 @pytest.mark.data
@@ -161,5 +185,5 @@ def test_a_child_is_held_to_its_memory(data_dir: Path) -> None:
     """Of the address space that the kernel needs to start, none is left for a file."""
     path = data_dir / "step" / "nist_ctc_01_asme1_ap203.stp"
     with pytest.raises(InputError, match=r"memory"):
-        read_step(path, memory_limit=200 << 20)
-    assert read_step(path, memory_limit=2 << 30).faces_loaded == 139
+        read(path, ReadOptions(memory_limit=200 << 20))
+    assert read(path, ReadOptions(memory_limit=2 << 30)).faces_loaded == 139

@@ -32,8 +32,8 @@ def step_files() -> list[str]:
 def test_rows_of_a_file_give_the_points_of_the_kernel(
     data_dir: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from relmodel.readers.step import document as step_document
     from relmodel.readers.step import shape as step_shape
+    from relmodel.readers.step.read import read_step
 
     kept: list[tuple[Any, Shape]] = []
     extract_all = step_shape.extract_all
@@ -44,7 +44,7 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
         return made
 
     monkeypatch.setattr(step_shape, "extract_all", keep)
-    step_document.read(str(data_dir / name))
+    read_step(data_dir / name)
     assert kept
     for kernel, shape in kept:
         assert_equal(kernel, shape)

@@ -18,9 +18,9 @@ from relmodel.model.placed_parts import PlacedParts
 from relmodel.readers.mesh import read
 from relmodel.readers.mesh.read import read_mesh
 from relmodel.readers.mesh.shape import shape_from_triangles
-from relmodel.readers.step.read import read_step
 from tests.parts.curved_parts import generate
 from tests.parts.tessellations import extracted
+from tests.reading import shared
 
 
 def shape_of(mesh: trimesh.Trimesh) -> Shape:
@@ -527,7 +527,7 @@ def test_known_meshes_load(data_dir: Path) -> None:
 @pytest.mark.data
 def test_the_mesh_of_a_part_has_the_surfaces_of_its_model(data_dir: Path) -> None:
     (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
-    exact = read_step(data_dir / "step" / "featuretype.STEP").shapes[0].surfaces
+    exact = shared(data_dir / "step" / "featuretype.STEP").shapes[0].surfaces
     for kind, share in (("cylinder", 0.95), ("plane", 0.95)):
         found = np.flatnonzero(np.asarray(shape.surfaces["kind"]) == kind)
         true = np.flatnonzero(np.asarray(exact["recognised_kind"]) == kind)
@@ -542,5 +542,5 @@ def test_the_mesh_of_a_part_has_the_surfaces_of_its_model(data_dir: Path) -> Non
 @pytest.mark.data
 def test_the_mesh_of_a_part_has_the_features_of_its_model(data_dir: Path) -> None:
     (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
-    exact = read_step(data_dir / "step" / "featuretype.STEP").shapes[0]
+    exact = shared(data_dir / "step" / "featuretype.STEP").shapes[0]
     assert Counter(f.kind for f in recognise(shape)) == Counter(f.kind for f in recognise(exact))

@@ -13,8 +13,8 @@ from relmodel.readers.mesh.patches import cut_patches
 from relmodel.readers.mesh.pieces import united
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.readers.mesh.triangles import find_edges
-from relmodel.readers.step import document
 from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.read import read_step
 from tests.parts import splined_parts
 from tests.parts.tessellations import meshed_by_kernel
 
@@ -65,7 +65,7 @@ def test_a_thread_runs_out_in_no_cylinders(data_dir: Path, chord: float, angle: 
     """Strips of a flank's corner and of the crest are narrower than long, and lie on cylinders by chance; so do those
     at the ends of the head's rim, a torus that the kernel cuts into uneven triangles."""
     with meshed_by_kernel(chord, angle):
-        (exact,) = document.read(str(data_dir / "step" / "M6-1x12-countersunk-screw.step")).shapes
+        (exact,) = read_step(data_dir / "step" / "M6-1x12-countersunk-screw.step").shapes
     assert_no_other_cylinders(exact, 2)
 
 

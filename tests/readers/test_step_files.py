@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from relmodel.loading import load as loading
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.parts.step_parts import loaded
+from tests.reading import load
 
 # Faces that a product of the file has, distinct parts, placed parts, supplemental parts.
 EXPECTED = {
@@ -39,14 +38,12 @@ EXPECTED = {
 
 
 @pytest.mark.data
-def test_every_file_loads_and_is_reported(data_dir: Path, duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_file_loads_and_is_reported(data_dir: Path, duckdb_file: Path) -> None:
     files = sorted((data_dir / "step").iterdir())
     assert {file.name for file in files} == set(EXPECTED)
-    models = {file: loaded(file) for file in files}  # read once for all tests
-    monkeypatch.setattr(loading, "_read", lambda request, *_: (models[request.path], 0.0))
     with Store.open(duckdb_file) as store:
         for file in files:
-            loading.load(store, file, name=file.name)
+            load(store, file, name=file.name)
         assert not [finding for finding in check(store) if finding.rows]
         with store.read() as connection:
             rows = connection.exec_driver_sql(

@@ -15,11 +15,9 @@ import pytest
 
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
-from relmodel.loading.load import load
 from relmodel.model.model import Pmi, Shape
 from relmodel.readers.step.part21_instances import Instances, Typed
 from relmodel.readers.step.part21_units import measure
-from relmodel.readers.step.read import read_step
 from relmodel.show.picture import write_picture
 from relmodel.show.tree import read_tree
 from relmodel.store import Store
@@ -27,7 +25,8 @@ from relmodel.store.check import check
 from relmodel.variants.compare import compare
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
-from vision.localisation.stored_scene import scene_from_store
+from tests.reading import load, read_here, shared, store_model
+from vision.localisation.stored_scene import read_scene
 
 PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ctc_02_asme1_ap242.stp")
 
@@ -150,28 +149,26 @@ def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path,
     from dataclasses import replace
 
     from relmodel.columns import take
-    from relmodel.loading.write import model as write
     from relmodel.model.content_keys import model_keys
-    from relmodel.store import Run
 
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
-    model = read_step(path)
+    model = shared(path)
     top = int(np.argmax(np.asarray(model.shapes[0].surfaces["centroid_z"])))
     with Store.open(duckdb_file) as store:
         load(store, path, name="plain")
         shape, before = model.shapes[0], model_keys(model).shapes[0].shape
         order = np.arange(6)[::-1]
-        turned = replace(shape, surfaces=take(shape.surfaces, order))
-        turned.coedges = shape.coedges | {"surface_no": 5 - np.asarray(shape.coedges["surface_no"])}
-        turned.loops = shape.loops | {"surface_no": 5 - np.asarray(shape.loops["surface_no"])}
-        model.shapes[0] = turned
-        model.parts[0].pmi.append(
-            Pmi("datum", "feature", "", datums=((1, "A", None),), surfaces=((5 - top, "feature"),))
+        turned = replace(
+            shape,
+            surfaces=take(shape.surfaces, order),
+            coedges=shape.coedges | {"surface_no": 5 - np.asarray(shape.coedges["surface_no"])},
+            loops=shape.loops | {"surface_no": 5 - np.asarray(shape.loops["surface_no"])},
         )
+        datum = Pmi("datum", "feature", "", datums=((1, "A", None),), surfaces=((5 - top, "feature"),))
+        parts = (replace(model.parts[0], pmi=(datum,)), *model.parts[1:])
+        model = replace(model, shapes=(turned, *model.shapes[1:]), parts=parts)
         assert model_keys(model).shapes[0].shape == before
-        with Run.begin(store, "load", {}) as run, run.write() as connection:
-            write.store_model(run, connection, model, "marked", "", write.SourceFile("box.step", "0" * 64))
-            run.end("ok", connection=connection)
+        store_model(store, model, "labelled")
         with store.read() as connection:
             (row,) = connection.execute(store.table("part_pmi_surface").select())
             assert row.surface_no == top
@@ -181,15 +178,13 @@ def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path,
 def test_materials_with_the_unit_of_the_file(data_dir: Path) -> None:
     (part,) = loaded(data_dir / "step/conical-surface.step").parts
     assert part.material == "Steel"
-    assert part.attributes == [("density", 7850.0, "kg/m3"), ("density as stated", 7850.0, "kg/m3")]
+    assert part.attributes == (("density", 7850.0, "kg/m3"), ("density as stated", 7850.0, "kg/m3"))
     # In this file the unit is g3 cm2, as the kernel writes g/cm3; of the bolt the text leads nowhere.
     path = data_dir / "step/dm1-oc-214.stp"
     parts = {part.name: part for part in loaded(path).parts}
-    density = [("density", 8210.195, "kg/m3"), ("density as stated", 8.210195, "g3.cm2")]
-    assert parts["nut"].attributes == density
-    density = [("density", 4423.001, "kg/m3"), ("density as stated", 4.423001, "g3.cm2")]
-    assert parts["l-bracket"].attributes == density
-    assert parts["bolt"].attributes == []
+    assert parts["nut"].attributes == (("density", 8210.195, "kg/m3"), ("density as stated", 8.210195, "g3.cm2"))
+    assert parts["l-bracket"].attributes == (("density", 4423.001, "kg/m3"), ("density as stated", 4.423001, "g3.cm2"))
+    assert parts["bolt"].attributes == ()
     names = re.findall(r"DESCRIPTIVE_REPRESENTATION_ITEM\('(AMS[^']*)'", path.read_text("latin-1"))
     assert sorted(str(part.material) for part in parts.values()) == sorted(names)
 
@@ -248,7 +243,7 @@ def test_layers_and_colours_are_those_of_the_text(data_dir: Path) -> None:
     }
     body, drawn = loaded(io1).parts
     assert set(loaded(io1).shapes[body.shape].surfaces["layer"]) == {"010"}  # #1202 is the solid
-    assert drawn.attributes == [("layer", "015", None)]  # #20 and on the loose edges
+    assert drawn.attributes == (("layer", "015", None),)  # #20 and on the loose edges
     as1 = loaded(data_dir / "step/as1-tu-203.stp")
     assert {layer for shape in as1.shapes for layer in shape.surfaces["layer"]} == {"256"}
 
@@ -303,7 +298,7 @@ def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fre
             placed = connection.execute(store.table("occurrence").select()).all()
             assert [o.path for o in placed if o.kind == "part"] == ["b/bracket"]
             world, _ = world_named(store, connection, None)
-            scene = scene_from_store(store, connection, world)
+            scene = read_scene(store, connection, world)
             assert scene.paths == ["b/bracket"]
             assert scene.scene.vertices[:, 2].max() == 10.0
             assert scene.scene.sample_point[:, 2].max() == pytest.approx(10.0)
@@ -326,7 +321,7 @@ def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:
     wrapped = compound(compound(compound(box)))
     path = write_product(tmp_path / "wrapped.step", wrapped, "bracket", as_assembly=True)
     assert len(re.findall(r"= PRODUCT\(", path.read_text())) == 4  # three around the box
-    model = read_step(path)
+    model = shared(path)
     assert [part.name for part in model.parts] == ["bracket"]
     (assembly,) = model.assemblies
     assert [(one.name, one.kind) for one in assembly.instances] == [("bracket", "part")]
@@ -338,7 +333,7 @@ def test_names_of_faces_in_the_file(tmp_path: Path) -> None:
     maker = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0)
     named = {"seat": maker.TopFace(), "datum A": maker.BottomFace()}
     path = write_product(tmp_path / "box.step", maker.Shape(), "box", names=named)
-    (shape,) = read_step(path).shapes
+    (shape,) = shared(path).shapes
     heights = {n: z for n, z in zip(shape.surfaces["name"], shape.surfaces["centroid_z"], strict=True) if n}
     assert heights == pytest.approx({"seat": 10.0, "datum A": 0.0})
 
@@ -355,16 +350,16 @@ def test_units_of_length(tmp_path: Path) -> None:
     cubit = text.replace(millimetre, "( CONVERSION_BASED_UNIT('CUBIT',#90001) LENGTH_UNIT() NAMED_UNIT(#90003) )")
     cubit = cubit.replace("ENDSEC;\nEND-ISO", "#90003=DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);" + last)
     path.write_text(cubit)
-    model = read_step(path)
+    model = shared(path)
     assert (model.unit, model.unit_mm) == ("cubit", 457.2)
     assert model.shapes[0].volume == pytest.approx(6000 * 457.2**3)
     path.write_text(text.replace(millimetre, "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.DECA.,.METRE.) )"))
-    model = read_step(path)
+    model = shared(path)
     assert model.unit_mm == 1e4
     assert model.shapes[0].volume == pytest.approx(6e15)
     path.write_text(text.replace(millimetre, "( CONTEXT_DEPENDENT_UNIT('CUBIT') LENGTH_UNIT() NAMED_UNIT(*) )"))
     with pytest.raises(InputError, match=r"no known unit of length: export it in one such as the millimetre"):
-        read_step(path)
+        shared(path)
 
 
 def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Path) -> None:
@@ -389,7 +384,7 @@ def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Pa
         part = BRepAlgoAPI_Cut(part, tool.Shape()).Shape()
     path = write_product(tmp_path / "block.step", BRepBuilderAPI_NurbsConvert(part, True).Shape(), "block")
     assert len(re.findall(r"B_SPLINE_SURFACE\(|B_SPLINE_SURFACE_WITH_KNOTS\(", path.read_text())) >= 10
-    (shape,) = read_step(path).shapes
+    (shape,) = shared(path).shapes
     assert set(shape.surfaces["kind"]) == {"spline"}
     recognised = Counter(map(str, shape.surfaces["recognised_kind"]))
     assert recognised == {"plane": 7, "cylinder": 1, "cone": 1, "sphere": 1}  # the seventh at the end of the cone
@@ -412,25 +407,27 @@ def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Pa
 
 
 def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> None:
+    from dataclasses import replace
+
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
-    from relmodel.model import sharing
-    from relmodel.readers.step import document as step_document
+    from relmodel.model.sharing import share
 
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)
     box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()
     two = compound(box, BRepBuilderAPI_Transform(box, turn, True).Shape())
-    model = step_document.read(str(write_product(tmp_path / "two.step", two, "two")))
+    model = read_here(write_product(tmp_path / "two.step", two, "two"))
     first, second = model.parts
     before = model.shapes[second.shape].surfaces
     centre = [np.array([before[f"centroid_{c}"][i] for c in "xyz"]) for i in range(6)]
-    second.pmi += [
+    pmi = [
         Pmi("datum", "feature", "", datums=((1, c, None),), surfaces=((i, "feature"),)) for i, c in enumerate("ABCDEF")
     ]
-    sharing.share(model)
+    model = share(replace(model, parts=(first, replace(second, pmi=tuple(pmi)))))
+    first, second = model.parts
     assert first.shape == second.shape == 0
     (instance,) = (one for a in model.assemblies for one in a.instances if one.kind == "part" and one.child == 1)
     after = model.shapes[0].surfaces

@@ -10,10 +10,10 @@ import sqlalchemy as sa
 from scipy.spatial.transform import Rotation
 
 from relmodel.errors import InputError
-from relmodel.loading.load import load
 from relmodel.readers.urdf import read_urdf
 from relmodel.store import Store
 from relmodel.store.check import check
+from tests.reading import load
 
 TWO = """<link name="a"/><link name="b"/>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>"""

@@ -18,14 +18,13 @@ import trimesh
 from PIL import Image
 
 from relmodel.cli.main import main
-from relmodel.loading.load import load
-from relmodel.loading.write.model import SourceFile, store_model
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part
+from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.show.picture import COLOURS
-from relmodel.store import Run, Store
+from relmodel.store import Store
 from tests.parts.solids import Part as PlainPart
 from tests.parts.solids import box, cylinder
+from tests.reading import load, store_model
 from tests.variants.composed import Item, pose, store_items
 
 
@@ -112,15 +111,14 @@ def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, t
     shape = shape_from_triangles(np.asarray(block.vertices), np.asarray(block.faces, np.int64))
     assert shape is not None
     inner = [pose((100 * i, 5, 0), (0, 0.1 * i, 0.3)) for i in range(3)]
-    parts = [Part("P", "P", 0), Part("R", "R", 0, colour="#ff0000")]
+    parts = (Part("P", "P", 0), Part("R", "R", 0, colour="#ff0000"))
     outer = [pose((0, 400 * i, 7), (0.2, 0.1, 0.5 * i)) for i in range(4)]
     # The last post of a frame is a part of its own, red.
-    frame = Assembly("FRAME", [Instance(f"POST_{i}", "part", i // 2, p) for i, p in enumerate(inner)])
-    row = Assembly("ROW", [Instance(f"FRAME_{i}", "assembly", 0, p) for i, p in enumerate(outer)])
-    model = LoadedModel("GLB", None, "mm", 1.0, [shape], parts, [frame, row], 1, None, 0, "test")
-    with Store.open(tmp_path / "s.duckdb") as store, Run.begin(store, "load", {}) as run, run.write() as connection:
-        store_model(run, connection, model, "row", "", SourceFile("row.glb", "x"))
-        run.end("ok", connection=connection)
+    frame = Assembly("FRAME", tuple(Instance(f"POST_{i}", "part", i // 2, p) for i, p in enumerate(inner)))
+    row = Assembly("ROW", tuple(Instance(f"FRAME_{i}", "assembly", 0, p) for i, p in enumerate(outer)))
+    model = Model("GLB", None, "mm", 1.0, (shape,), parts, (frame, row), 1, None, 0, "test")
+    with Store.open(tmp_path / "s.duckdb") as store:
+        store_model(store, model, "row")
     out = tmp_path / "out.glb"
     assert main(["export", "row", "-o", str(out), "--store", str(tmp_path / "s.duckdb")]) == 0
     again = trimesh.load(out)
@@ -181,14 +179,12 @@ def store_rack(store: Store) -> None:
     shape = shape_from_triangles(np.asarray(block.vertices), np.asarray(block.faces, np.int64))
     assert shape is not None
     others = [Part(f"M-{i}", f"M-{i}", 0) for i in range(300)]
-    frame = Assembly("FRAME", [Instance(f"POST_{i}", "part", 0, np.eye(4)) for i in range(51)])
-    frame.instances.append(Instance("BOLT", "part", 1, np.eye(4)))
-    top = Assembly("RACK", [Instance(f"FRAME_{i}", "assembly", 0, np.eye(4)) for i in range(40)])
-    top.instances += [Instance(f"B_{i}", "part", 2 + i, np.eye(4)) for i in range(300)]
-    model = LoadedModel("GLB", None, "mm", 1.0, [shape], [post, bolt, *others], [frame, top], 1, None, 0, "test")
-    with Run.begin(store, "load", {}) as run, run.write() as connection:
-        store_model(run, connection, model, "rack", "", SourceFile("rack.glb", "x"))
-        run.end("ok", connection=connection)
+    posts = [Instance(f"POST_{i}", "part", 0, np.eye(4)) for i in range(51)]
+    frame = Assembly("FRAME", (*posts, Instance("BOLT", "part", 1, np.eye(4))))
+    frames = [Instance(f"FRAME_{i}", "assembly", 0, np.eye(4)) for i in range(40)]
+    top = Assembly("RACK", (*frames, *(Instance(f"B_{i}", "part", 2 + i, np.eye(4)) for i in range(300))))
+    model = Model("GLB", None, "mm", 1.0, (shape,), (post, bolt, *others), (frame, top), 1, None, 0, "test")
+    store_model(store, model, "rack")
 
 
 @pytest.fixture(scope="module")

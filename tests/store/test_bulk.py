@@ -63,3 +63,30 @@ def test_duckdb_has_its_threads_again_after_a_failure(duckdb_store: Store) -> No
     with pytest.raises(sa.exc.DBAPIError):
         fail()
     assert threads(duckdb_store) == usual
+
+
+def test_a_set_of_keys_is_joined_as_a_relation(fresh_store: str) -> None:
+    keys: dict[str, Any] = {
+        "relation": ["arc", "loop", "no such"],
+        "no": np.array([1, 2, 3]),
+        "share": np.array([0.5, np.nan, 1.0]),
+    }
+    join = sa.text("SELECT s.relation, no, share FROM sought JOIN sds_relation AS s USING (relation) ORDER BY no")
+    none = sa.text("SELECT count(*) FROM sought JOIN sds_relation USING (relation)")
+    with Store.open(fresh_store) as store:
+        for connect in (store.read, store.write):
+            with connect() as connection:
+                for _ in range(2):
+                    with store.relation(connection, "sought", keys):
+                        assert [tuple(row) for row in connection.execute(join)] == [("arc", 1, 0.5), ("loop", 2, None)]
+                with store.relation(connection, "sought", {"relation": []}):
+                    assert connection.scalar(none) == 0
+        with pytest.raises(ValueError, match="given up"):
+            give_up(store, keys)
+        with store.write() as connection, store.relation(connection, "sought", keys):
+            assert connection.scalar(sa.text("SELECT count(*) FROM sought")) == 3
+
+
+def give_up(store: Store, keys: dict[str, Any]) -> None:
+    with store.write() as connection, store.relation(connection, "sought", keys):
+        raise ValueError("given up")

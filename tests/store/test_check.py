@@ -80,7 +80,8 @@ def plate() -> Model:
         "surface/basis": basis_surface,
         "surface_swept": {"surface_id": [1, 2], "basis_arc_id": [None, 9], "basis_surface_id": [2, None]},
         "loop": {"surface_id": [1], "loop_no": 0, "outer_loop": True},
-        "coedge": {"surface_id": 1, "loop_no": 0, "coedge_no": [0, 1, 2, 3], "arc_id": [1, 2, 3, 4], "reversed": False},
+        "coedge": {"surface_id": 1, "loop_no": 0, "coedge_no": [0, 1, 2, 3], "arc_id": [1, 2, 3, 4], "reversed": False}
+        | {"tolerance": 0.01},
         "shape": {"id": [1], "content_key": "s", "kind": "sheet", "surface_count": 1, "arc_count": 4, "area": 2.0}
         | box([0, 0, 0], [2, 1, 0]),
         "shape_surface": {"shape_id": [1], "surface_no": 0, "surface_id": 1},

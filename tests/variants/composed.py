@@ -11,11 +11,12 @@ import numpy.typing as npt
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.loading.write.model import LoadReport, SourceFile, store_model
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part
+from relmodel.loading.write.write import LoadReport
+from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.step import shape as step_shape
-from relmodel.store import Run, Store
+from relmodel.store import Store
 from relmodel.variants.compare import compare
+from tests.reading import store_model
 
 Pose = npt.NDArray[np.float64]
 
@@ -50,19 +51,16 @@ def carried(body: Any, move: Pose) -> Any:
 
 def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "thing") -> LoadReport:
     """Store an object of these items."""
-    shapes = [step_shape.extract(item.body, {}, {}, {}) for item in items]
-    parts = [Part(item.number, item.number, i, item.material) for i, item in enumerate(items)]
-    placed = [Instance(item.name, "part", i, item.pose) for i, item in enumerate(items)]
-    model = LoadedModel("STEP", "AP242", "mm", 1.0, shapes, parts, [Assembly(name, placed)], 0, None, 0, "test")
+    shapes = tuple(step_shape.extract(item.body, {}, {}, {}) for item in items)
+    parts = tuple(Part(item.number, item.number, i, item.material) for i, item in enumerate(items))
+    placed = tuple(Instance(item.name, "part", i, item.pose) for i, item in enumerate(items))
+    model = Model("STEP", "AP242", "mm", 1.0, shapes, parts, (Assembly(name, placed),), 0, None, 0, "test")
     return keep(store, variant, model, name)
 
 
-def keep(store: Store, variant: str, model: LoadedModel, name: str = "thing") -> LoadReport:
+def keep(store: Store, variant: str, model: Model, name: str = "thing") -> LoadReport:
     """Store a model."""
-    with Run.begin(store, "load", {"name": name, "variant": variant}) as run, run.write() as connection:
-        report = store_model(run, connection, model, name, variant, SourceFile(f"{variant}.step", variant))
-        run.end("ok", connection=connection)
-    return report
+    return store_model(store, model, name, variant)
 
 
 def differences(store: Store, before: str, after: str, name: str = "thing") -> list[dict[str, Any]]:

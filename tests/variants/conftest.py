@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from relmodel.loading.load import load
-from relmodel.loading.write.model import LoadReport
+from relmodel.loading.write.write import LoadReport
 from relmodel.store import Store
+from tests.reading import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -22,8 +22,8 @@ import sqlalchemy as sa
 
 from examples.bulkhead.design import BASES, CLIP_BOLTS, VARIANTS
 from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
-from relmodel.loading.load import load
 from tests.loading.test_load import row_counts
+from tests.reading import load
 from tests.variants.composed import differences
 from tests.variants.conftest import EXAMPLES, Bulkheads, step_file
 

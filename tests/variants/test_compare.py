@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.variants.compare import compare
+from tests.reading import load
 from tests.variants.composed import differences
 from tests.variants.conftest import EXAMPLES, Bulkheads
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relmodel.loading.load import load
-from relmodel.model.model import LoadedModel
+from relmodel.model.model import Model
 from relmodel.store import Store
 from tests.loading.test_load import row_counts
 from tests.parts.step_parts import loaded, write_product
+from tests.reading import load
 from tests.variants.composed import differences, keep
 from tests.variants.conftest import step_file
 
@@ -122,7 +122,7 @@ def test_noise_is_told_from_changes_on_both_engines(fresh_store: str, tmp_path: 
 
     from tests.parts.solids import box, cylinder
 
-    def export(name: str, radius: float, seed: int) -> LoadedModel:
+    def export(name: str, radius: float, seed: int) -> Model:
         body = BRepAlgoAPI_Cut(box((0, 0, 0), (60, 40, 8)), cylinder((13, 17, -1), 6, 10)).Shape()
         body = BRepAlgoAPI_Cut(body, cylinder((41, 21, -1), radius, 10)).Shape()
         path = write_product(tmp_path / name, body, "PLATE")

@@ -16,11 +16,11 @@ import trimesh
 from relmodel.find.find import in_volumes
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, rotation_matrix
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, answer
+from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 
 WRITERS, READERS, REVISIONS, READS = 2, 10, 5, 8

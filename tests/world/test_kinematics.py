@@ -18,11 +18,11 @@ from scipy.spatial.transform import Rotation
 from relmodel.cli.main import main
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import MountedRig, correct_base, mounted_rig
+from tests.reading import load
 
 Array = npt.NDArray[np.float64]
 

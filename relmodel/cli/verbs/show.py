@@ -1,4 +1,4 @@
-"""Show an object: the tree of what stands in it with masses, sizes, features and attributes; or a picture of it.
+"""Show an object: the tree of what stands in it with masses, sizes, features, attributes and findings; or a picture.
 
 Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 lines; --format json or csv lists
 everything.  A picture that ends in .svg is written as outlines, any other as PNG.
@@ -53,7 +53,10 @@ def run(args: argparse.Namespace) -> int:
             _line(rows[1 + i], n, "") for i, n in zip(kept.tolist(), counts.tolist(), strict=True)
         ]
         rows, more = rows[:LINES], len(rows) - LINES
-    names = ("path", "level", "parts", "number", "material", "mass", "size", "surfaces", "features", "attributes")
+    names = (
+        *("path", "level", "parts", "number", "material", "mass", "size", "surfaces", "features", "attributes"),
+        "findings",
+    )
     print_rows(names, [[row.get(name) for name in names] for row in rows], args.format)
     if more > 0:
         say(f"... and {more} more lines: --format csv lists everything")

@@ -1,1 +1,1 @@
-"""Numbers of a model settled on those of the store, from which they differ by round-off."""
+"""Numbers of a model snapped to those of the store, from which they differ by round-off."""

@@ -1,7 +1,8 @@
-"""Arcs and surfaces of shapes settled on rows of the store, from which they differ by round-off."""
+"""Arcs and surfaces of shapes snapped to rows of the store, from which they differ by round-off."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.geometry.curves import BOX
-from relmodel.loading.snap.splines import ROUND_OFF_MM, with_splines
+from relmodel.loading.snap.splines import ROUND_OFF_MM, snapped_splines
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.model.trimmed_faces import pcurve_of
@@ -77,39 +78,59 @@ _SURFACES = _Level(
 )
 
 
-def settled_shapes(store: Database, connection: Connection, shapes: list[Shape]) -> list[Shape]:
+def snapped_shapes(store: Database, connection: Connection, shapes: Sequence[Shape]) -> list[Shape]:
     """Shapes with the numbers of the store, where these are the same but for round-off."""
-    out = [replace(shape) for shape in shapes]
-    for level in (_ARCS, _SURFACES) if shapes else ():
+    out = list(shapes)
+    for level in (_ARCS, _SURFACES):
         blocks = [
-            (shape, names) for shape in out for names in level.tables if row_count_or_none(getattr(shape, names[0]))
+            (i, names)
+            for i, shape in enumerate(out)
+            for names in level.tables
+            if row_count_or_none(getattr(shape, names[0]))
         ]
-        tables = [getattr(shape, rows) for shape, (rows, _) in blocks]
-        if not tables:
+        if not blocks:
             continue
-        row, stored, number = _near(store, connection, level, tables, [_is_bare(s, rows) for s, (rows, _) in blocks])
+        tables = [getattr(out[i], rows) for i, (rows, _) in blocks]
+        bare = [_is_bare(out[i], rows) for i, (rows, _) in blocks]
+        row, stored, number = _near(store, connection, level, tables, bare)
         first = np.cumsum([0, *(row_count_or_none(t) for t in tables)])
-        splines = store.columns(connection, level.splines, ids=np.unique(stored["id"][number]).tolist())
-        for (shape, (rows, spline_rows)), table, start, end in zip(blocks, tables, first[:-1], first[1:], strict=True):
+        with store.relation(connection, "sought", {"id": np.unique(np.asarray(stored["id"], np.int64)[number])}):
+            splines = store.columns(connection, level.splines)
+        for (i, names), is_bare, start, end in zip(blocks, bare, first[:-1], first[1:], strict=True):
             here = np.flatnonzero((row >= start) & (row < end))
-            at, to = row[here] - start, number[here]
-            curved, unlike = with_splines(getattr(shape, spline_rows), level.owner, at, stored["id"][to], splines)
-            at, to = at[~unlike], to[~unlike]
-            setattr(shape, spline_rows, curved)
-            if rows == "arcs":
-                _turn_back(shape, at, _whole_turns(np.asarray(table["kind"])[at], table["t0"][at], stored["t0"][to]))
-            bare = _is_bare(shape, rows)[at]
-            numbers = {c: _replaced(table[c], at, stored[c][to]) for c in (*level.lengths, *level.angles)}
-            for c in level.bounds:
-                numbers[c] = _replaced(table[c], at[bare], stored[c][to[bare]])
-            # The row of the store goes with its box; trimmed otherwise, it is another row and keeps its own.
-            off = [np.abs(np.asarray(table[c], float)[at] - stored[c][to]) for c in BOX]
-            fits = np.max(off, axis=0, initial=0.0) <= _BOX_MM
-            numbers |= {c: _replaced(table[c], at[fits], stored[c][to[fits]]) for c in BOX}
-            kinds = np.array(table["recognised_kind"], object)
-            kinds[at] = stored["recognised_kind"][to]
-            setattr(shape, rows, table | numbers | {"recognised_kind": kinds})
+            near = {c: values[number[here]] for c, values in stored.items()}
+            out[i] = _snapped(out[i], level, names, is_bare, row[here] - start, near, splines)
     return out
+
+
+def _snapped(
+    shape: Shape,
+    level: _Level,
+    names: tuple[str, str],
+    is_bare: npt.NDArray[np.bool_],
+    at: Ints,
+    stored: Table,
+    splines: Table,
+) -> Shape:
+    """A shape whose rows `at` (n,) of a table have the numbers of the rows `stored` (n,)."""
+    rows, spline_rows = names
+    table = getattr(shape, rows)
+    curved, unlike = snapped_splines(getattr(shape, spline_rows), level.owner, at, stored["id"], splines)
+    at, stored = at[~unlike], {c: values[~unlike] for c, values in stored.items()}
+    changed: dict[str, Any] = {spline_rows: curved}
+    if rows == "arcs":
+        changed |= _turned_back(shape, at, _whole_turns(np.asarray(table["kind"])[at], table["t0"][at], stored["t0"]))
+    bare = is_bare[at]
+    numbers = {c: _replaced(table[c], at, stored[c]) for c in (*level.lengths, *level.angles)}
+    numbers |= {c: _replaced(table[c], at[bare], stored[c][bare]) for c in level.bounds}
+    # The row of the store goes with its box; trimmed otherwise, it is another row and keeps its own.
+    off = [np.abs(np.asarray(table[c], float)[at] - stored[c]) for c in BOX]
+    fits = np.max(off, axis=0, initial=0.0) <= _BOX_MM
+    numbers |= {c: _replaced(table[c], at[fits], stored[c][fits]) for c in BOX}
+    kinds = np.array(table["recognised_kind"], object)
+    kinds[at] = stored["recognised_kind"]
+    changed[rows] = table | numbers | {"recognised_kind": kinds}
+    return replace(shape, **changed)
 
 
 def _is_bare(shape: Shape, rows: str) -> npt.NDArray[np.bool_]:
@@ -126,26 +147,26 @@ def _whole_turns(kind: npt.NDArray[Any], ours: Floats, theirs: Floats) -> Floats
     return np.where(closed, np.round((theirs - ours) / (2 * np.pi)), 0.0) * 2 * np.pi
 
 
-def _turn_back(shape: Shape, arcs: Ints, shift: Floats) -> None:
-    """Add to the parameters of some arcs (n,) whole turns (n,) in all that is drawn or sampled by them."""
+def _turned_back(shape: Shape, arcs: Ints, shift: Floats) -> dict[str, Any]:
+    """Samples and pcurves of a shape with whole turns (n,) added to the parameters of some arcs (n,)."""
     of_arc = np.zeros(row_count_or_none(shape.arcs))
     of_arc[arcs] = shift
     if not of_arc.any():
-        return
+        return {}
     samples, pcurves = shape.samples, shape.pcurves
     by = np.repeat(of_arc[samples.arc_no], np.diff(samples.parameters.offsets))
     parameters = replace(samples.parameters, values=samples.parameters.values + by)
-    shape.samples = replace(samples, parameters=parameters)
+    out: dict[str, Any] = {"samples": replace(samples, parameters=parameters)}
     if not row_count_or_none(pcurves):
-        return
+        return out
     drawn = pcurve_of(shape.coedges, pcurves)
     turned = np.zeros(row_count_or_none(pcurves))
     turned[drawn[drawn >= 0]] = of_arc[np.asarray(shape.coedges["arc_no"], np.int64)[drawn >= 0]]
     along = np.where(np.asarray(pcurves["kind"], str) == "line", turned, 0.0)
-    shape.pcurves = pcurves | {f"origin_{c}": pcurves[f"origin_{c}"] - along * pcurves[f"axis_{c}"] for c in "uv"}
     knots = pcurves["knots"]
     moved = knots.values + np.repeat(turned, np.diff(knots.offsets))
-    shape.pcurves["knots"] = replace(knots, values=moved)
+    origins = {f"origin_{c}": pcurves[f"origin_{c}"] - along * pcurves[f"axis_{c}"] for c in "uv"}
+    return out | {"pcurves": pcurves | origins | {"knots": replace(knots, values=moved)}}
 
 
 def _near(
@@ -158,9 +179,9 @@ def _near(
     }
     place = np.stack([mine[f"{level.place}_{c}"].astype(float) for c in "xyz"], axis=1)
     no, cell = _cells(place)
-    columns = {"no": no, **dict(zip("xyz", cell.T, strict=True))}
-    sought = {name: " ".join(map(str, values.tolist())) for name, values in columns.items()}
-    found = store.columns(connection, level.query, **sought, cell=_CELL, shift=_SHIFT)
+    sought = {"no": no, **{c: np.ascontiguousarray(column) for c, column in zip("xyz", cell.T, strict=True)}}
+    with store.relation(connection, "sought", sought):
+        found = store.columns(connection, level.query, cell=_CELL, shift=_SHIFT)
     row = np.asarray(found["no"], np.int64)
     good = np.ones(len(row), bool)
     # What a spline is recognised as follows from it, and is less well known.

@@ -20,7 +20,9 @@ _EXACT = tuple(f"{way}{name}" for way in ("", "u_", "v_") for name in ("degree",
 _KNOTS, _KNOT_SHARE = ("knots", "u_knots", "v_knots", "weights"), 1e-9  # of their range
 
 
-def with_splines(table: Table, owner: str, row: Ints, ids: Ints, stored: Table) -> tuple[Table, npt.NDArray[np.bool_]]:
+def snapped_splines(
+    table: Table, owner: str, row: Ints, ids: Ints, stored: Table
+) -> tuple[Table, npt.NDArray[np.bool_]]:
     """Splines of a shape, those of the store for rows (n,) where the stored ones of these identities (n,) are alike;
     and of which of these (n,) they are not."""
     unlike = np.zeros(len(row), bool)

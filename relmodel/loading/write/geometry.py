@@ -11,25 +11,20 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.columns import Columns, stack, take
-from relmodel.loading.write.keyed import ids_by_key
-from relmodel.loading.write.shape import append_shapes
-from relmodel.model.content_keys import ModelKeys, ShapeKeys, row_count_or_none
-from relmodel.model.model import LoadedModel, Shape, Table
+from relmodel.loading.stored_keys import ids_by_key
+from relmodel.loading.write.shape import NewShape, append_shapes
+from relmodel.model.content_keys import ShapeKeys, row_count_or_none
+from relmodel.model.model import Shape, Table
 from relmodel.store import Run
 
 Ints = npt.NDArray[np.int64]
 
 
 def append_geometry(
-    run: Run,
-    connection: Connection,
-    model: LoadedModel,
-    keys: ModelKeys,
-    shape_ids: dict[str, int],
-    new_shapes: Ints,
+    run: Run, connection: Connection, shapes: list[NewShape], shape_ids: dict[str, int]
 ) -> tuple[int, int]:
-    """Append the new shapes with the arcs and surfaces that are new; returns how many surfaces and arcs were."""
-    pairs = [(model.shapes[i], keys.shapes[i]) for i in new_shapes.tolist()]
+    """Append new shapes with the arcs and surfaces that are new; returns how many surfaces and arcs were."""
+    pairs = [(new.shape, new.keys) for new in shapes]
     arcs = [_Rows(s.arcs, s.arc_splines, k.arcs, k.arc_supports) for s, k in pairs]
     basis_arcs = [_Rows(s.basis_arcs, s.basis_arc_splines, k.basis_arcs, k.basis_arc_supports) for s, k in pairs]
     arc_ids, new_arcs = _append_rows(run, connection, "arc", "arc_spline", "arc_no", arcs + basis_arcs)
@@ -50,24 +45,25 @@ def append_geometry(
             (shape.surface_swept, fresh, shape_keys.surfaces),
             (shape.basis_surface_swept, basis_fresh, shape_keys.basis_surfaces),
         ):
-            made = _made(columns, "surface_no", new, own, surface_ids)
+            made = _made_from(columns, "surface_no", new, own, surface_ids)
             if made:
-                made["basis_arc_id"] = _pointed(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
-                made["basis_surface_id"] = _pointed(made.pop("basis_surface"), shape_keys.basis_surfaces, surface_ids)
+                made["basis_arc_id"] = _ids_or_none(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
+                basis = shape_keys.basis_surfaces
+                made["basis_surface_id"] = _ids_or_none(made.pop("basis_surface"), basis, surface_ids)
                 run.append(connection, "surface_swept", made)
         for columns, new, own in (
             (shape.arc_offsets, fresh_arcs, shape_keys.arcs),
             (shape.basis_arc_offsets, basis_fresh_arcs, shape_keys.basis_arcs),
         ):
-            made = _made(columns, "arc_no", new, own, arc_ids)
+            made = _made_from(columns, "arc_no", new, own, arc_ids)
             if made:
-                made["basis_arc_id"] = _pointed(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
+                made["basis_arc_id"] = _ids_or_none(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
                 run.append(connection, "arc_offset", made)
-    append_shapes(run, connection, pairs, shape_ids, surface_ids, arc_ids)
+    append_shapes(run, connection, shapes, shape_ids, surface_ids, arc_ids)
     return sum(int(f.sum()) for f in new_surfaces), sum(int(f.sum()) for f in new_arcs)
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Rows:
     """Arcs or surfaces of one shape: the rows, their splines, and their keys."""
 
@@ -142,7 +138,7 @@ def _append_trims(
         _append(run, connection, table, [columns])
 
 
-def _made(
+def _made_from(
     given: Table, owner: str, fresh: npt.NDArray[np.bool_], keys: list[str], ids: dict[str, int]
 ) -> dict[str, Any]:
     """Rows that say of new arcs or surfaces what they are made from, with the identities of those."""
@@ -158,5 +154,6 @@ def _made(
     return columns
 
 
-def _pointed(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:
+def _ids_or_none(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:
+    """Identities of rows; NULL stands for none in the store, as -1 does in a model."""
     return [None if r < 0 else ids[keys[r]] for r in np.asarray(rows, np.int64).tolist()]

@@ -7,21 +7,18 @@ from collections.abc import Sequence
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.features.contacts import contacts
 from relmodel.geometry.joints import Joint
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.loading.write.keyed import ids_by_key
+from relmodel.loading.derive import Derived
+from relmodel.loading.stored_keys import ids_by_key
 from relmodel.loading.write.pmi import append_pmi
 from relmodel.model.attributes import attribute_rows, part_attributes
-from relmodel.model.content_keys import ModelKeys
-from relmodel.model.model import Attribute, Instance, LoadedModel
-from relmodel.model.placed_parts import PlacedParts
+from relmodel.model.model import Attribute, Instance
 from relmodel.store import Run
 
 
-def append_parts(
-    run: Run, connection: Connection, model: LoadedModel, keys: ModelKeys, shape_ids: dict[str, int]
-) -> dict[str, int]:
+def append_parts(run: Run, connection: Connection, derived: Derived, shape_ids: dict[str, int]) -> dict[str, int]:
+    model, keys = derived.model, derived.keys
     ids, fresh = ids_by_key(run, connection, "part", keys.parts)
     new = [(ids[keys.parts[i]], model.parts[i]) for i in fresh.tolist()]
     if new:
@@ -42,9 +39,8 @@ def append_parts(
     return ids
 
 
-def append_objects(
-    run: Run, connection: Connection, model: LoadedModel, keys: ModelKeys, part_ids: dict[str, int]
-) -> dict[str, int]:
+def append_objects(run: Run, connection: Connection, derived: Derived, part_ids: dict[str, int]) -> dict[str, int]:
+    model, keys = derived.model, derived.keys
     ids, fresh = ids_by_key(run, connection, "object", keys.assemblies)
     new = [(ids[keys.assemblies[i]], model.assemblies[i]) for i in fresh.tolist()]
     if not new:
@@ -60,11 +56,11 @@ def append_objects(
         },
     )
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
-    parts = PlacedParts(model)
-    for i, no in zip((ids[keys.assemblies[k]] for k in fresh), fresh.tolist(), strict=True):
-        touching = contacts(parts, no) if model.assemblies[no].kind != "robot" else {}
+    for no in fresh.tolist():
+        touching = derived.contacts.get(no)
         if touching:
-            run.append(connection, "part_contact", {"object_id": np.full(len(touching["gap"]), i), **touching})
+            object_id = np.full(len(touching["gap"]), ids[keys.assemblies[no]])
+            run.append(connection, "part_contact", {"object_id": object_id, **touching})
     _append_joints(run, connection, [(i, no, j) for i, a in new for no, j in enumerate(a.joints)])
     placed: dict[str, list[tuple[int, int, Instance]]] = {"part": [], "assembly": []}
     for i, assembly in new:
@@ -120,7 +116,7 @@ def _append_joints(run: Run, connection: Connection, joints: Sequence[tuple[int,
 
 
 def _append_attributes(
-    run: Run, connection: Connection, level: str, stated: Sequence[tuple[int, list[Attribute]]]
+    run: Run, connection: Connection, level: str, stated: Sequence[tuple[int, Sequence[Attribute]]]
 ) -> None:
     owners, values = attribute_rows(stated)
     if owners:

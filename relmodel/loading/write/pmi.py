@@ -20,10 +20,9 @@ def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part
         return
     shapes = sorted({ids[keys.shape] for _, _, keys, ids in parts})
     # A shape that the store held may list its surfaces in another order than the file.
-    listed = {
-        (int(row.shape_id), row.content_key): int(row.surface_no)
-        for row in run.store.rows(connection, "load/surfaces_of_shapes", shape_ids=shapes)
-    }
+    with run.store.relation(connection, "sought", {"id": shapes}):
+        rows_of_shapes = run.store.rows(connection, "load/surfaces_of_shapes")
+    listed = {(int(row.shape_id), row.content_key): int(row.surface_no) for row in rows_of_shapes}
     rows = [(i, no, one) for i, part, _, _ in parts for no, one in enumerate(part.pmi)]
     run.append(
         connection,

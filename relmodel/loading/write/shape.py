@@ -1,54 +1,59 @@
-"""Writing new shapes: what they list, and what is derived from them (adjacency, relations, features, boxes)."""
+"""Writing new shapes: what they list, and what follows from them (adjacency, relations, features, boxes)."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
-from relmodel.columns import Ragged, stack, take
-from relmodel.features import Feature, feature_class_key, recognise
-from relmodel.features.relations import arc_relations, surface_relations
-from relmodel.find.packing import pack, page_boxes
+from relmodel.columns import Ragged, stack
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.loading.write.keyed import ids_by_key
+from relmodel.loading.derive import DerivedShape
+from relmodel.loading.stored_keys import ids_by_key
 from relmodel.model.attributes import arc_attributes, surface_attributes
 from relmodel.model.content_keys import ShapeKeys, row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.store import Run
 
-Floats = npt.NDArray[np.float64]
+
+@dataclass(frozen=True)
+class NewShape:
+    """A shape that the store lacks, its keys, and what follows from it."""
+
+    shape: Shape
+    keys: ShapeKeys
+    derived: DerivedShape
 
 
 def append_shapes(
     run: Run,
     connection: Connection,
-    shapes: list[tuple[Shape, ShapeKeys]],
+    shapes: list[NewShape],
     shape_ids: dict[str, int],
     surface_ids: dict[str, int],
     arc_ids: dict[str, int],
 ) -> None:
     """Append shapes that are new to the store, their surfaces and arcs being there."""
-    features = [recognise(shape) for shape, _ in shapes]
-    class_ids = _append_feature_classes(run, connection, [f for found in features for f in found])
+    class_ids = _append_feature_classes(run, connection, shapes)
     blocks: dict[str, list[dict[str, Any]]] = {}
-    for (shape, keys), found in zip(shapes, features, strict=True):
-        arcs = shape.arcs
+    for new in shapes:
+        shape, keys, derived = new.shape, new.keys, new.derived
         tables: dict[str, Table] = {
-            "shape": _shape_row(shape, keys),
+            "shape": _shape_row(new),
             "shape_surface": _shape_surfaces(shape, [surface_ids[k] for k in keys.surfaces]),
             "shape_arc": _shape_arcs(shape, [arc_ids[k] for k in keys.arcs]),
             **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
             "shape_arc_sample": vars(shape.samples).copy() if len(shape.samples.arc_no) else {},
-            "surface_adjacency": _adjacency(arcs),
-            "surface_relation": surface_relations(shape),
-            "arc_relation": arc_relations(shape),
-            **_feature_rows(found, class_ids),
-            **_box_rows(shape, found),
+            "surface_adjacency": derived.adjacency,
+            "surface_relation": derived.surface_relations,
+            "arc_relation": derived.arc_relations,
+            **_feature_rows(derived, class_ids),
+            "shape_box": derived.boxes,
+            "shape_box_page": derived.box_pages,
         }
         for table, columns in tables.items():
             if row_count_or_none(columns):
@@ -62,23 +67,15 @@ def append_shapes(
             run.append(connection, table, columns)
 
 
-def boxes_of(table: Table) -> Floats:
-    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
-    return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))
-
-
-def _shape_row(shape: Shape, keys: ShapeKeys) -> Table:
-    boxes = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
-    bounds = np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
-    area = float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0
+def _shape_row(new: NewShape) -> Table:
     return {
-        "content_key": [keys.shape],
-        "kind": [shape.kind],
-        "surface_count": [len(keys.surfaces)],
-        "arc_count": [len(keys.arcs)],
-        "area": [area],
-        "volume": [shape.volume],
-        **{name: [float(value)] for name, value in zip(BOX, bounds, strict=True)},
+        "content_key": [new.keys.shape],
+        "kind": [new.shape.kind],
+        "surface_count": [len(new.keys.surfaces)],
+        "arc_count": [len(new.keys.arcs)],
+        "area": [new.derived.area],
+        "volume": [new.shape.volume],
+        **{name: [float(value)] for name, value in zip(BOX, new.derived.box, strict=True)},
     }
 
 
@@ -127,23 +124,9 @@ def _mesh_row(shape: Shape) -> Table:
     }
 
 
-def _adjacency(arcs: Table) -> Table:
-    if not arcs:
-        return {}
-    a, b = (np.asarray(arcs[c], np.int64) for c in ("surface_a", "surface_b"))
-    angle = np.asarray(arcs["angle"], float)
-    rows = np.flatnonzero((a >= 0) & (b >= 0) & (a != b) & ~np.isnan(angle))
-    return {
-        "arc_no": rows,
-        "surface_a": np.minimum(a, b)[rows],
-        "surface_b": np.maximum(a, b)[rows],
-        "convexity": take({"convexity": arcs["convexity"]}, rows)["convexity"],
-        "angle": angle[rows],
-    }
-
-
-def _append_feature_classes(run: Run, connection: Connection, features: list[Feature]) -> dict[str, int]:
-    keys = [feature_class_key(f) for f in features]
+def _append_feature_classes(run: Run, connection: Connection, shapes: list[NewShape]) -> dict[str, int]:
+    features = [feature for new in shapes for feature in new.derived.features]
+    keys = [key for new in shapes for key in new.derived.class_keys]
     ids, fresh = ids_by_key(run, connection, "feature_class", keys)
     new = [(ids[keys[i]], keys[i], features[i]) for i in fresh.tolist()]
     if not new:
@@ -167,7 +150,8 @@ def _append_feature_classes(run: Run, connection: Connection, features: list[Fea
     return ids
 
 
-def _feature_rows(features: list[Feature], class_ids: dict[str, int]) -> dict[str, Table]:
+def _feature_rows(derived: DerivedShape, class_ids: dict[str, int]) -> dict[str, Table]:
+    features = derived.features
     if not features:
         return {}
     boxes = np.array([f.box for f in features])
@@ -175,7 +159,7 @@ def _feature_rows(features: list[Feature], class_ids: dict[str, int]) -> dict[st
     return {
         "feature": {
             "feature_no": np.arange(len(features)),
-            "feature_class_id": np.array([class_ids[feature_class_key(f)] for f in features], dtype=np.int64),
+            "feature_class_id": np.array([class_ids[key] for key in derived.class_keys], dtype=np.int64),
             "name": [f.name for f in features],
             **matrix_columns(np.array([f.shape_from_feature for f in features])),
             **{name: boxes[:, i] for i, name in enumerate(BOX)},
@@ -186,32 +170,3 @@ def _feature_rows(features: list[Feature], class_ids: dict[str, int]) -> dict[st
             "role": [role for _, _, role in members],
         },
     }
-
-
-def _box_rows(shape: Shape, features: list[Feature]) -> dict[str, Table]:
-    rows: list[dict[str, Any]] = []
-    pages: list[dict[str, Any]] = []
-    for level, boxes in (
-        ("feature", np.array([f.box for f in features]).reshape(-1, 6)),
-        ("surface", boxes_of(shape.surfaces)),
-        ("arc", boxes_of(shape.arcs)),
-    ):
-        page = pack(boxes)
-        counts, bounds = page_boxes(boxes, page)
-        rows.append(
-            {
-                "level": [level] * len(boxes),
-                "element_no": np.arange(len(boxes)),
-                "page": page,
-                **{name: boxes[:, i] for i, name in enumerate(BOX)},
-            }
-        )
-        pages.append(
-            {
-                "level": [level] * len(bounds),
-                "page": np.arange(len(bounds)),
-                "box_count": counts,
-                **{name: bounds[:, i] for i, name in enumerate(BOX)},
-            }
-        )
-    return {"shape_box": stack(rows), "shape_box_page": stack(pages)}

@@ -3,9 +3,12 @@ shared, triangles become surfaces and arcs (`shape.py`)."""
 
 from __future__ import annotations
 
+import hashlib
 import logging
 import re
 import zipfile
+from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +17,14 @@ import numpy.typing as npt
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.model.model import Assembly, Instance, LoadedModel, Part, Shape
+from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceFile
+from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
 from relmodel.readers.mesh.build import Node, build_nodes
 from relmodel.readers.mesh.shape import shape_from_triangles
 
 Floats = npt.NDArray[np.float64]
 
 LOADER_VERSION = "mesh 7"
-UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
-UNITLESS_FORMATS = ("obj", "stl", "ply")
-FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
-
-_LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
-_LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
 _MOST_BYTES = 1 << 30
 # Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
 # that is missing, which the model has no use for.
@@ -42,7 +40,7 @@ _MOST_MM = 1e8
 
 def read_mesh(
     path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), name: str | None = None
-) -> LoadedModel:
+) -> Model:
     """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none; `scale`
     multiplies the file's x, y and z; `name` (default: the file's) is that of a mesh that has none in the file.
 
@@ -55,10 +53,11 @@ def read_mesh(
     check_unit(path, unit)
     if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
+    content = path.read_bytes()
     resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
         build = build_nodes(path) if form == "3mf" else None  # first: it may be too much for trimesh to expand
-        with path.open("rb") as file:
+        with BytesIO(content) as file:
             scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
     except InputError:
         raise
@@ -73,17 +72,15 @@ def read_mesh(
     if triangles > _MOST_TRIANGLES:
         raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
     stated = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
-    short = _short(stated)
+    short = short_unit(stated)
     if short not in UNITS_MM:
         raise InputError(f"{path.name} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
-    several = _of_several_materials(path) if form == "obj" else set()
-    model = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build).model(
-        path.stem, np.diag(scale)
-    )
+    several = _of_several_materials(path.name, content) if form == "obj" else set()
+    reader = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build)
+    model = reader.model(path.stem, np.diag(scale), form, short)
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
-    model.format, model.unit = form, short
-    return model
+    return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()),))
 
 
 def _unpacked_bytes(path: Path) -> int:
@@ -95,32 +92,15 @@ def _unpacked_bytes(path: Path) -> int:
         return 0
 
 
-def _of_several_materials(path: Path) -> set[str]:
+def _of_several_materials(name: str, content: bytes) -> set[str]:
     """Names of the objects of an OBJ file that are of several materials, of which trimesh knows one only."""
-    name, materials = path.name, dict[str, set[bytes]]()
-    for word, rest in re.findall(rb"^(o|usemtl)[ \t]+(.*?)\s*$", path.read_bytes(), re.MULTILINE):
+    materials = dict[str, set[bytes]]()
+    for word, rest in re.findall(rb"^(o|usemtl)[ \t]+(.*?)\s*$", content, re.MULTILINE):
         if word == b"o":
             name = rest.decode(errors="replace")
         else:
             materials.setdefault(name, set()).add(rest)
     return {name for name, used in materials.items() if len(used) > 1}
-
-
-def check_unit(path: Path, unit: str | None) -> None:
-    """Raise InputError where the file's format asks for a unit and none is given, or the other way round."""
-    unitless = path.suffix[1:].lower() in UNITLESS_FORMATS
-    if unitless and unit is None:
-        raise InputError(f"{path.name} states no unit of length: give one, such as --unit mm")
-    if not unitless and unit is not None:
-        raise InputError(f"{path.name} states its own unit of length: leave --unit out")
-    if unit is not None and _short(unit) not in UNITS_MM:
-        raise InputError(f"{unit!r} is no unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
-
-
-def _short(unit: str) -> str:
-    """A unit as UNITS_MM has it, of one that may be spelled out."""
-    unit = unit.lower()
-    return _LONG_UNITS.get(unit, _LONG_UNITS.get(unit.removesuffix("s"), unit))
 
 
 class _Reader:
@@ -153,16 +133,16 @@ class _Reader:
             parent = scene.graph.base_frame if node.parent < 0 else str(node.parent)
             self._children.setdefault(parent, []).append(str(number))
 
-    def model(self, name: str, stretch: Floats) -> LoadedModel:
-        self.assemblies.append(Assembly(name, self._placed(stretch)))
-        return LoadedModel(
-            format="",
+    def model(self, name: str, stretch: Floats, form: str, unit: str) -> Model:
+        self.assemblies.append(Assembly(name, tuple(self._placed(stretch))))
+        return Model(
+            format=form,
             schema_name=None,
-            unit="",
+            unit=unit,
             unit_mm=self.unit_mm,
-            shapes=self.shapes,
-            parts=self.parts,
-            assemblies=self.assemblies,
+            shapes=tuple(self.shapes),
+            parts=tuple(self.parts),
+            assemblies=tuple(self.assemblies),
             root=len(self.assemblies) - 1,
             faces_in_file=None,
             faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
@@ -202,7 +182,7 @@ class _Reader:
                 continue
             if node in self._children:
                 name = self._names.get(node, node)
-                self.assemblies.append(Assembly(name, instances))
+                self.assemblies.append(Assembly(name, tuple(instances)))
                 one = Instance(name, "assembly", len(self.assemblies) - 1, parent_from_node)
             else:
                 one = Instance(self._name(node), "part", instances[0].child, parent_from_node)

@@ -1,14 +1,14 @@
 """The product structure of a STEP file: assemblies, parts, names, colours, layers, materials, and what is shared.
 
-Runs in the child process of `kernel.py` alone.
+Imports the CAD kernel: `read.py` tells when it is not there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from pathlib import Path
+from functools import cache, cached_property, partial
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -28,17 +28,17 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
-from relmodel.model.model import Assembly, Attribute, Instance, LoadedModel, Part, Shape
-from relmodel.readers.step import drawn as step_drawn
+from relmodel.model.model import Assembly, Attribute, Finding, Instance, Model, Part, Shape
 from relmodel.readers.step import geometry as step_geometry
-from relmodel.readers.step import maps
+from relmodel.readers.step import maps, part21
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step import supplemental as step_supplemental
 from relmodel.readers.step import tessellated as step_tessellated
-from relmodel.readers.step import text as step_text
+from relmodel.readers.step.annotations import with_annotations
 from relmodel.readers.step.labels import attributes_of, colour_of, entry, material_of, name_of
-from relmodel.readers.step.part21_instances import Instances, references
-from relmodel.readers.step.part21_units import unit as unit_of
+from relmodel.readers.step.part21_instances import Instances, Reference
+from relmodel.readers.step.part21_units import length_unit, validation_units
+from relmodel.readers.step.properties import FacesOfText, with_face_names, with_pmi, with_properties
 
 LOADER_VERSION = f"step-6 ocp-{OCP.__version__}"
 
@@ -79,36 +79,54 @@ class UnknownUnitError(Exception):
     """Nobody can tell how long the file's unit of length is; the message is its name."""
 
 
-def read(source: str) -> LoadedModel:
-    """Read a STEP file; lengths become mm.  `faces_in_file` and `schema_name` are left to who reads the text."""
+def read_document(content: bytes, instances: Instances) -> Model:
+    """Read the content of a STEP file, whose text is parsed already; lengths become mm."""
     document = TDocStd_Document(TCollection_ExtendedString("step"))
     reader = STEPCAFControl_Reader()
     for mode in (reader.SetColorMode, reader.SetNameMode, reader.SetLayerMode, reader.SetMatMode, reader.SetPropsMode):
         mode(True)
-    if reader.ReadFile(source) != IFSelect_ReturnStatus.IFSelect_RetDone:
+    if reader.ReadStream("step", BytesIO(content)) != IFSelect_ReturnStatus.IFSelect_RetDone:
         raise UnreadableError("the CAD kernel finds errors in it")
     if not reader.Transfer(document):
         raise UnreadableError("the CAD kernel finds no shape in it")
-    walk = _Walk(document)
-    root = walk.root()
-    shapes = walk.shapes()
-    instances = Instances(Path(source).read_bytes())
     unit, unit_mm = _unit(reader, instances)
-    step_text.attach(shapes, walk.parts, instances, reader, walk.places)
-    step_drawn.attach(shapes, walk.parts, walk.assemblies[root], instances, unit_mm)
-    return LoadedModel(
+    walk = _Walk(document, partial(attributes_of, units=validation_units(instances)))
+    root = walk.root()
+    model = Model(
         format="STEP",
-        schema_name=None,
+        schema_name=part21.schema_name(instances),
         unit=unit,
         unit_mm=unit_mm,
-        shapes=shapes,
-        parts=walk.parts,
-        assemblies=walk.assemblies,
+        shapes=tuple(walk.shapes()),
+        parts=tuple(walk.parts),
+        assemblies=tuple(walk.assemblies),
         root=root,
         faces_in_file=None,
         faces_loaded=walk.faces.Extent(),
         loader_version=LOADER_VERSION,
+        findings=part21.damage(instances),
     )
+    faces = cache(lambda: FacesOfText(model.parts, instances, reader, walk.places))
+    beside: tuple[tuple[str, Callable[[Model], Model]], ...] = (
+        ("the identifiers of products", lambda m: _with_numbers(m, instances)),
+        ("the names of faces", lambda m: with_face_names(m, instances, faces())),
+        ("dimensions, tolerances and datums", lambda m: with_pmi(m, instances, faces())),
+        ("the properties of materials", lambda m: with_properties(m, instances, faces())),
+        ("drawn annotations", lambda m: with_annotations(m, instances)),
+    )
+    for said, add in beside:
+        try:
+            model = add(model)
+        except Exception as error:  # what a file says beside its geometry never costs the geometry
+            finding = Finding("unread_text", f"{said} could not be read ({type(error).__name__}: {error})")
+            model = replace(model, findings=(*model.findings, finding))
+    return model
+
+
+def _with_numbers(model: Model, instances: Instances) -> Model:
+    """The model whose parts have the identifiers of their products for numbers, where a name tells the product."""
+    numbers = part21.product_numbers(instances)
+    return replace(model, parts=tuple(replace(p, number=numbers.get(p.name, p.number)) for p in model.parts))
 
 
 def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
@@ -120,10 +138,9 @@ def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
     if name in UNITS_MM:
         return name, UNITS_MM[name]
     for context in instances.of("GLOBAL_UNIT_ASSIGNED_CONTEXT"):
-        for pointed in references(instances.parameters(context, "GLOBAL_UNIT_ASSIGNED_CONTEXT")):
-            stated = unit_of(instances, pointed) if "LENGTH_UNIT" in instances[pointed] else None
-            if stated is not None and stated.dimension == {"length": 1.0}:
-                return name or stated.symbol, stated.factor * 1e3
+        stated = length_unit(instances, Reference(context))
+        if stated is not None:
+            return name or stated.symbol, stated.factor * 1e3
     raise UnknownUnitError(name)
 
 
@@ -142,6 +159,7 @@ class _Walk:
     """Walks the labels of a document; every product becomes one part or assembly, however often it is used."""
 
     document: Any
+    attributes_of: Callable[[Any], tuple[Attribute, ...]]
     parts: list[Part] = field(default_factory=list)
     assemblies: list[Assembly] = field(default_factory=list)
 
@@ -177,7 +195,7 @@ class _Walk:
             for one in self._instances(name_of(label) or "", child, np.eye(4), colour_of(label))
         ]
         name = instances[0].name if len(there) == 1 else "root"
-        self.assemblies.append(Assembly(name, instances))
+        self.assemblies.append(Assembly(name, tuple(instances)))
         return len(self.assemblies) - 1
 
     def _product(self, label: Any, scale: float) -> _Child | None:
@@ -207,11 +225,11 @@ class _Walk:
             bodies, beside = self._main(instances)
             if len(bodies) == 1:
                 name = name_of(label) or self.parts[bodies[0].child].name
-            for i, one in enumerate(beside):
-                self._mark_supplemental(one, f"{name} supplemental {i + 1}")
+            renamed = {id(one): self._supplemental(one, f"{name} supplemental {i + 1}") for i, one in enumerate(beside)}
             if len(bodies) == 1:
                 return self._collapsed(label, name, bodies[0], beside)
-        self.assemblies.append(Assembly(name, instances, attributes_of(label)))
+            instances = [renamed.get(id(one), one) for one in instances]
+        self.assemblies.append(Assembly(name, tuple(instances), self.attributes_of(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
     def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
@@ -230,18 +248,23 @@ class _Walk:
     def _collapsed(self, label: Any, name: str, body: Instance, beside: list[Instance]) -> _Child:
         """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
         part = self.parts[body.child]
-        part.number = part.name = name
-        part.material = part.material or material_of(label)
-        part.colour = colour_of(label) or body.colour or part.colour
         own = {name for name, *_ in part.attributes}
-        part.attributes += [one for one in attributes_of(label) if one[0] not in own]
+        self.parts[body.child] = replace(
+            part,
+            number=name,
+            name=name,
+            material=part.material or material_of(label),
+            colour=colour_of(label) or body.colour or part.colour,
+            attributes=(*part.attributes, *(one for one in self.attributes_of(label) if one[0] not in own)),
+        )
         others = tuple(_Child("part", one.child, one.parent_from_child) for one in beside)
         return _Child("part", body.child, body.parent_from_child, others)
 
-    def _mark_supplemental(self, instance: Instance, name: str) -> None:
+    def _supplemental(self, instance: Instance, name: str) -> Instance:
+        """An instance under another name, its part made supplemental under that name too."""
         part = self.parts[instance.child]
-        part.number = part.name = instance.name = name
-        part.supplemental = True
+        self.parts[instance.child] = replace(part, number=name, name=name, supplemental=True)
+        return replace(instance, name=name)
 
     def _instances(self, name: str, child: _Child, placed: Any, colour: str | None) -> list[Instance]:
         """Instance of a child, named after it where `name` is empty, and of what goes with it."""
@@ -263,7 +286,7 @@ class _Walk:
         beside = []
         if sheet is not None:
             beside.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
-            self.parts[-1].supplemental, self.parts[-1].material = True, None  # that is the body's
+            self.parts[-1] = replace(self.parts[-1], supplemental=True, material=None)  # that is the body's
         wire = self._wire(shape, scale, f"{name} supplemental", located)
         if wire is not None:
             beside.append(wire)
@@ -274,16 +297,16 @@ class _Walk:
         if not maps.face_map(shape).Extent():
             return None
         solids = maps.solids(shape)
-        attributes = attributes_of(label)
+        attributes = self.attributes_of(label)
         if len(solids) < 2:
             child = self._faced(label, shape, scale, name, located)
-            self.parts[child.index].attributes = attributes
+            self.parts[child.index] = replace(self.parts[child.index], attributes=attributes)
             return child
-        assembly = Assembly(name, [], attributes)
+        instances = []
         for i, solid in enumerate(solids):
             one = self._faced(label, solid, scale, f"{name} {i + 1}", np.eye(4))
-            assembly.instances.append(Instance(f"{name} {i + 1}", "part", one.index, np.eye(4)))
-        self.assemblies.append(assembly)
+            instances.append(Instance(f"{name} {i + 1}", "part", one.index, np.eye(4)))
+        self.assemblies.append(Assembly(name, tuple(instances), attributes))
         return _Child("assembly", len(self.assemblies) - 1, located)
 
     def _faced(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child:
@@ -291,11 +314,11 @@ class _Walk:
         faces = maps.face_map(shape)
         key = (self._solids.Add(shape), scale)
         if key not in self._shape_of:
-            marks = self._marks(label, faces)
-            body: step_shape.Body | Shape = step_shape.Body(_scaled(shape, scale), *marks)
+            labels = self._face_labels(label, faces)
+            body: step_shape.Body | Shape = step_shape.Body(_scaled(shape, scale), *labels)
             face_of = list(range(faces.Extent()))
             if step_tessellated.is_tessellated(faces):
-                body, face_of = step_tessellated.extract(_scaled(shape, scale), *marks)
+                body, face_of = step_tessellated.extract(_scaled(shape, scale), *labels)
             self._bodies.append(body)
             self._shape_of[key] = len(self._bodies) - 1, face_of
         shape_no, face_of = self._shape_of[key]
@@ -312,13 +335,13 @@ class _Walk:
         if wire is None:
             return None
         self._bodies.append(wire)
-        layers = sorted({layer for layer, drawn in self._drawn if any(drawn.Contains(edge) for edge in edges)})
-        attributes: list[Attribute] = [("layer", ", ".join(layers), None)] if layers else []
+        layers = sorted({layer for layer, on_it in self._on_layers if any(on_it.Contains(edge) for edge in edges)})
+        attributes: tuple[Attribute, ...] = (("layer", ", ".join(layers), None),) if layers else ()
         self.parts.append(Part(name, name, len(self._bodies) - 1, None, None, attributes, supplemental=True))
         return _Child("part", len(self.parts) - 1, located)
 
     @cached_property
-    def _drawn(self) -> list[tuple[str, Any]]:
+    def _on_layers(self) -> list[tuple[str, Any]]:
         """Layers, and the shapes on each; edges may be on one without being pieces of a product."""
         out = []
         layers = Sequence_TDF_Label()
@@ -336,18 +359,18 @@ class _Walk:
         """Part and surface_no of a face of the kernel, of each product that has it."""
         return self._places.get(self.faces.FindIndex(face.Located(TopLoc_Location())), [])
 
-    def _marks(self, label: Any, faces: Any) -> tuple[dict[int, str], dict[int, str], dict[int, str]]:
+    def _face_labels(self, label: Any, faces: Any) -> tuple[dict[int, str], dict[int, str], dict[int, str]]:
         """Names, colours and layers of faces, by ordinal; what a body or shell bears, its faces inherit."""
         names: dict[int, str] = {}
         colours: dict[int, str] = {}
         layers: dict[int, str] = {}
-        marked = Sequence_TDF_Label()
-        XCAFDoc_ShapeTool.GetSubShapes_s(label, marked)
-        subs = [(XCAFDoc_ShapeTool.GetShape_s(one), one) for one in marked]
+        labelled = Sequence_TDF_Label()
+        XCAFDoc_ShapeTool.GetSubShapes_s(label, labelled)
+        subs = [(XCAFDoc_ShapeTool.GetShape_s(one), one) for one in labelled]
         whole = self._layer(label)
         if whole:
             layers = dict.fromkeys(range(1, faces.Extent() + 1), whole)
-        # From the whole to its pieces, so that a face's own mark is written last.
+        # From the whole to its pieces, so that a face's own label is written last.
         for shape, one in sorted(subs, key=lambda pair: int(pair[0].ShapeType().value)):
             if shape.ShapeType().value > Type.TopAbs_FACE.value:
                 continue

@@ -71,8 +71,8 @@ def _accuracy(face: Any, swept: bool) -> float:
 def widen_boxes(boxes: Array, faces: list[Any], kinds: list[str], mesh: Mesh) -> None:
     """Widen boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of faces to those of the faces, in place.
 
-    The kernel's own are at times too small on free-form faces and too large on cut spheres and tori: they count where
-    they are between the box of the triangles and the same widened by the deviation, which counts elsewhere.
+    The kernel's own are at times too small on free-form faces and too large on cut spheres and tori: the box of the
+    triangles, widened, stands where they are less than it, and where they are beyond it by more than the deviation.
     """
     for i, (row, face, kind) in enumerate(zip(boxes, faces, kinds, strict=True)):
         if kind in _RULED:
@@ -84,7 +84,7 @@ def widen_boxes(boxes: Array, faces: list[Any], kinds: list[str], mesh: Mesh) ->
             outer = inner + mesh.deviation_mm
             # Between the chords of a hollow boundary vertices lie beyond the face.
             slack = mesh.deviation_mm if kind in ("sphere", "torus") else _TIGHT_MM
-            box = np.where((box >= inner - slack) & (box <= outer), box, outer)
+            box = np.where(box < inner - slack, inner + min(mesh.deviation_mm, mesh.chord_mm / 2), np.fmin(box, outer))
         box[:3] *= -1
         row[:3], row[3:] = np.fmin(row[:3], box[:3]), np.fmax(row[3:], box[3:])
 

@@ -1,10 +1,8 @@
-"""What the labels of the CAD kernel's document bear: name, colour, material, validation properties.
-
-Runs in the child process of `kernel.py` alone.
-"""
+"""What the labels of the CAD kernel's document bear: name, colour, material, validation properties."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
@@ -20,6 +18,7 @@ from OCP.XCAFDoc import (
 )
 
 from relmodel.model.model import Attribute
+from relmodel.readers.step.part21_units import number_key
 
 
 def entry(label: Any) -> str:
@@ -66,16 +65,22 @@ def material_of(label: Any) -> str | None:
     return str(name.ToCString()) if name is not None else None
 
 
-def attributes_of(label: Any) -> list[Attribute]:
-    """Validation properties of the file."""
+def attributes_of(label: Any, units: Mapping[tuple[str, str], float]) -> tuple[Attribute, ...]:
+    """Validation properties of the file, in mm.
+
+    The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.  units:
+    what such a number is to be multiplied by, as the text says of it (`validation_units`).
+    """
     out: list[Attribute] = []
-    for kind, name, unit in ((XCAFDoc_Volume, "validation volume", "mm3"), (XCAFDoc_Area, "validation area", "mm2")):
+    for kind, what, power in ((XCAFDoc_Volume, "volume", 3), (XCAFDoc_Area, "area", 2)):
         if label.IsAttribute(kind.GetID_s()):
-            value = kind()
-            label.FindAttribute(kind.GetID_s(), value)
-            out.append((name, float(value.Get()), unit))
+            stated = kind()
+            label.FindAttribute(kind.GetID_s(), stated)
+            value = float(stated.Get())
+            factor = units.get((what, number_key(value)), 1.0)
+            out.append((f"validation {what}", value * factor, f"mm{power}"))
     if label.IsAttribute(XCAFDoc_Centroid.GetID_s()):
         centroid = XCAFDoc_Centroid()
         label.FindAttribute(XCAFDoc_Centroid.GetID_s(), centroid)
         out += [(f"validation centroid {c}", x, "mm") for c, x in zip("xyz", centroid.Get().Coord(), strict=True)]
-    return out
+    return tuple(out)

@@ -1,4 +1,4 @@
-"""The order in which the faces and edges of a shape of the CAD kernel are numbered."""
+"""The order in which the faces and edges of a shape of the CAD kernel are numbered, and the tolerances of these."""
 
 from __future__ import annotations
 
@@ -47,6 +47,21 @@ def edge_map(faces: Any) -> Any:
         if not (BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN):
             keys.Add(edge)
     return keys
+
+
+def edge_tolerances(edges: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Greatest gap (n,) that the kernel calls valid at each edge of an `edge_map`, mm.
+
+    An edge lies within its tolerance of its faces, and ends within that of its vertices: two of them meet in one.
+    """
+    out = np.empty(edges.Extent())
+    for i in range(len(out)):
+        edge = TopoDS.Edge(edges.FindKey(i + 1))
+        out[i] = BRep_Tool.Tolerance_s(edge)
+        for vertex in (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge)):
+            if not vertex.IsNull():
+                out[i] = max(out[i], 2 * BRep_Tool.Tolerance_s(vertex))
+    return out
 
 
 def compound(shapes: list[Any]) -> Any:

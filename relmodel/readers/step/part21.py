@@ -4,127 +4,129 @@ from __future__ import annotations
 
 import re
 import sys
-from collections import Counter
-from dataclasses import dataclass
-from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
 
 from relmodel.errors import InputError
+from relmodel.model.model import Finding
+from relmodel.readers.step.part21_instances import Instances
 from relmodel.readers.step.part21_strings import decoded
 
-# A string ends at a quote that is not doubled; a comment at the first */.
-_BLANKED = re.compile(rb"'(?:[^']|'')*'|/\*.*?\*/", re.DOTALL)
-_EXACT = (b"ADVANCED_FACE", b"FACE_SURFACE")
-_TESSELLATED = (b"TRIANGULATED_FACE", b"COMPLEX_TRIANGULATED_FACE")
-_COUNTED = (
-    *_EXACT,
-    *_TESSELLATED,
-    b"NEXT_ASSEMBLY_USAGE_OCCURRENCE",
-    b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
-    b"PRODUCT",
-    b"EDGE_CURVE",
-)
-_ENTITY = re.compile(rb"\b(" + b"|".join(_COUNTED) + rb")\s*\(")
-_INSTANCE = re.compile(rb"#(\d+)\s*=\s*([^;]*);")
-_DEFINED = re.compile(rb"#(\d+)\s*=")
+Ints = npt.NDArray[np.int64]
+
+EXACT_FACES = ("ADVANCED_FACE", "FACE_SURFACE")
+TRIANGULATED_FACES = ("TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE")
+
+_STRING = re.compile(rb"'(?:[^']|'')*'")  # ends at a quote that is not doubled
 _REFERENCE = re.compile(rb"#(\d+)")
 # What stands for a parameter and is none: keywords are followed by a bracket, enumerations stand between dots.
 _WORD = re.compile(rb"[(,]\s*[-+]?([A-Za-z]\w*)\s*[,)]")
+_NOT_A_NUMBER = re.compile(rb"[(,]\s*([-+]?(?:nan|inf|infinity))\s*[,)]", re.IGNORECASE)
 _EXPONENT = re.compile(rb"[\d.][eE]\+?0*(\d{3,})")
-_FACE = re.compile(rb"\b(?:" + b"|".join(_EXACT) + rb")\s*\(")
-_TESSELLATED_FACE = re.compile(rb"\b(?:" + b"|".join(_TESSELLATED) + rb")\s*\(")
-_SHAPE = re.compile(rb"SHAPE_REPRESENTATION\s*\(")
-_PRODUCT = re.compile(rb"=\s*PRODUCT\s*\(\s*'((?:[^']|'')*)'\s*,\s*'((?:[^']|'')*)'")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
+_MOST_HEADER = 1 << 20
 
 
-@dataclass(frozen=True)
-class Summary:
-    """schema_name: as written, with the numbers behind it left off.  Counts are of instances in the data section.
-
-    damage: what shows that the text has lost or altered instances, as a clause ("it ..."); None in a whole file.
-    faces: exact ones; where a file has none, those that it gives as triangles.
-    numbers: identifier of each product by its name, where one product alone has that name.
-    """
-
-    schema_name: str | None
-    faces: int
-    edges: int
-    products: int
-    usages: int
-    damage: str | None
-    numbers: dict[str, str]
-
-
-def summarise(path: Path, name: str | None = None) -> Summary:
-    """Schema and counts of a STEP file.  `name` is what to call it in an error.
-
-    Raises InputError where it is not Part 21 at all, or was cut off before its end.
-    """
-    name = name or str(path)
-    try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {name} ({error.strerror}): give the path of a STEP file") from error
+def check_part21(text: bytes, name: str) -> None:
+    """Raise InputError where a file is not Part 21 at all, or was cut off before its end."""
     if b"ISO-10303-21;" not in text[:4096]:
         raise InputError(f"{name} is not a STEP file, as it does not begin with ISO-10303-21: give a Part 21 file")
     if b"END-ISO-10303-21" not in text[-4096:]:
         raise InputError(f"{name} is cut off, for END-ISO-10303-21 is missing at its end: export or copy it again")
-    schema = _SCHEMA.search(text)
-    counts = dict.fromkeys(_COUNTED, 0)
-    blanked = _BLANKED.sub(b"''", text)
-    for entity in _ENTITY.findall(blanked):
-        counts[entity] += 1
-    products = [(_text(one[2]), _text(one[1])) for one in _PRODUCT.finditer(text)]
-    named, names = dict(products), [name for name, _ in products]
-    return Summary(
-        schema_name=schema[1].decode("latin-1").split("{")[0].strip() if schema else None,
-        faces=sum(counts[name] for name in _EXACT) or sum(counts[name] for name in _TESSELLATED),
-        edges=counts[b"EDGE_CURVE"],
-        products=counts[b"PRODUCT"],
-        usages=counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"],
-        damage=_damage(blanked, counts),
-        numbers={name: number for name, number in named.items() if number and names.count(name) == 1},
-    )
 
 
-def _damage(blanked: bytes, counts: dict[bytes, int]) -> str | None:
-    defined = _DEFINED.findall(blanked)
-    there = set(defined)
-    absent = set(_REFERENCE.findall(blanked)) - there
-    if absent:
-        return f"it refers to #{min(map(int, absent))}, which it does not hold"
-    if len(there) < len(defined):
-        twice = min(int(number) for number, count in Counter(defined).items() if count > 1)
-        return f"it defines #{twice} more than once"
-    if word := _WORD.search(blanked):
-        return f"it has {word[1].decode()} where a number or another parameter belongs"
-    if any(int(exponent) > sys.float_info.max_10_exp for exponent in _EXPONENT.findall(blanked)):
-        return "it has a number that is too large for any computer"
-    # Writers that place one use of a product by this entity place all of them by it.
-    usages, placed = counts[b"NEXT_ASSEMBLY_USAGE_OCCURRENCE"], counts[b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"]
-    if 0 < placed < usages:
-        return f"it does not say where {usages - placed} of {usages} components stand"
-    return None
+def schema_name(instances: Instances) -> str | None:
+    """Schema that the header names, as written, with the numbers behind it left off."""
+    found = _SCHEMA.search(instances.text, 0, _MOST_HEADER)
+    return found[1].decode("latin-1").split("{")[0].strip() if found else None
 
 
-def _text(written: bytes) -> str:
-    return decoded(written).strip()
+def face_count(instances: Instances) -> int:
+    """Faces that the text lists: exact ones; where it has none, those that it gives as triangles.
 
-
-def faces_in_use(path: Path) -> int:
-    """How many faces some shape representation reaches; the others are left-overs that belong to no product.
-
-    Slower than `summarise`, for it follows every reference of the file.
+    Those count too that stand in an instance so broken that it is none.
     """
-    instances = {int(one[1]): one[2] for one in _INSTANCE.finditer(_BLANKED.sub(b"''", path.read_bytes()))}
-    waiting = [number for number, text in instances.items() if _SHAPE.search(text)]
+    return _listed(instances, EXACT_FACES) or _listed(instances, TRIANGULATED_FACES)
+
+
+def _listed(instances: Instances, names: tuple[str, ...]) -> int:
+    parsed = len(instances.of(*names))
+    # A name that ends like another is found with it.
+    found = sum(instances.text.count(n.encode()) for n in names if not any(n != o and n.endswith(o) for o in names))
+    if found == parsed:
+        return parsed
+    pattern = re.compile(rb"\b(?:" + "|".join(names).encode() + rb")\s*\(")
+    return len(pattern.findall(_STRING.sub(b"''", instances.text)))
+
+
+def faces_in_use(instances: Instances) -> int:
+    """How many faces some shape representation reaches; the others are left-overs that belong to no product."""
+    waiting = [n for name in instances.names if name.endswith("SHAPE_REPRESENTATION") for n in instances.of(name)]
     reached = set(waiting)
-    exact = tessellated = 0
     while waiting:
-        text = instances.get(waiting.pop(), b"")
-        exact += bool(_FACE.search(text))
-        tessellated += bool(_TESSELLATED_FACE.search(text))
-        fresh = {int(number) for number in _REFERENCE.findall(text)} - reached
+        fresh = set(instances.references(waiting.pop())) - reached
         reached |= fresh
         waiting.extend(fresh)
-    return exact or tessellated
+    exact, triangulated = (
+        sum(number in reached for number in instances.of(*names)) for names in (EXACT_FACES, TRIANGULATED_FACES)
+    )
+    return exact or triangulated
+
+
+def product_numbers(instances: Instances) -> dict[str, str]:
+    """Identifier of each product by its name, where one product alone has that name."""
+    named: dict[str, list[str]] = {}
+    for product in instances.of("PRODUCT"):
+        number, name = ([*instances.parameters(product, "PRODUCT"), "", ""])[:2]
+        if isinstance(number, str) and isinstance(name, str):
+            named.setdefault(name.strip(), []).append(number.strip())
+    return {name: numbers[0] for name, numbers in named.items() if len(numbers) == 1 and numbers[0]}
+
+
+def check_finite(instances: Instances, name: str) -> None:
+    """Raise InputError where a number of the text is not finite: the CAD kernel would go on without it."""
+    text = instances.text
+    if _not_finite(text) and (found := _not_finite(_STRING.sub(b"''", text))):
+        raise InputError(f"{name} has {found.decode()}, which is no finite number: export it again")
+
+
+def _not_finite(text: bytes) -> bytes | None:
+    if found := _NOT_A_NUMBER.search(text):
+        return found[1]
+    large = (one for one in _EXPONENT.finditer(text) if int(one[1]) > sys.float_info.max_10_exp)
+    return next((b"a number with the exponent " + one[1] for one in large), None)
+
+
+def damage(instances: Instances) -> tuple[Finding, ...]:
+    """What shows that the text has lost or altered instances; nothing in a whole file."""
+    return tuple(Finding("damaged_text", f"the file {clause}") for clause in _damage(instances))
+
+
+def _damage(instances: Instances) -> list[str]:
+    clauses = []
+    text, numbers = instances.text, instances.numbers
+    defined = np.unique(numbers)
+    if _absent(text, defined).size:
+        absent = _absent(_STRING.sub(b"''", text), defined)  # a string may hold what looks like a reference
+        if absent.size:
+            clauses.append(f"refers to #{absent[0]}, which it does not hold")
+    if len(defined) < len(numbers):
+        values, counts = np.unique(numbers, return_counts=True)
+        clauses.append(f"defines #{values[counts > 1][0]} more than once")
+    if _WORD.search(text) and (word := _WORD.search(_STRING.sub(b"''", text))):
+        clauses.append(f"has {decoded(word[1])} where a number or another parameter belongs")
+    # Writers that place one use of a product by this entity place all of them by it.
+    usages = len(instances.of("NEXT_ASSEMBLY_USAGE_OCCURRENCE"))
+    placed = len(instances.of("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"))
+    if 0 < placed < usages:
+        clauses.append(f"does not say where {usages - placed} of {usages} components stand")
+    return clauses
+
+
+def _absent(
+    text: bytes, defined: np.ndarray[tuple[int], np.dtype[np.int64]]
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Numbers that the text refers to and does not define, increasing."""
+    pointed = np.array([int(n) for n in set(_REFERENCE.findall(text)) if len(n) < 19], np.int64)
+    return np.setdiff1d(pointed, defined)

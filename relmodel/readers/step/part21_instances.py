@@ -17,6 +17,7 @@ from relmodel.readers.step.part21_strings import decoded
 
 # Strings may hold semicolons, hashes and what looks like comments.
 _INSTANCE = re.compile(rb"#(\d+)\s*=\s*(\(|[A-Za-z_][A-Za-z0-9_]*)((?:[^;']++|'[^']*+')*+);")
+_REFERENCE = re.compile(rb"#(\d+)")
 _COMMENT = re.compile(rb"('[^']*+')|/\*.*?\*/", re.DOTALL)
 _TOKEN = re.compile(
     rb"\s*(?:'((?:[^']|'')*)'|#(\d+)|([-+]?\d+\.\d*(?:[eE][-+]?\d+)?)|([-+]?\d+)"
@@ -49,7 +50,7 @@ class Instances:
         if b"/*" in text:
             text = _COMMENT.sub(lambda one: one[1] or b" ", text)
         # Most instances are points and directions that nobody asks for: of each only its place in the text is kept.
-        self._text = text
+        self.text = text  # without comments
         self._parsed: dict[int, Record] = {}
         self._named: dict[str, array[int]] = {}
         numbers, starts, ends = array("q"), array("q"), array("q")
@@ -67,13 +68,18 @@ class Instances:
             else:
                 named[name] = self._named.setdefault(name.decode().upper(), array("q"))
                 named[name].append(number)
-        found = np.array(numbers, np.int64)
+        self.numbers = found = np.array(numbers, np.int64)  # as they come; one may stand twice
         self._order = np.argsort(found, kind="stable")
         self._numbers = found[self._order]
         self._starts, self._ends = np.array(starts, np.int64), np.array(ends, np.int64)
 
     def __len__(self) -> int:
         return len(self._numbers)
+
+    @property
+    def names(self) -> list[str]:
+        """Entities that the file has instances of."""
+        return sorted(self._named)
 
     def of(self, *names: str) -> list[int]:
         """Numbers of the instances that are, or of a complex instance have, one of the entities; in rising order."""
@@ -91,8 +97,13 @@ class Instances:
         """The instance; empty where there is none of that number."""
         if number not in self._parsed:
             at = self.ordinal(number)
-            self._parsed[number] = {} if at is None else _record(self._text[self._starts[at] : self._ends[at]])
+            self._parsed[number] = {} if at is None else _record(self.text[self._starts[at] : self._ends[at]])
         return self._parsed[number]
+
+    def references(self, number: int) -> list[int]:
+        """Numbers of the instances that one points to, those in its strings too; it is not parsed for them."""
+        at = self.ordinal(number)
+        return [] if at is None else [int(n) for n in _REFERENCE.findall(self.text, self._starts[at], self._ends[at])]
 
     def parameters(self, number: int, name: str) -> list[Any]:
         """Parameters of one of an instance's entities; empty where it has none of that name."""

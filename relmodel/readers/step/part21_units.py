@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from relmodel.readers.step.part21_instances import Instances, Reference, Typed, references
+from relmodel.readers.step.part21_instances import Instances, Reference, Typed, references, two
 
 _PREFIX = {
     "EXA": ("E", 1e18), "PETA": ("P", 1e15), "TERA": ("T", 1e12), "GIGA": ("G", 1e9), "MEGA": ("M", 1e6),
@@ -76,6 +76,63 @@ def unit(instances: Instances, number: int) -> Unit | None:
         return Unit(symbol, base.unit.dimension, base.value * base.unit.factor)
     if "DERIVED_UNIT" in record:
         return _derived(instances, record["DERIVED_UNIT"])
+    return None
+
+
+def validation_units(instances: Instances) -> dict[tuple[str, str], float]:
+    """What the volumes and areas among the validation properties are to be multiplied by to be mm3 and mm2.
+
+    Keys: `volume` or `area`, and the number as `number_key` has it.  The unit is that of the measure or, where it has
+    none, of length in the context of its representation (ISO 10303-41, -43).
+    """
+    out: dict[tuple[str, str], float] = {}
+    for number in instances.of("PROPERTY_DEFINITION_REPRESENTATION"):
+        _, shown = two(instances.parameters(number, "PROPERTY_DEFINITION_REPRESENTATION"))
+        for parameters in instances[shown].values() if shown is not None else ():
+            if len(parameters) < 3:
+                continue
+            for item in references(parameters[1]):
+                one = _measure_of(instances, item)
+                if one is None:
+                    continue
+                what, value, stated = one
+                power = 3 if what == "volume" else 2
+                if stated is not None and stated.dimension == {"length": float(power)}:
+                    factor = stated.factor
+                else:
+                    length = length_unit(instances, parameters[2])
+                    if length is None:
+                        continue
+                    factor = length.factor**power
+                out[what, number_key(value)] = factor * 1e3**power
+    return out
+
+
+def _measure_of(instances: Instances, number: int) -> tuple[str, float, Unit | None] | None:
+    """Whether an instance is a volume or an area, its number, and its unit if it states one."""
+    for parameters in instances[number].values():
+        for one, following in zip(parameters, [*parameters[1:], None], strict=False):
+            if isinstance(one, Typed) and one.name in ("VOLUME_MEASURE", "AREA_MEASURE"):
+                value = _number(one, True)
+                if value is not None:
+                    stated = unit(instances, following) if isinstance(following, Reference) else None
+                    return one.name.removesuffix("_MEASURE").lower(), value, stated
+    return None
+
+
+def number_key(value: float) -> str:
+    """A number as two readers of its text agree on it."""
+    return f"{value:.12g}"
+
+
+def length_unit(instances: Instances, context: Any) -> Unit | None:
+    """The unit of length of a representation's context; None where it has none that is known."""
+    if not isinstance(context, Reference):
+        return None
+    for pointed in references(instances.parameters(context, "GLOBAL_UNIT_ASSIGNED_CONTEXT")):
+        stated = unit(instances, pointed) if "LENGTH_UNIT" in instances[pointed] else None
+        if stated is not None and stated.dimension == {"length": 1.0}:
+            return stated
     return None
 
 

@@ -1,124 +1,78 @@
-"""STEP files (AP203, AP214, AP242), read by the CAD kernel in a child process under limits of time and memory.
+"""STEP files (AP203, AP214, AP242): the text is parsed once, the CAD kernel reads the same bytes.
 
-The kernel crashes on many damaged files, so it never runs in the caller's process; the child hands its result back
-through a file, for the kernel prints on stdout.
+The kernel crashes on many damaged files and takes what memory it wants, so `relmodel.readers.read` runs this in a
+child process under limits.
 """
 
 from __future__ import annotations
 
 import gzip
-import os
-import pickle
-import signal
-import subprocess
-import sys
-import tempfile
+import hashlib
+from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 from relmodel.errors import InputError
-from relmodel.model import sharing
-from relmodel.model.model import LoadedModel
-from relmodel.readers.step import part21, soundness
+from relmodel.model.model import Model, SourceFile
+from relmodel.readers.step import part21
+from relmodel.readers.step.part21_instances import Instances
 
-TIME_LIMIT_S = 300.0
-MEMORY_LIMIT = 6 << 30
 UNPACKED_LIMIT = 2 << 30
-SUFFIXES = (".step", ".stp", ".step.gz", ".stp.gz")
 
 
-def read_step(
-    path: str | Path,
-    *,
-    allow_partial: bool = False,
-    time_limit_s: float = TIME_LIMIT_S,
-    memory_limit: int = MEMORY_LIMIT,
-) -> LoadedModel:
+def read_step(path: Path) -> Model:
     """Read a STEP file, gzipped or not, into parts, shapes and assemblies; lengths become mm.
 
-    Raises InputError where the file is missing, not STEP, takes more than `time_limit_s` or `memory_limit` (bytes),
-    holds no face, loses faces on reading or contradicts itself (`allow_partial` takes what is left).
+    Raises InputError where the file cannot be read, is not STEP or cut off, has a number that is not finite, is
+    in no known unit or holds no face.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"there is no file {path}: give the path of a STEP file")
-    with tempfile.TemporaryDirectory(prefix="relmodel-") as folder:
-        plain = path
-        if path.suffix.lower() == ".gz":
-            plain = Path(folder) / "in.step"
-            _unpack(path, plain)
-        summary = part21.summarise(plain, str(path))
-        if summary.faces == 0:
-            raise InputError(f"{path} holds no face, neither exact nor of triangles: export its solids as a B-rep")
-        if summary.damage and not allow_partial:
-            raise InputError(_damaged(path, summary.damage))
-        model = _run(plain, path, Path(folder) / "out.pickle", time_limit_s, memory_limit)
-        faces = summary.faces
-        if model.faces_loaded < faces:  # lost, or of no product from the first
-            faces = max(part21.faces_in_use(plain), model.faces_loaded)
-    if not soundness.is_finite(model):
-        raise InputError(f"{path} is damaged, for it gives sizes that are not finite: export it again")
-    model.damage = summary.damage or soundness.contradiction(model)
-    sharing.share(model)
-    model.schema_name = summary.schema_name
-    model.faces_in_file = faces
-    for part in model.parts:
-        part.number = summary.numbers.get(part.name, part.number)
-    if model.faces_loaded < faces and not allow_partial:
-        raise InputError(
-            f"{faces - model.faces_loaded} of {faces} faces of {path} were lost on reading: "
-            "repair the file, or take what is left with --allow-partial"
-        )
-    if model.damage and not allow_partial:
-        raise InputError(_damaged(path, model.damage))
-    return model
+    content = path.read_bytes()
+    files = (SourceFile(path.name, hashlib.sha256(content).hexdigest()),)
+    if path.suffix.lower() == ".gz":
+        content = _unpacked(content, path)
+    part21.check_part21(content, str(path))
+    instances = Instances(content)
+    faces = part21.face_count(instances)
+    if faces == 0:
+        raise InputError(f"{path} holds no face, neither exact nor of triangles: export its solids as a B-rep")
+    part21.check_finite(instances, str(path))
+    model = _by_kernel(content, instances, path)
+    if model.faces_loaded < faces:  # lost, or of no product from the first
+        faces = max(part21.faces_in_use(instances), model.faces_loaded)
+    return replace(model, faces_in_file=faces, files=files)
 
 
-def _damaged(path: Path, why: str) -> str:
-    return f"{path} is damaged, for {why}: export it again, or take it as it is with --allow-partial"
-
-
-def _unpack(path: Path, to: Path) -> None:
-    size = 0
+def _by_kernel(content: bytes, instances: Instances, path: Path) -> Model:
     try:
-        with gzip.open(path, "rb") as packed, to.open("wb") as out:
-            while chunk := packed.read(1 << 20):
-                size += len(chunk)
-                if size > UNPACKED_LIMIT:
-                    raise InputError(f"{path} unpacks to more than {UNPACKED_LIMIT >> 30} GB: split the assembly")
-                out.write(chunk)
+        from relmodel.readers.step import document
+        from relmodel.readers.step.tessellated import NoAreaError
+    except ModuleNotFoundError as error:
+        if error.name != "OCP":
+            raise
+        raise InputError(
+            f"{path} cannot be read without the CAD kernel, which is not installed: pip install 'relmodel[step]'"
+        ) from error
+    except ImportError as error:
+        raise InputError(
+            f"{path} cannot be read, as the CAD kernel does not start ({error}): free memory, or install it again"
+        ) from error
+    try:
+        return document.read_document(content, instances)
+    except document.UnknownUnitError as error:
+        named = f"an unknown unit of length, {error}" if str(error) else "no known unit of length"
+        raise InputError(f"{path} is in {named}: export it in one such as the millimetre") from error
+    except NoAreaError as error:
+        raise InputError(f"{path} holds triangles without any area only: export it again") from error
+    except document.UnreadableError as error:
+        raise InputError(f"{path} could not be read ({error}): export it again") from error
+
+
+def _unpacked(packed: bytes, path: Path) -> bytes:
+    try:
+        with gzip.open(BytesIO(packed)) as file:
+            content = file.read(UNPACKED_LIMIT + 1)
     except (OSError, EOFError) as error:
         raise InputError(f"{path} cannot be unpacked ({error}): copy it again") from error
-
-
-def _run(plain: Path, path: Path, out: Path, time_limit_s: float, memory_limit: int) -> LoadedModel:
-    command = [sys.executable, "-m", "relmodel.readers.step.kernel", str(plain.resolve()), str(out), str(memory_limit)]
-    root = str(Path(__file__).resolve().parents[2])
-    try:
-        done = subprocess.run(
-            command,
-            cwd=root,
-            env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},  # its products are small, and each thread takes memory
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            timeout=time_limit_s,
-            check=False,
-        )
-    except subprocess.TimeoutExpired as error:
-        raise InputError(
-            f"reading {path} took more than {time_limit_s:g} s and was stopped: split the assembly, or repair the file"
-        ) from error
-    if done.returncode == 0 and out.is_file():
-        with out.open("rb") as result:
-            model = pickle.load(result)
-        if isinstance(model, LoadedModel):
-            return model
-        raise InputError(str(model).replace("{path}", str(path)))
-    if done.returncode < 0:
-        name = signal.Signals(-done.returncode).name
-        raise InputError(
-            f"the CAD kernel crashed on {path} ({name}): export it again, for it is damaged, "
-            f"or split it where it takes more than {memory_limit / (1 << 30):.3g} GB of memory"
-        )
-    last = done.stderr.decode(errors="replace").strip().splitlines()
-    raise InputError(f"{path} could not be read ({last[-1] if last else 'no reason given'}): export it again")
+    if len(content) > UNPACKED_LIMIT:
+        raise InputError(f"{path} unpacks to more than {UNPACKED_LIMIT >> 30} GB: split the assembly")
+    return content

@@ -28,7 +28,7 @@ from relmodel.model.trimmed_faces import TrimmedFaces
 from relmodel.readers.step import face_measures, triangulation
 from relmodel.readers.step.boundary import Coedge, forward, is_reversed, loops_of, pcurve_of
 from relmodel.readers.step.geometry import CurveRows, SurfaceRows
-from relmodel.readers.step.maps import edge_map, face_map
+from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map
 from relmodel.readers.step.pcurves import PcurveRows
 from relmodel.readers.step.recognition import recognise_tori
 
@@ -82,6 +82,7 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     ]
     surface_columns, arc_columns = surface_rows.columns(), curve_rows.columns()
     kinds = surface_columns["kind"]
+    arc_columns["tolerance"] = edge_tolerances(edge_keys)
     loops, coedges, pcurves, edges = _loops(faces, edge_keys, kinds)
 
     curves, surfaces = curve_rows.curves, surface_rows.surfaces

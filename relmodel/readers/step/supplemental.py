@@ -5,6 +5,7 @@ Runs in the child process of `kernel.py` alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -71,11 +72,13 @@ def extract_edges(shape: Any) -> Shape | None:
         "convexity": ["free"] * count,
         "angle": np.full(count, np.nan),
     }
-    out = wire(arcs, rows.splines)
-    out.basis_arcs = basis.columns() | measures.arc_measures(basis.curves)
-    out.basis_arc_splines = basis.splines
-    out.arc_offsets, out.basis_arc_offsets = rows.offsets, basis.offsets
-    return out
+    return replace(
+        wire(arcs, rows.splines),
+        basis_arcs=basis.columns() | measures.arc_measures(basis.curves),
+        basis_arc_splines=basis.splines,
+        arc_offsets=rows.offsets,
+        basis_arc_offsets=basis.offsets,
+    )
 
 
 def wire(arcs: Table, splines: Table) -> Shape:

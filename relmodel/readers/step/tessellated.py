@@ -5,6 +5,7 @@ Runs in the child process of `kernel.py` alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,6 @@ def extract(
     if out is None:
         raise NoAreaError
     face_of = [int(face) for face in np.unique(faces)]
-    for column, marks in (("name", names), ("colour", colours), ("layer", layers)):
-        out.surfaces[column] = [marks.get(face + 1) for face in face_of]
-    return out, face_of
+    given_to = (("name", names), ("colour", colours), ("layer", layers))
+    labels = {column: [of_face.get(face + 1) for face in face_of] for column, of_face in given_to}
+    return replace(out, surfaces=out.surfaces | labels), face_of

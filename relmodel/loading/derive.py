@@ -1,0 +1,194 @@
+"""What follows from a model: sharing, numbers snapped to the store's, keys, features, relations, contacts, boxes.
+
+All of it is made before anything is written, from a model that nothing changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.columns import stack, take
+from relmodel.features import Feature, feature_class_key, recognise
+from relmodel.features.contacts import contacts
+from relmodel.features.relations import arc_relations, surface_relations
+from relmodel.find.packing import pack, page_boxes
+from relmodel.geometry.curves import BOX
+from relmodel.loading.snap.snap import snap
+from relmodel.loading.stored_keys import stored_ids
+from relmodel.model.content_keys import ModelKeys, model_keys, row_count_or_none
+from relmodel.model.model import Finding, Model, Shape, Table
+from relmodel.model.placed_parts import PlacedParts
+from relmodel.model.sharing import share
+from relmodel.store.database import Database
+
+Floats = npt.NDArray[np.float64]
+Made = TypeVar("Made")
+
+
+@dataclass(frozen=True)
+class DerivedShape:
+    """What follows from a shape, as columns of the tables without the shape's identity.
+
+    class_keys: keys of the features' classes.  box: x0 y0 z0 x1 y1 z1, mm; area: of all surfaces, mm2.
+    """
+
+    features: tuple[Feature, ...]
+    class_keys: tuple[str, ...]
+    box: Floats
+    area: float
+    adjacency: Table
+    surface_relations: Table
+    arc_relations: Table
+    boxes: Table
+    box_pages: Table
+
+
+@dataclass(frozen=True)
+class Noted:
+    """A finding, and which part and shape of the model it is of; None where it is of none."""
+
+    finding: Finding
+    part: int | None = None
+    shape: int | None = None
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A model ready to be written.
+
+    shapes, contacts: by number of the shape or assembly, of those that the store lacks (the first of equal ones).
+    findings: of the model and of what follows from it.
+    """
+
+    model: Model
+    keys: ModelKeys
+    shapes: dict[int, DerivedShape]
+    contacts: dict[int, Table]
+    findings: tuple[Noted, ...]
+
+
+def derive(model: Model, store: Database, connection: Connection) -> Derived:
+    """What follows from a model for a store, which is read and not written.
+
+    Raises InputError where an assembly contains itself.
+    """
+    model = share(model)
+    keys = model_keys(model)
+    snapped = snap(store, connection, model, keys)
+    if snapped is not model:
+        model, keys = snapped, model_keys(snapped)
+    failures: list[Noted] = []
+    shapes = {
+        no: _derived_shape(model.shapes[no], no, failures)
+        for no in _new(store, connection, "shape", [k.shape for k in keys.shapes])
+    }
+    placed = PlacedParts(model)
+    touching = {
+        no: _attempt("contacts", partial(contacts, placed, no), failures) or {}
+        for no in _new(store, connection, "object", keys.assemblies)
+        if model.assemblies[no].kind != "robot"
+    }
+    part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
+    found = [replace(n, part=part_of.get(n.shape)) if n.shape is not None else n for n in failures]
+    return Derived(model, keys, shapes, touching, (*_noted(model), *found))
+
+
+def _new(store: Database, connection: Connection, table: str, keys: list[str]) -> list[int]:
+    """Where in `keys` those first stand that a table lacks."""
+    known = stored_ids(store, connection, table, keys)
+    first = {key: i for i, key in reversed(list(enumerate(keys)))}
+    return sorted(i for key, i in first.items() if key not in known)
+
+
+def _noted(model: Model) -> list[Noted]:
+    """Findings of the readers: of the file, then by part, then by shape with the first part that has it."""
+    part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
+    return [
+        *(Noted(finding) for finding in model.findings),
+        *(Noted(finding, i, part.shape) for i, part in enumerate(model.parts) for finding in part.findings),
+        *(Noted(finding, part_of.get(i), i) for i, shape in enumerate(model.shapes) for finding in shape.findings),
+    ]
+
+
+def _attempt(what: str, make: Callable[[], Made], failures: list[Noted], shape: int | None = None) -> Made | None:
+    """What `make` gives; None where it fails, which is noted, for that never costs a load."""
+    try:
+        return make()
+    except Exception as error:
+        said = f"{what} could not be recognised ({type(error).__name__}: {error})"
+        failures.append(Noted(Finding(f"{what.replace(' ', '_')}_failed", said), shape=shape))
+        return None
+
+
+def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape:
+    features = tuple(_attempt("features", partial(recognise, shape), failures, no) or ())
+    boxes, pages = _boxes(shape, features)
+    every = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
+    return DerivedShape(
+        features=features,
+        class_keys=tuple(map(feature_class_key, features)),
+        box=np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)]),
+        area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
+        adjacency=_adjacency(shape.arcs),
+        surface_relations=_attempt("surface relations", partial(surface_relations, shape), failures, no) or {},
+        arc_relations=_attempt("arc relations", partial(arc_relations, shape), failures, no) or {},
+        boxes=boxes,
+        box_pages=pages,
+    )
+
+
+def boxes_of(table: Table) -> Floats:
+    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
+    return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))
+
+
+def _adjacency(arcs: Table) -> Table:
+    if not row_count_or_none(arcs):
+        return {}
+    a, b = (np.asarray(arcs[c], np.int64) for c in ("surface_a", "surface_b"))
+    angle = np.asarray(arcs["angle"], float)
+    rows = np.flatnonzero((a >= 0) & (b >= 0) & (a != b) & ~np.isnan(angle))
+    return {
+        "arc_no": rows,
+        "surface_a": np.minimum(a, b)[rows],
+        "surface_b": np.maximum(a, b)[rows],
+        "convexity": take({"convexity": arcs["convexity"]}, rows)["convexity"],
+        "angle": angle[rows],
+    }
+
+
+def _boxes(shape: Shape, features: tuple[Feature, ...]) -> tuple[Table, Table]:
+    """Rows of `shape_box` and of `shape_box_page`."""
+    rows: list[Table] = []
+    pages: list[Table] = []
+    for level, boxes in (
+        ("feature", np.array([f.box for f in features]).reshape(-1, 6)),
+        ("surface", boxes_of(shape.surfaces)),
+        ("arc", boxes_of(shape.arcs)),
+    ):
+        page = pack(boxes)
+        counts, bounds = page_boxes(boxes, page)
+        rows.append(
+            {
+                "level": [level] * len(boxes),
+                "element_no": np.arange(len(boxes)),
+                "page": page,
+                **{name: boxes[:, i] for i, name in enumerate(BOX)},
+            }
+        )
+        pages.append(
+            {
+                "level": [level] * len(bounds),
+                "page": np.arange(len(bounds)),
+                "box_count": counts,
+                **{name: bounds[:, i] for i, name in enumerate(BOX)},
+            }
+        )
+    return dict(stack(rows)), dict(stack(pages))

@@ -1,0 +1,52 @@
+"""Formats of model files by their suffixes, and the unit of length that some of them leave open.
+
+Imports nothing heavy: what a call asks for is looked at before a reader is begun.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from relmodel.errors import InputError
+
+STEP_SUFFIXES = (".step", ".stp", ".p21")
+URDF_SUFFIX = ".urdf"
+UNITLESS_FORMATS = ("obj", "stl", "ply")
+MESH_FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
+UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
+
+_LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
+_LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
+
+
+def format_of(path: Path) -> str:
+    """`step`, `mesh` or `urdf`, by the suffix, that of the file within a `.gz` of STEP.
+
+    Raises InputError for an unknown one.
+    """
+    suffix = path.suffix.lower()
+    if suffix in STEP_SUFFIXES or (suffix == ".gz" and Path(path.stem).suffix.lower() in STEP_SUFFIXES):
+        return "step"
+    if suffix == URDF_SUFFIX:
+        return "urdf"
+    if suffix[1:] in MESH_FORMATS:
+        return "mesh"
+    known = ", ".join([*STEP_SUFFIXES, *(f".{f}" for f in MESH_FORMATS), URDF_SUFFIX])
+    raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
+
+
+def check_unit(path: Path, unit: str | None) -> None:
+    """Raise InputError where the file's format asks for a unit and none is given, or the other way round."""
+    unitless = path.suffix[1:].lower() in UNITLESS_FORMATS
+    if unitless and unit is None:
+        raise InputError(f"{path.name} states no unit of length: give one, such as --unit mm")
+    if not unitless and unit is not None:
+        raise InputError(f"{path.name} states its own unit of length: leave --unit out")
+    if unit is not None and short_unit(unit) not in UNITS_MM:
+        raise InputError(f"{unit!r} is no unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
+
+
+def short_unit(unit: str) -> str:
+    """A unit as UNITS_MM has it, of one that may be spelled out."""
+    unit = unit.lower()
+    return _LONG_UNITS.get(unit, _LONG_UNITS.get(unit.removesuffix("s"), unit))

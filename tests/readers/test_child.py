@@ -1,0 +1,83 @@
+"""The child process that reads: held to its limits, gone with its parent, and nothing left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from relmodel.errors import InputError
+from relmodel.readers import ReadOptions, read
+
+ROOT = Path(__file__).parents[2]
+FACE = (
+    "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=ADVANCED_FACE('',(#2),#3,.T.);\n#2=NIL();\n#3=NIL();\n"
+    "ENDSEC;\nEND-ISO-10303-21;\n"
+)
+
+
+def test_a_mesh_read_by_a_child_is_the_one_read_here(tmp_path: Path) -> None:
+    trimesh.creation.box((30, 20, 10)).export(tmp_path / "box.stl")
+    options = ReadOptions(unit="mm", name="block")
+    here, there = (read(tmp_path / "box.stl", options, in_child=child) for child in (False, True))
+    assert there.parts == here.parts
+    assert (there.files, there.unit, there.faces_loaded) == (here.files, "mm", 6)
+    assert there.shapes[0].volume == here.shapes[0].volume == pytest.approx(6000)
+
+
+def test_a_mesh_that_takes_too_much_memory_is_refused_in_a_sentence(tmp_path: Path) -> None:
+    """A 3MF of some kilobytes whose vertices take gigabytes when they are parsed."""
+    line = b'<vertex x="0" y="0" z="0"/>' * 40
+    archive = zipfile.ZipFile(tmp_path / "bomb.3mf", "w", zipfile.ZIP_DEFLATED)
+    with archive, archive.open("3D/3dmodel.model", "w") as file:
+        file.write(b'<model unit="millimeter"><resources><object id="1" type="model"><mesh><vertices>')
+        for _ in range(20_000):
+            file.write(line)
+        file.write(b"</vertices><triangles/></mesh></object></resources><build/></model>")
+    assert (tmp_path / "bomb.3mf").stat().st_size < 1 << 18
+    with pytest.raises(InputError, match=r"memory|could not be read|cannot be read") as error:
+        read(tmp_path / "bomb.3mf", ReadOptions(memory_limit=700 << 20))
+    assert "\n" not in str(error.value)
+
+
+def test_a_child_ends_with_its_parent_and_leaves_nothing(tmp_path: Path) -> None:
+    stub, scratch = tmp_path / "stub", tmp_path / "scratch"
+    stub.mkdir()
+    scratch.mkdir()
+    told = tmp_path / "child.pid"
+    (stub / "OCP.py").write_text(f"import os, time\nopen({str(told)!r}, 'w').write(str(os.getpid()))\ntime.sleep(60)\n")
+    path = tmp_path / "face.step"
+    path.write_text(FACE)
+    program = f"from pathlib import Path\nfrom relmodel.readers import read\nread(Path({str(path)!r}))\n"
+    environment = os.environ | {"PYTHONPATH": f"{stub}{os.pathsep}{ROOT}", "TMPDIR": str(scratch)}
+    parent = subprocess.Popen([sys.executable, "-c", program], cwd=ROOT, env=environment)
+    assert _until(lambda: told.exists() and told.read_text() != "")
+    child = int(told.read_text())
+    parent.send_signal(signal.SIGKILL)
+    parent.wait()
+    assert _until(lambda: not _lives(child))
+    assert list(scratch.iterdir()) == []
+
+
+def _until(holds: object, seconds: float = 60.0) -> bool:
+    """Whether something comes to hold; how soon is not asked."""
+    assert callable(holds)
+    end = time.monotonic() + seconds
+    while not (found := bool(holds())) and time.monotonic() < end:
+        time.sleep(0.05)
+    return found
+
+
+def _lives(process: int) -> bool:
+    try:
+        state = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
