@@ -14,17 +14,12 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 
-def taken(vectors: Array, row: Index) -> Array:
+def take(vectors: Array, row: Index) -> Array:
     """Vectors `row` (n,) of some (m, d) that are the transpose of components, as components (d, n)."""
     return np.take(vectors.T, row, axis=1)
 
 
-def picked(values: npt.NDArray[Any], at: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Rows `at` (numbers, or whether each) of an array in C order: `values[at]` in a quarter of its time."""
-    return np.take(values, np.flatnonzero(at) if at.dtype == np.bool_ else at, axis=0)
-
-
-def put(out: npt.NDArray[np.floating[Any]], at: Index | slice, values: Array) -> None:
+def scatter(out: npt.NDArray[np.floating[Any]], at: Index | slice, values: Array) -> None:
     """Set components (d, n) at some places."""
     for row, value in zip(out, values, strict=True):
         row[at] = value

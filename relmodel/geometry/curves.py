@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.components import cross, dot, put, taken
+from relmodel.geometry.components import cross, dot, scatter, take
 from relmodel.geometry.spline_curves import SplineCurves
 
 Array = npt.NDArray[np.float64]
@@ -146,23 +146,23 @@ class Curves:
         for name, at in self._by_kind.of(row):
             one, parameter = row[at], t[at]
             if name == "degenerate":
-                put(points, at, taken(self.origin, one))
+                scatter(points, at, take(self.origin, one))
                 continue
             if name in CONICS:
                 a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
-                x, y = taken(self.x, one), taken(self.y, one)
-                point, by = taken(self.origin, one) + a * x + b * y, a_by * x + b_by * y
+                x, y = take(self.x, one), take(self.y, one)
+                point, by = take(self.origin, one) + a * x + b * y, a_by * x + b_by * y
             elif name == "line":
-                by = taken(self.x, one)
-                point = taken(self.origin, one) + parameter * by
+                by = take(self.x, one)
+                point = take(self.origin, one) + parameter * by
             elif name in ("spline", "polyline") and self._splines is not None:
                 point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
             else:
                 point, by = np.full((3, len(one)), np.nan), np.zeros((3, len(one)))
                 for number, where in groups(one) if name == "offset" else ():
                     point[:, where], by[:, where] = (x.T for x in self._offset(number, parameter[where]))
-            put(points, at, point)
-            put(derivatives, at, by)
+            scatter(points, at, point)
+            scatter(derivatives, at, by)
         return points.T, derivatives.T
 
     def _offset(self, row: int, t: Array) -> tuple[Array, Array]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.components import dot, put, taken
+from relmodel.geometry.components import dot, scatter, take
 from relmodel.geometry.surfaces import Surfaces
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
-_AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away from it is not sound
+_AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away from it is round-off
 
 
 def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:
@@ -24,10 +24,10 @@ def normals_at(surfaces: Surfaces, row: Index, points: Array) -> Array:
     for kind, at in surfaces.by_kind.of(row):
         one = row[at]
         if kind == "plane":
-            put(out, at, taken(plane_normals(surfaces), one))
+            scatter(out, at, take(plane_normals(surfaces), one))
         elif kind in _ROUND:
-            d = points.T[:, at] - taken(surfaces.origin, one)
-            put(out, at, hand[one] * _ROUND[kind](surfaces, one, d))
+            d = points.T[:, at] - take(surfaces.origin, one)
+            scatter(out, at, hand[one] * _ROUND[kind](surfaces, one, d))
     return out.T
 
 
@@ -54,7 +54,7 @@ def _cone(surfaces: Surfaces, row: Index, d: Array) -> Array:
     angle = surfaces.semi_angle[row]
     # Beyond the apex the same generators go on at the other side.
     side = np.sign(surfaces.radius[row] + height * np.tan(angle))
-    normal = np.cos(angle) * away - (side * np.sin(angle)) * taken(surfaces.z, row)
+    normal = np.cos(angle) * away - (side * np.sin(angle)) * take(surfaces.z, row)
     normal[:, reach < _AXIS] = np.nan
     return np.asarray(normal)
 
@@ -73,7 +73,7 @@ def _torus(surfaces: Surfaces, row: Index, d: Array) -> Array:
 
 def _away(surfaces: Surfaces, row: Index, d: Array) -> tuple[Array, Array, Array]:
     """Unit vectors away from the axis, distances from it and heights along it; vectors are components (3, n)."""
-    z = taken(surfaces.z, row)
+    z = take(surfaces.z, row)
     height = dot(d, z)
     across = d - height * z
     reach = np.sqrt(dot(across, across))

@@ -11,13 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
-from relmodel.geometry.components import put
+from relmodel.geometry.components import scatter
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
 
 _BLOCK = 16384  # parameters at a time, so that what is worked on stays in the cache
-_CUBIC = 3
 HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
 
 
@@ -168,8 +167,8 @@ class SplineCurves:
                 whole = len(self._degrees) == 1
                 at: Index | slice = slice(None) if whole else np.flatnonzero(degree == p)
                 point, derivative = self._of_degree(p, span[at], inside[at])
-                put(points[:, block], at, point)
-                put(by[:, block], at, derivative)
+                scatter(points[:, block], at, point)
+                scatter(by[:, block], at, derivative)
         return points.T, by.T
 
     def _of_degree(self, p: int, span: Index, t: Array) -> tuple[Array, Array]:
@@ -230,20 +229,6 @@ class SplineCurves:
             out[p] = coefficients
         return out
 
-    def reach(self, number: Index, t: Array) -> Array:
-        """How far at most (d, n) points of the spans that hold t (n,) are from the middle of these, by coordinate.
-
-        Infinite for rational curves and such above the third degree.
-        """
-        out = np.full((self._dimension, len(t)), np.inf)
-        span = self._spans.find(number, t)[0]
-        known = (self._degree[number] <= _CUBIC) & ~self._rational[number]
-        for p in np.flatnonzero(np.bincount(self._degree[number[known]])).tolist():
-            at = np.flatnonzero(known & (self._degree[number] == p))
-            spread = np.abs(self._polynomials[p][1:, : self._dimension]).sum(axis=0)
-            out[:, at] = spread[:, self._spans.of_degree[span[at]]]
-        return out
-
     def cuts(self, number: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
         """Knots of the curves (n,), repeated where periodic: which of the intervals t0 to t1 (n,), and the parameter.
 
@@ -257,15 +242,3 @@ class SplineCurves:
             which.append(np.full(len(inner), i))
             t.append(inner)
         return np.concatenate(which), np.concatenate(t)
-
-
-def rank(values: Runs, row: Index, x: Array) -> Index:
-    """How many values of the sorted arrays `row` (n,) are at most x (n,), by bisection."""
-    first = values.offsets[row]
-    low, high = first, values.offsets[row + 1]
-    for _ in range(int(np.max(high - low, initial=0)).bit_length()):
-        middle = (low + high) // 2
-        beyond = low < high
-        beyond[beyond] = values.values[middle[beyond]] <= x[beyond]
-        low, high = np.where(beyond, middle + 1, low), np.where(beyond, high, np.maximum(middle, low))
-    return np.asarray(low - first)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.geometry import bspline
-from relmodel.geometry.components import put
+from relmodel.geometry.components import scatter
 from relmodel.geometry.spline_curves import HORNER, Runs, Spans
 
 Array = npt.NDArray[np.float64]
@@ -64,49 +64,13 @@ class SplineSurfaces:
             for i in range(0, len(of_group), _BLOCK):
                 at = of_group[i : i + _BLOCK]
                 for values, found in zip(out, self._of_group(g, number[at], u[at], v[at]), strict=True):
-                    put(values, at, found)
+                    scatter(values, at, found)
         return out
-
-    def evaluate_cells(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        """As `evaluate`, at all of u (c, n) with all of v (c, m) of cells within one span: components (3, c, n, m)."""
-        size = len(number), u.shape[1], v.shape[1]
-        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
-        group = self._group[number]
-        for g in np.flatnonzero(np.bincount(group)).tolist():
-            at = np.flatnonzero(group == g)
-            for values, found in zip(out, self._cells_of_group(g, number[at], u[at], v[at]), strict=True):
-                put(values, at, found)
-        return out
-
-    def hulls(self, number: Index, u: Array, v: Array) -> tuple[Array, Array]:
-        """Components (3, n) of the ends of boxes of the poles that bear on the surfaces `number` (n,) at u, v (n,)."""
-        low, high = np.empty((3, len(u))), np.empty((3, len(u)))
-        group = self._group[number]
-        for g in np.flatnonzero(np.bincount(group)).tolist():
-            at = np.flatnonzero(group == g)
-            p, q, _ = self._groups[:, g].tolist()
-            row, column = (
-                self._ways[0].functions(p, number[at], u[at])[0],
-                self._ways[1].functions(q, number[at], v[at])[0],
-            )
-            local = self._local(g, number[at], row.T, column.T)
-            local = local[:3] / local[3:] if len(local) == 4 else local
-            low[:, at], high[:, at] = local.min(axis=(2, 3)), local.max(axis=(2, 3))
-        return low, high
 
     def _local(self, g: int, number: Index, row: Index, column: Index) -> Array:
         """Poles (d, c, p + 1, q + 1) in given rows (c, p + 1) and columns (c, q + 1) of the nets."""
         first = self._first[number][:, None] + row * self._ways[1].poles[number][:, None]
         return self._net[: 4 if self._groups[2, g] else 3][:, first[:, :, None] + column[:, None, :]]
-
-    def _cells_of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        p, q, _ = self._groups[:, g].tolist()
-        (row, nu, du), (column, nv, dv) = (
-            way.cell_functions(degree, number, t) for way, degree, t in zip(self._ways, (p, q), (u, v), strict=True)
-        )
-        local = self._local(g, number, row, column)
-        along, along_by = (local @ x.transpose(0, 2, 1) for x in (nv, dv))
-        return _projected(nu @ along, du @ along, nu @ along_by)
 
     def _of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
         p, q, _ = self._groups[:, g].tolist()
@@ -218,12 +182,6 @@ class _Way:
         values, derivatives = bspline.functions(self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]], t)
         first = flat - self._flat.offsets[number] - p
         return (first + np.arange(p + 1)[:, None]) % self.poles[number], values, derivatives
-
-    def cell_functions(self, p: int, number: Index, t: Array) -> tuple[Index, Array, Array]:
-        """Of parameters (c, n), one span a row: its poles (c, p + 1), functions and their derivatives (c, n, p + 1)."""
-        pole, values, derivatives = self.functions(p, np.repeat(number, t.shape[1]), t.ravel())
-        by_cell = [x.reshape(-1, *t.shape).transpose(1, 2, 0) for x in (values, derivatives)]
-        return pole.reshape(-1, *t.shape)[:, :, 0].T, by_cell[0], by_cell[1]
 
 
 def _projected(point: Array, by_u: Array, by_v: Array) -> tuple[Array, Array, Array]:

@@ -6,12 +6,12 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.columns import Ragged
-from relmodel.geometry.components import cross, dot, put, taken, unit
+from relmodel.geometry.components import cross, dot, scatter, take, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.normals import normals_at, plane_normals
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.model.model import ArcSamples, Shape, Table
-from relmodel.model.trimmed_faces import Trims
+from relmodel.model.trimmed_faces import TrimmedFaces
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.int64]
@@ -88,10 +88,10 @@ class ArcNormals:
     Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts.
     """
 
-    def __init__(self, trims: Trims) -> None:
-        surfaces, curves, arc = trims.surfaces, trims.curves, trims.arc
-        self.surfaces, self.curves, self.pcurves = surfaces, curves, trims.pcurves
-        self.surface, self.reversed, self._pcurve = trims.surface, trims.reversed, trims.pcurve
+    def __init__(self, faces: TrimmedFaces) -> None:
+        surfaces, curves, arc = faces.surfaces, faces.curves, faces.arc
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, faces.pcurves
+        self.surface, self.reversed, self._pcurve = faces.surface, faces.reversed, faces.pcurve
         rows = np.arange(len(arc))
         self.a, self.b = np.full(len(curves), -1), np.full(len(curves), -1)
         along, against = rows[~self.reversed][::-1], rows[self.reversed][::-1]
@@ -235,10 +235,10 @@ def _sampled(
     curves, count = normals.curves, np.diff(ends)
     points, by = curves.evaluate(arc, t)
     tangents, bent = _repeated(unit(curves.x[arcs].T).T, curves.kind[arcs] == "line", count)
-    put(tangents.T, bent, unit(taken(by, bent)))
+    scatter(tangents.T, bent, unit(take(by, bent)))
     inner = points.copy(order="K")
     last = np.concatenate([ends[:-1], ends[1:] - 1])
-    put(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
+    scatter(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
     sides: list[Floats] = []
     for coedges in (normals.a, normals.b):
         own = coedges[arcs]
@@ -246,7 +246,7 @@ def _sampled(
         known = (own < 0) | normals.flat[surface]
         side, curved = _repeated(np.where(own[:, None] < 0, 0.0, normals.level[surface]), known, count)
         of = np.take(arc, curved)
-        put(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), taken(inner, curved).T).T)
+        scatter(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), take(inner, curved).T).T)
         if sides:  # a free edge has the same at both
             free = np.flatnonzero(np.repeat(own < 0, count))
             side[free] = sides[0][free]

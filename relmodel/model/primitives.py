@@ -13,9 +13,10 @@ import numpy.typing as npt
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.model import measures as brep
+from relmodel.model import measures
 from relmodel.model.model import Mesh, Shape, Table
-from relmodel.model.trimmed_faces import Trims
+from relmodel.model.tessellation import HalfEdges, surface_deviation
+from relmodel.model.trimmed_faces import TrimmedFaces
 
 Array = npt.NDArray[np.float64]
 
@@ -205,9 +206,9 @@ class _Rows:
         pcurves = self._pcurve_columns()
         curves = Curves(arc_columns, {})
         surfaces = Surfaces(surface_columns)
-        arc_columns |= brep.arc_measures(curves)
-        normals = brep.ArcNormals(Trims(surfaces, curves, coedges, pcurves))
-        arc_columns |= brep.adjacency(normals)
+        arc_columns |= measures.arc_measures(curves)
+        normals = measures.ArcNormals(TrimmedFaces(surfaces, curves, coedges, pcurves))
+        arc_columns |= measures.adjacency(normals)
         return Shape(
             kind="solid",
             volume=volume,
@@ -223,8 +224,8 @@ class _Rows:
             basis_arc_splines={},
             basis_surfaces={},
             basis_surface_splines={},
-            mesh=_joined(meshes),
-            samples=brep.samples(normals, arc_columns["length"]),
+            mesh=_joined(meshes, surfaces),
+            samples=measures.samples(normals, arc_columns["length"]),
         )
 
     def _surface_columns(self) -> Table:
@@ -285,14 +286,19 @@ def _vectors(name: str, rows: list[dict[str, Any]]) -> dict[str, Array]:
     return vector_columns(name, np.array([r[name] for r in rows], float))
 
 
-def _joined(pieces: list[_MeshPiece]) -> Mesh:
+def _joined(pieces: list[_MeshPiece], surfaces: Surfaces) -> Mesh:
     starts = np.cumsum([0] + [len(points) for points, _, _ in pieces])
     triangles = [t + start for (_, _, t), start in zip(pieces, starts[:-1].tolist(), strict=True)]
+    vertices = np.concatenate([p for p, _, _ in pieces])
+    corners = np.concatenate(triangles).astype(np.int32)
+    owner = np.repeat(np.arange(len(pieces)), [len(t) for t in triangles])
+    uv = np.zeros((len(vertices), 2))  # not asked for: the surfaces are analytic
     return Mesh(
         chord_mm=CHORD_MM,
         chord_rad=CHORD_RAD,
-        vertices=np.concatenate([p for p, _, _ in pieces]),
+        vertices=vertices,
         normals=np.concatenate([n for _, n, _ in pieces]).astype(np.float32),
-        triangles=np.concatenate(triangles).astype(np.int32),
-        triangle_surfaces=np.repeat(np.arange(len(pieces)), [len(t) for t in triangles]).astype(np.int32),
+        triangles=corners,
+        triangle_surfaces=owner.astype(np.int32),
+        deviation_mm=surface_deviation(surfaces, vertices, uv, corners, HalfEdges.of(corners), owner, CHORD_MM),
     )
