@@ -19,8 +19,8 @@ from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world import place_world
 from relmodel.world.kinematics import correct_base, mounted_rig
-from vision.cameras import read_pose, read_rig
-from vision.input_rows import record_rig
+from vision.cameras.files import read_pose, read_rig
+from vision.cameras.record import record_rig
 from vision.inspection import inspect
 
 Array = npt.NDArray[np.float64]

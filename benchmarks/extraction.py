@@ -33,11 +33,12 @@ from scipy.special import ndtr
 from tabulate import tabulate
 
 from tests.vision.extraction.synthetic import JUNCTIONS, sectors
+from vision.cameras.images import read_picture
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
-from vision.extraction.edges import EdgeElements, edge_elements
-from vision.extraction.extract import ExtractionParameters, extract
-from vision.extraction.regions import leak_proof_regions
-from vision.images import read_picture
+from vision.extraction.edges import EdgeElements, detect_edges
+from vision.extraction.extract import extract
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters, SignificanceParameters
+from vision.extraction.regions import find_leak_proof_regions
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -57,7 +58,7 @@ def localisation() -> None:
             across = x * np.cos(angle) + y * np.sin(angle) - 0.2
             image = 60 + 100 * ndtr(across / np.hypot(0.7, 12**-0.5)) + rng.normal(0, 100 / snr, (128, 128))
             for scale in (1.4, 2.0, 2.8):
-                found = edge_elements(image, scale, min_contrast=40, max_sigma=1.0)
+                found = detect_edges(image, scale, EdgeParameters(min_contrast=40, max_sigma=1.0))
                 offset = (found.x - 63.5) * np.cos(angle) + (found.y - 63.5) * np.sin(angle) - 0.2
                 near = np.abs(offset) < 2
                 errors.setdefault(f"facets {scale}", []).append(offset[near])
@@ -139,7 +140,7 @@ def visible_edges(data: Path) -> None:
         place = np.column_stack([found.edges.x, found.edges.y])
         members, counts = found.arcs.elements, found.arcs.chains.counts
         true = np.add.reduceat(cKDTree(edges).query(place[members])[0] <= 2, found.arcs.offsets[:-1]) >= 0.5 * counts
-        sure = found.marks.texture <= 0.5
+        sure = found.quality.texture <= 0.5
         facets = _score(_inside(place[members], mask), edges)
         rid, ceiling = (_score(_inside(place[members[np.repeat(k, counts)]], mask), edges) for k in (sure, true))
         false = [np.sum(~true) * 1e6 / image.size, np.sum(~true & sure) * 1e6 / image.size]
@@ -172,7 +173,7 @@ def clearing(data: Path) -> None:
         grey = read_picture(f"{base}.png").grey
         faces = read_picture(f"{base}_faceid.png").grey
         parameters = ExtractionParameters()
-        found = extract(grey, ExtractionParameters(min_significance=-np.inf))
+        found = extract(grey, ExtractionParameters(significance=SignificanceParameters(min_significance=-1e9)))
         with np.load(f"{base}_edges.npz") as truth:
             seen = np.isin(truth["kind"], (0, 3)) & (np.abs(truth["contrast"]) > 5)
             edges = cKDTree(truth["uv"][seen].astype(np.float64))
@@ -183,7 +184,9 @@ def clearing(data: Path) -> None:
         on_part = np.add.reduceat(faces[row, column] > 0, arcs.offsets[:-1]) >= 0.5 * counts
         scores = arcs.significance, arcs.contrast * counts**0.25
         weight = counts * on_part
-        kept = np.sum(weight * true * (arcs.significance >= parameters.min_significance)) / np.sum(weight * true)
+        kept = np.sum(weight * true * (arcs.significance >= parameters.significance.min_significance)) / np.sum(
+            weight * true
+        )
         false = [np.sum(on_part & ~true)]
         areas = []
         for score in scores:
@@ -251,7 +254,7 @@ def arcs_and_regions(data: Path) -> None:
         line = _cover(found.arcs, place, edge, seen & (kinds == "LINE"), (LINE,))
         circle = _cover(found.arcs, place, edge, seen & (kinds == "CIRCLE"), (CIRCULAR, ELLIPTIC))
         any_line, any_circle = (np.mean(element[seen & (kinds == kind)]) for kind in ("LINE", "CIRCLE"))
-        labels = [found.regions.labels, *(leak_proof_regions(image, bound).labels for bound in bounds)]
+        labels = [found.regions.labels, *(find_leak_proof_regions(image, bound).labels for bound in bounds)]
         rows.append([name, *line, any_line, *circle, any_circle, *(_agreement(label, faces) for label in labels)])
     headers = [
         "picture",
@@ -297,7 +300,7 @@ def _has_element(edges: EdgeElements, place: FloatArray, normal: FloatArray) -> 
 
 
 def _drawn(edge: npt.NDArray[np.integer], place: FloatArray, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
-    """Samples of edges joined to courses where they follow on each other within 6 px."""
+    """Samples of edges joined to polylines where they follow on each other within 6 px."""
     canvas = np.zeros(shape, np.uint8)
     corners = np.round(place).astype(np.int32)
     follows = (np.diff(edge) == 0) & (np.hypot(*np.diff(place, axis=0).T) < 6)

@@ -22,13 +22,14 @@ from tabulate import tabulate
 
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
-from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.cameras.images import read_picture
+from vision.cameras.record import record_picture
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters
 from vision.extraction.record import record_extraction
-from vision.images import read_picture
-from vision.input_rows import record_picture
 
 PICTURES = ("A/pairs/pair_00", "B/pairs/pair_00", "C/pairs/pair_00")
-_ALL_SCALES = ExtractionParameters(scales=(1.0, 1.4, 2.0, 2.8))
+_ALL_SCALES = ExtractionParameters(edges=EdgeParameters(scales=(1.0, 1.4, 2.0, 2.8)))
 _FIRST_CALL = """
 import sys
 from time import perf_counter, process_time

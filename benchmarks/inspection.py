@@ -27,9 +27,9 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
-from vision.demonstration import Truth, pose_error, read_truth
-from vision.images import read_picture
+from vision.cameras.images import read_picture
 from vision.inspection import Inspection, inspect
+from vision.inspection.demonstration import Truth, measure_pose_error, read_truth
 
 OFF_MM, OFF_DEG = 10.0, 3.0
 
@@ -120,7 +120,7 @@ def _row(name: str, answer: Inspection, truth: Truth) -> tuple[Any, ...]:
     took = sum(answer.timings_s.values())
     if not answer.hypotheses:
         return name, answer.verdict, None, None, took, answer.reason
-    off = pose_error(answer.hypotheses[0][0], truth)
+    off = measure_pose_error(answer.hypotheses[0][0], truth)
     return name, answer.verdict, off.target_mm, off.rotation_deg, took, answer.reason
 
 

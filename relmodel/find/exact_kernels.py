@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
-from numba import njit
+
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.compiled import helper, kernel
+
+Vector: TypeAlias = tuple[float, float, float]
 
 # A half-space takes in what is beyond it by less: rounding must not lose what touches, mm.
 TOLERANCE_MM = 1e-6
 
 
-@njit(cache=True, nogil=True)
-def _meets_half_spaces(triangle: Any, planes: Any, polygon: Any, clipped: Any) -> bool:
+@helper
+def _meets_half_spaces(triangle: Floats, planes: Floats, polygon: Floats, clipped: Floats) -> bool:
     """Whether a triangle (3, 3) has a point inside all half-spaces (k, 4): it is clipped by one after the other.
 
     Sutherland and Hodgman, "Reentrant polygon clipping", Communications of the ACM 17, 1974.
     """
     count = 3
-    polygon[:3] = triangle
+    for i in range(3):
+        for j in range(3):
+            polygon[i, j] = triangle[i, j]
     for k in range(len(planes)):
         nx, ny, nz, d = planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] + TOLERANCE_MM
         kept = 0
@@ -32,76 +38,93 @@ def _meets_half_spaces(triangle: Any, planes: Any, polygon: Any, clipped: Any) -
                     clipped[kept, j] = polygon[last, j] + share * (polygon[i, j] - polygon[last, j])
                 kept += 1
             if beyond <= 0:
-                clipped[kept] = polygon[i]
+                for j in range(3):
+                    clipped[kept, j] = polygon[i, j]
                 kept += 1
             last, last_beyond = i, beyond
         if kept == 0:
             return False
         count = kept
-        polygon[:count] = clipped[:count]
+        for i in range(count):
+            for j in range(3):
+                polygon[i, j] = clipped[i, j]
     return True
 
 
-@njit(cache=True, nogil=True)
-def _distance2(a: Any, b: Any, c: Any, p: Any) -> float:
-    """Squared distance of a point from a triangle, which may be a segment or a point.
+@helper
+def _dot(a: Vector, b: Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@helper
+def _from(a: Floats, b: Floats) -> Vector:
+    return b[0] - a[0], b[1] - a[1], b[2] - a[2]
+
+
+@helper
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@helper
+def _distance2(triangle: Floats, p: Floats) -> float:
+    """Squared distance of a point from a triangle (3, 3), which may be a segment or a point.
 
     Ericson, "Real-Time Collision Detection", 2005, 5.1.5, with the edges taken first.
     """
     least = np.inf
-    for ends in ((a, b), (b, c), (c, a)):
-        u, v = ends
-        length2 = (v[0] - u[0]) ** 2 + (v[1] - u[1]) ** 2 + (v[2] - u[2]) ** 2
-        share = 0.0
+    normal = _cross(_from(triangle[0], triangle[1]), _from(triangle[0], triangle[2]))
+    inside = True
+    for i in range(3):
+        u, v = triangle[i], triangle[(i + 1) % 3]
+        along, to_point = _from(u, v), _from(u, p)
+        length2, share = _dot(along, along), 0.0
         if length2 > 0:
-            share = (
-                (p[0] - u[0]) * (v[0] - u[0]) + (p[1] - u[1]) * (v[1] - u[1]) + (p[2] - u[2]) * (v[2] - u[2])
-            ) / length2
-            share = min(1.0, max(0.0, share))
+            share = min(1.0, max(0.0, _dot(to_point, along) / length2))
         away = 0.0
         for j in range(3):
-            away += (u[j] + share * (v[j] - u[j]) - p[j]) ** 2
+            d = u[j] + share * (v[j] - u[j]) - p[j]
+            away += d * d
         least = min(least, away)
-    normal = np.cross(b - a, c - a)
-    area2 = np.dot(normal, normal)
-    if area2 > 0:
-        inside = True
-        for ends in ((a, b), (b, c), (c, a)):
-            u, v = ends
-            inside = inside and np.dot(np.cross(v - u, p - u), normal) >= 0
-        if inside:
-            least = min(least, np.dot(normal, p - a) ** 2 / area2)
+        inside = inside and _dot(_cross(along, to_point), normal) >= 0
+    area2 = _dot(normal, normal)
+    if area2 > 0 and inside:
+        height = _dot(normal, _from(triangle[0], p))
+        least = min(least, height * height / area2)
     return least
 
 
-@njit(cache=True, nogil=True)
-def _winding(triangles: Any, first: int, end: int, p: Any) -> float:
+@helper
+def _winding(triangles: Floats, first: int, end: int, p: Floats) -> float:
     """How often the triangles go round a point: 1 inside a closed surface, 0 outside.
 
     Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983.
     """
     total = 0.0
     for row in range(first, end):
-        a, b, c = triangles[row, 0] - p, triangles[row, 1] - p, triangles[row, 2] - p
-        la, lb, lc = np.sqrt(np.dot(a, a)), np.sqrt(np.dot(b, b)), np.sqrt(np.dot(c, c))
-        below = la * lb * lc + np.dot(a, b) * lc + np.dot(b, c) * la + np.dot(c, a) * lb
-        total += 2 * np.arctan2(np.dot(a, np.cross(b, c)), below)
-    return total / (4 * np.pi)
+        a, b, c = _from(p, triangles[row, 0]), _from(p, triangles[row, 1]), _from(p, triangles[row, 2])
+        la, lb, lc = np.sqrt(_dot(a, a)), np.sqrt(_dot(b, b)), np.sqrt(_dot(c, c))
+        below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
+        total += 2 * np.arctan2(_dot(a, _cross(b, c)), below)
+    return float(total / (4 * np.pi))
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    "b1[::1](f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1], i8[::1], f8[:, :, ::1], i8[::1],"
+    " b1[::1])"
+)
 def meet_volumes(
-    half_spaces: Any,
-    start: Any,
-    balls: Any,
-    inner_points: Any,
-    asked: Any,
-    transforms: Any,
-    element: Any,
-    triangles: Any,
-    first_triangle: Any,
-    solid: Any,
-) -> Any:
+    half_spaces: Floats,
+    start: Ints,
+    balls: Floats,
+    inner_points: Floats,
+    asked: Ints,
+    transforms: Floats,
+    element: Ints,
+    triangles: Floats,
+    first_triangle: Ints,
+    solid: Bools,
+) -> Bools:
     """Whether elements meet volumes (n,): row i holds element `element[i]`, placed by `transforms[i]`, against volume
     `asked[i]` of a table.
 
@@ -137,7 +160,7 @@ def meet_volumes(
         for row in range(first, end):
             triangle = triangles[row]
             if radius < np.inf:
-                met = _distance2(triangle[0], triangle[1], triangle[2], centre) <= (radius + TOLERANCE_MM) ** 2
+                met = _distance2(triangle, centre) <= (radius + TOLERANCE_MM) * (radius + TOLERANCE_MM)
             else:
                 met = _meets_half_spaces(triangle, planes[:count], polygon, clipped)
             if met:

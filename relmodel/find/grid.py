@@ -44,7 +44,7 @@ class Grid:
         self._column = np.ascontiguousarray(cell[first, :2])
         self._column_start = np.append(first, len(given)).astype(np.int64)
         self._level_column = np.searchsorted(level[first], np.arange(len(sizes) + 1)).astype(np.int64)
-        self._sizes = sizes
+        self._sizes = sizes.astype(np.float64)
         self._longest = np.zeros((len(sizes), 3))
         np.maximum.at(self._longest, level, (self._boxes[:, 3:] - self._boxes[:, :3]))
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-from relmodel.find.kernels import _grown
+from relmodel.arrays import Floats, Ints
+from relmodel.compiled import helper, kernel
+from relmodel.find.rtree_kernels import grown
 
 
-@njit(cache=True, nogil=True)
-def _first_column(column: Any, first: int, end: int, x: int, y: int) -> int:
+@helper
+def _first_column(column: Ints, first: int, end: int, x: int, y: int) -> int:
     """Place of the first of the sorted columns `first` to `end` that is not before (x, y)."""
     while first < end:
         middle = (first + end) // 2
@@ -22,19 +21,22 @@ def _first_column(column: Any, first: int, end: int, x: int, y: int) -> int:
     return first
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    "UniTuple(i8[::1], 2)(f8[:, ::1], f8[::1], f8[::1], f8[:, ::1], i8[::1], i8[:, ::1], i8[::1], i8[::1], f8[:, ::1],"
+    " b1)"
+)
 def entries_in_boxes(
-    boxes: Any,
-    origin: Any,
-    sizes: Any,
-    longest: Any,
-    level_column: Any,
-    column: Any,
-    column_start: Any,
-    depth_cell: Any,
-    asked: Any,
+    boxes: Floats,
+    origin: Floats,
+    sizes: Floats,
+    longest: Floats,
+    level_column: Ints,
+    column: Ints,
+    column_start: Ints,
+    depth_cell: Ints,
+    asked: Floats,
     first_only: bool,
-) -> Any:
+) -> tuple[Ints, Ints]:
     """Pairs (number of the box asked, entry) where entries meet boxes (k, 6), at most one if `first_only`."""
     out_asked = np.empty(64, np.int64)
     out_entry = np.empty(64, np.int64)
@@ -73,7 +75,7 @@ def entries_in_boxes(
                             and b[5] >= a[2]
                         ):
                             if count == len(out_asked):
-                                out_asked, out_entry = _grown(out_asked), _grown(out_entry)
+                                out_asked, out_entry = grown(out_asked), grown(out_entry)
                             out_asked[count] = number
                             out_entry[count] = row
                             count += 1

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-from relmodel.find.kernels import _grown
+from relmodel.arrays import Floats, Ints
+from relmodel.compiled import kernel
+from relmodel.find.rtree_kernels import grown
 
 
-@njit(cache=True, nogil=True)
+@kernel("UniTuple(i8[::1], 2)(f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8[::1], f8[:, ::1], i8, b1)")
 def entries_in_boxes(
-    boxes: Any,
-    cells: Any,
-    first_child: Any,
-    child_count: Any,
-    first_entry: Any,
-    entry: Any,
-    asked: Any,
+    boxes: Floats,
+    cells: Floats,
+    first_child: Ints,
+    child_count: Ints,
+    first_entry: Ints,
+    entry: Ints,
+    asked: Floats,
     stack_room: int,
     first_only: bool,
-) -> Any:
+) -> tuple[Ints, Ints]:
     """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), each once, at most one if `first_only`."""
     out_asked = np.empty(64, np.int64)
     out_box = np.empty(64, np.int64)
@@ -54,7 +53,7 @@ def entries_in_boxes(
                         break
                 if mine:
                     if count == len(out_asked):
-                        out_asked, out_box = _grown(out_asked), _grown(out_box)
+                        out_asked, out_box = grown(out_asked), grown(out_box)
                     out_asked[count] = number
                     out_box[count] = entry[place]
                     count += 1

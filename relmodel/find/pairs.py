@@ -19,7 +19,7 @@ def among(
     boxes: npt.NDArray[np.float64], volumes: VolumeTable, pairs: tuple[Integers, Integers]
 ) -> tuple[Integers, Integers]:
     """Those pairs (number of a volume, number of a box that meets its bounds) whose box meets the volume itself."""
-    from relmodel.find.kernels import pairs_met
+    from relmodel.find.volume_kernels import pairs_met
 
     met = pairs_met(boxes, volumes.half_spaces, volumes.start, volumes.balls, *pairs)
     return pairs[0][met], pairs[1][met]

@@ -78,9 +78,9 @@ class WorldIndex:
     def _elements_in(
         self, table: VolumeTable, pages: _ShapePages, asked: Integers, part: Integers
     ) -> tuple[Integers, Integers, Integers]:
-        from relmodel.find import kernels
+        from relmodel.find import volume_kernels
 
-        pair, row = kernels.elements_in_volumes(
+        pair, row = volume_kernels.elements_in_volumes(
             table.half_spaces,
             table.start,
             table.balls,

@@ -13,18 +13,23 @@ Node 1 of a tree is its root, 2 i and 2 i + 1 are the children of i.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 
-from relmodel.find.kernels import _grown
+from relmodel.arrays import Floats, Ints, Ints32
+from relmodel.compiled import helper, kernel
+from relmodel.find.rtree_kernels import grown
+
+# The arrays of trees, in the order above; and in numba's words.
+Trees: TypeAlias = tuple[Ints, Ints, Floats, Floats, Ints, Ints32, Ints, Ints32]
+_TREES = "Tuple((i8[::1], i8[::1], f8[::1], f8[::1], i8[::1], i4[::1], i8[::1], i4[::1]))"
 
 # Groups of at most so many boxes are looked through.
 SMALL = 16
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _power(least: int) -> int:
     power = 1
     while power < least:
@@ -32,8 +37,14 @@ def _power(least: int) -> int:
     return power
 
 
-@njit(cache=True, nogil=True)
-def trees_over(low_of: Any, high_of: Any, group_first: Any, group_member: Any) -> Any:
+@helper
+def _slot(lows: Floats, highs: Floats, value: float) -> int:
+    """Place of a value among the ends of closed intervals: how many begin at it or before, and end before it."""
+    return int(np.searchsorted(lows, value, side="right")) + int(np.searchsorted(highs, value, side="left"))
+
+
+@kernel(f"{_TREES}(f8[::1], f8[::1], i8[::1], i4[::1])")
+def trees_over(low_of: Floats, high_of: Floats, group_first: Ints, group_member: Ints32) -> Trees:
     """Trees over an axis for groups of boxes, whose intervals are `low_of` and `high_of`."""
     groups = len(group_first) - 1
     key = np.zeros(groups + 1, np.int64)
@@ -102,14 +113,8 @@ def trees_over(low_of: Any, high_of: Any, group_first: Any, group_member: Any) -
     return key, base, low, high, group_first, group_member, node_first, node_member
 
 
-@njit(cache=True, nogil=True)
-def _slot(lows: Any, highs: Any, value: float) -> int:
-    """Place of a value among the ends of closed intervals: how many begin at it or before, and end before it."""
-    return int(np.searchsorted(lows, value, side="right")) + int(np.searchsorted(highs, value, side="left"))
-
-
-@njit(cache=True, nogil=True)
-def greatest_so_far(values: Any, first: Any, member: Any) -> Any:
+@kernel("f8[::1](f8[::1], i8[::1], i4[::1])")
+def greatest_so_far(values: Floats, first: Ints, member: Ints32) -> Floats:
     """Of each list, the greatest value of its members up to each."""
     out = np.empty(len(member))
     for group in range(len(first) - 1):
@@ -120,7 +125,7 @@ def greatest_so_far(values: Any, first: Any, member: Any) -> Any:
     return out
 
 
-@njit(cache=True, nogil=True)
+@helper
 def _probes(count: int) -> int:
     """Probes of a binary search among so many."""
     probes = 1
@@ -130,8 +135,8 @@ def _probes(count: int) -> int:
     return probes
 
 
-@njit(cache=True, nogil=True)
-def _nodes(trees: Any, group: int, least: float, greatest: float, out: Any) -> Any:
+@helper
+def _nodes(trees: Trees, group: int, least: float, greatest: float, out: Ints) -> tuple[int, int]:
     """Nodes of a group's trees whose boxes meet [least, greatest] along the axis, into `out`: count and steps."""
     key, base, low, high = trees[0], trees[1], trees[2], trees[3]
     lows, highs = low[key[group] : key[group + 1]], high[key[group] : key[group + 1]]
@@ -160,8 +165,10 @@ def _nodes(trees: Any, group: int, least: float, greatest: float, out: Any) -> A
     return count, steps + count
 
 
-@njit(cache=True, nogil=True)
-def entries_in_boxes(boxes: Any, x_trees: Any, y_trees: Any, greatest: Any, asked: Any, first_only: bool) -> Any:
+@kernel(f"Tuple((i8[::1], i8[::1], i8))(f8[:, ::1], {_TREES}, {_TREES}, f8[::1], f8[:, ::1], b1)")
+def entries_in_boxes(
+    boxes: Floats, x_trees: Trees, y_trees: Trees, greatest: Floats, asked: Floats, first_only: bool
+) -> tuple[Ints, Ints, int]:
     """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), one at most if `first_only`; and steps."""
     z_first, z_member = y_trees[6], y_trees[7]
     out_asked = np.empty(64, np.int64)
@@ -190,7 +197,7 @@ def entries_in_boxes(boxes: Any, x_trees: Any, y_trees: Any, greatest: Any, aske
                     if b[0] > a[3] or b[3] < a[0] or b[1] > a[4] or b[4] < a[1] or b[2] > a[5] or b[5] < a[2]:
                         continue
                     if count == len(out_asked):
-                        out_asked, out_box = _grown(out_asked), _grown(out_box)
+                        out_asked, out_box = grown(out_asked), grown(out_box)
                     out_asked[count] = number
                     out_box[count] = box
                     count += 1
@@ -217,7 +224,7 @@ def entries_in_boxes(boxes: Any, x_trees: Any, y_trees: Any, greatest: Any, aske
                     box = z_member[at]
                     if first_only or boxes[box, 5] >= a[2]:
                         if count == len(out_asked):
-                            out_asked, out_box = _grown(out_asked), _grown(out_box)
+                            out_asked, out_box = grown(out_asked), grown(out_box)
                         out_asked[count] = number
                         out_box[count] = box
                         count += 1

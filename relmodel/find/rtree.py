@@ -52,9 +52,9 @@ class PackedRTree:
 
     def in_boxes(self, boxes: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
-        from relmodel.find import kernels
+        from relmodel.find import rtree_kernels
 
-        asked, found = kernels.entries_in_boxes(
+        asked, found = rtree_kernels.entries_in_boxes(
             self._boxes, self._first_child, self._first_entry, self._end_entry, self._stack_room, boxes
         )
         return asked, self._number[found]
@@ -62,9 +62,9 @@ class PackedRTree:
     def in_volumes(self, volumes: VolumeTable) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
         half-space of the volume, by volume."""
-        from relmodel.find import kernels
+        from relmodel.find import volume_kernels
 
-        asked, found = kernels.entries_in_volumes(
+        asked, found = volume_kernels.entries_in_volumes(
             self._boxes,
             self._first_child,
             self._stack_room,
@@ -81,9 +81,9 @@ class PackedRTree:
 
     def any_in_boxes(self, boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         """Whether any box meets each of some boxes (k, 6): (k,)."""
-        from relmodel.find import kernels
+        from relmodel.find import rtree_kernels
 
-        return np.asarray(kernels.any_in_boxes(self._boxes, self._first_child, self._stack_room, boxes))
+        return np.asarray(rtree_kernels.any_in_boxes(self._boxes, self._first_child, self._stack_room, boxes))
 
     @property
     def nbytes(self) -> int:

@@ -11,8 +11,8 @@ from PIL import Image
 
 from relmodel.cli.main import main
 from relmodel.store import Store
+from vision.cameras.images import read_picture
 from vision.extraction.pictures import STAGES
-from vision.images import read_picture
 
 
 @pytest.fixture

@@ -76,7 +76,7 @@ def test_a_prior_says_how_much_more_the_widened_view_holds(
         said = {"world_from_rig": world_from_rig.tolist(), "sigma": {"translation_mm": 0.1, "rotation_deg": 0.01}}
         prior.write_text(yaml.safe_dump(said))
         assert main(["find", "--store", world, "--camera", str(rig), "--prior", str(prior)]) == 0
-        assert f"the widened view holds {expected}" in capsys.readouterr().err
+        assert f"the widened view contains {expected}" in capsys.readouterr().err
 
 
 def test_wrong_use(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

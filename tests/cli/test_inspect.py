@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ import sqlalchemy as sa
 from relmodel.cli.main import main
 from relmodel.store import Store
 from tests.cli.conftest import DEMO, Inspection, Pair, inspected
-from vision.demonstration import pose_error, read_truth
+from vision.inspection.demonstration import measure_pose_error, read_truth
+from vision.inspection.parameters import InspectionParameters
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
@@ -73,7 +75,7 @@ def answer(inspection: Inspection) -> dict[str, Any]:
 
 def test_pose_is_the_truth(answer: dict[str, Any], pair: Pair) -> None:
     assert answer["verdict"] == "accepted"
-    off = pose_error(np.array(answer["world_from_rig"]), TRUTH)
+    off = measure_pose_error(np.array(answer["world_from_rig"]), TRUTH)
     assert off.target_mm < 1
     assert off.rotation_deg < 0.1
 
@@ -121,7 +123,11 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         assert opened.rows(connection, "runs", kind="inspect", status="ok")
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
+        query = sa.text("SELECT parameters FROM run WHERE id = :run")
+        recorded = connection.execute(query, {"run": answer["run"]}).scalar_one()
     assert said == list(answer["timings_s"])
+    recorded = json.loads(recorded) if isinstance(recorded, str) else recorded
+    assert recorded == json.loads(json.dumps({"world": recorded["world"], **asdict(InspectionParameters())}))
     assert inspection.overlay.stat().st_size > 10_000
 
 
@@ -177,7 +183,7 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: 
     alone = inspected(store, *pair.options(right=None))
     assert alone["verdict"] == "accepted"
     assert list(alone["world_from_camera"]) == ["left"]
-    off = pose_error(np.array(alone["world_from_rig"]), TRUTH)
+    off = measure_pose_error(np.array(alone["world_from_rig"]), TRUTH)
     assert off.target_mm < 2
     assert off.rotation_deg < 0.2
     wider = np.diag(alone["covariance"]) / np.diag(answer["covariance"])

@@ -13,7 +13,7 @@ from relmodel.find.volumes import Frustum
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world.kinematics import mounted_rig
-from vision.cameras import read_rig
+from vision.cameras.files import read_rig
 
 
 def test_the_cell_loads_and_its_arms_see_the_bulkhead(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from relmodel.variants.compare import compare
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
 from tests.reading import load, read_here, shared, store_model
-from vision.localisation.stored_scene import scene_from_store
+from vision.localisation.stored_scene import read_scene
 
 PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ctc_02_asme1_ap242.stp")
 
@@ -298,7 +298,7 @@ def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fre
             placed = connection.execute(store.table("occurrence").select()).all()
             assert [o.path for o in placed if o.kind == "part"] == ["b/bracket"]
             world, _ = world_named(store, connection, None)
-            scene = scene_from_store(store, connection, world)
+            scene = read_scene(store, connection, world)
             assert scene.paths == ["b/bracket"]
             assert scene.scene.vertices[:, 2].max() == 10.0
             assert scene.scene.sample_point[:, 2].max() == pytest.approx(10.0)

@@ -1,4 +1,4 @@
-"""Step 4: arcs fitted to the members that cutting gives them, and the columns that follow from them."""
+"""Step 4: arcs fitted to the edge elements that segmentation gives them, and the columns that follow from them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -6,27 +6,28 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction import covariances
-from vision.extraction.courses import Deviations, drawn_inwards, from_circles, from_ellipses, from_lines, settle
 from vision.extraction.covariances import STATIONS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import Chains
+from vision.extraction.parameters import FittingParameters
+from vision.extraction.refined_polylines import (
+    Deviations,
+    compute_curvature_bias,
+    measure_from_circles,
+    measure_from_ellipses,
+    measure_from_lines,
+    refine_polylines,
+)
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
+_DEFAULTS = FittingParameters()
 
 KINDS = ("line", "circular", "free", "elliptic")
 LINE, CIRCULAR, FREE, ELLIPTIC = range(4)
 
-_MODEL_SIGMA = 0.12  # px: how far a real edge strays from its line beyond the noise
-_UNEVEN = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
-_FLAT = 0.1  # px that a circular arc, trimmed at its corners, has to bow out by still
-_ROUND = 0.7  # of an ellipse that an arc has to go round to be closed, if its ends are near each other
-_UNBENDING = 2  # rounds of moving the elements of an ellipse out of its bend and fitting it again
 _PACKED = ("elements", "bright_left", "x", "y", "point_sigma")
 
 
@@ -42,36 +43,36 @@ class Arcs:
     (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
     direction; `residual` (px) the rms distance of its elements.  `significance` is minus the decimal logarithm of its
     number of false alarms, NaN before clearing (see the module of that name).  `covariance` (n, 8, 8) is that of the
-    parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i holds edge elements
-    `elements[offsets[i] : offsets[i + 1]]`, in order; its course runs through the points (`x`, `y`) of the same slice,
+    parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i contains edge elements
+    `elements[offsets[i] : offsets[i + 1]]`, in order; its refined polyline has the points (`x`, `y`) of the same slice,
     measured with the elements around them to `point_sigma` (px) across.
     """
 
     kind: npt.NDArray[np.int8]
-    start_x: FloatArray
-    start_y: FloatArray
-    end_x: FloatArray
-    end_y: FloatArray
-    centre_x: FloatArray
-    centre_y: FloatArray
-    radius: FloatArray
-    radius2: FloatArray
-    axis_angle: FloatArray
-    length: FloatArray
-    closed: BoolArray
-    contrast: FloatArray
-    width: FloatArray
-    sigma: FloatArray
-    angle_sigma: FloatArray
-    residual: FloatArray
-    significance: FloatArray
-    covariance: FloatArray
-    offsets: IntArray
-    elements: IntArray
-    bright_left: BoolArray
-    x: FloatArray
-    y: FloatArray
-    point_sigma: FloatArray
+    start_x: Floats
+    start_y: Floats
+    end_x: Floats
+    end_y: Floats
+    centre_x: Floats
+    centre_y: Floats
+    radius: Floats
+    radius2: Floats
+    axis_angle: Floats
+    length: Floats
+    closed: Bools
+    contrast: Floats
+    width: Floats
+    sigma: Floats
+    angle_sigma: Floats
+    residual: Floats
+    significance: Floats
+    covariance: Floats
+    offsets: Ints32
+    elements: Ints32
+    bright_left: Bools
+    x: Floats
+    y: Floats
+    point_sigma: Floats
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -82,12 +83,12 @@ class Arcs:
         return Chains(self.elements, self.offsets, self.closed)
 
     @property
-    def direction(self) -> FloatArray:
+    def direction(self) -> Floats:
         """(n, 2) unit vectors from start to end."""
         chord = np.column_stack([self.end_x - self.start_x, self.end_y - self.start_y])
         return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12))
 
-    def take(self, kept: BoolArray) -> "Arcs":
+    def take(self, kept: Bools) -> "Arcs":
         """The arcs that the mask selects."""
         members = self.chains.take(kept)
         of_member = np.repeat(kept, self.chains.counts)
@@ -104,74 +105,91 @@ def concatenate(parts: Sequence[Arcs]) -> Arcs:
     return Arcs(**columns)
 
 
-def correlation_at(scale: float) -> float:
+def compute_correlation(scale: float) -> float:
     """How many elements count as one: a pixel apart, they share most of their windows."""
     return float(2.0 * np.sqrt(np.pi) * scale)
 
 
-def weight_of(edges: EdgeElements, chains: Chains, scale: float) -> FloatArray:
+def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> Floats:
     """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
     beside it give."""
     contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
     slope = contrast / np.sqrt(2.0 * np.pi * (width**2 + scale**2))
-    return np.asarray(1.0 / (sigma**2 + _MODEL_SIGMA**2 + (_UNEVEN / slope) ** 2))
+    return np.asarray(1.0 / (sigma**2 + p.model_sigma**2 + (p.unevenness / slope) ** 2))
 
 
-def ellipses_of(
-    x: FloatArray, y: FloatArray, w: FloatArray, members: Chains, groups: npt.NDArray[np.integer]
+def fit_group_ellipses(
+    x: Floats, y: Floats, w: Floats, members: Chains, groups: npt.NDArray[np.integer], p: FittingParameters
 ) -> Ellipses:
     """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
     arcs = groups.ravel()
     counts = members.counts[arcs]
     begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
     rows = np.repeat(members.offsets[arcs] - begins, counts) + np.arange(counts.sum())
-    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1))
+    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1), p)
 
 
 def _unbiased_ellipses(
-    x: FloatArray,
-    y: FloatArray,
-    w: FloatArray,
+    x: Floats,
+    y: Floats,
+    w: Floats,
     members: Chains,
-    ovals: IndexArray,
-    half_spread: FloatArray,
+    ovals: Indices,
+    half_spread: Floats,
     scale: float,
+    p: FittingParameters,
 ) -> Ellipses:
     """Ellipses through the members of the arcs `ovals`, each moved out of the curve to where smoothing drew it from;
     most, by far, where the ellipse is most bent, so that no parameter of it could be corrected for all."""
-    found = ellipses_of(x, y, w, members, ovals[:, None])
+    found = fit_group_ellipses(x, y, w, members, ovals[:, None], p)
     rows = np.flatnonzero(np.isin(members.chain_of_member, ovals))
     which = np.searchsorted(ovals, members.chain_of_member[rows])
-    for _ in range(_UNBENDING):
+    for _ in range(p.bias_rounds):
         seen = _seen_of_ellipses(x[rows], y[rows], found, which, half_spread[ovals], scale)
         out_x, out_y = np.nan_to_num(seen.bias * seen.nx), np.nan_to_num(seen.bias * seen.ny)
-        moved = fit_ellipses(x[rows] + out_x, y[rows] + out_y, w[rows], members.counts[ovals])
+        moved = fit_ellipses(x[rows] + out_x, y[rows] + out_y, w[rows], members.counts[ovals], p)
         columns = ((getattr(moved, field.name), getattr(found, field.name)) for field in fields(Ellipses))
         found = Ellipses(*(np.where(np.isfinite(moved.square), new, old) for new, old in columns))
     return found
 
 
 def _seen_of_ellipses(
-    x: FloatArray, y: FloatArray, ellipses: Ellipses, which: IndexArray, half_spread: FloatArray, scale: float
+    x: Floats, y: Floats, ellipses: Ellipses, which: Indices, half_spread: Floats, scale: float
 ) -> Deviations:
     """Deviations of points (m,) from where smoothing draws the ellipses `which` (m,) names; `half_spread` is theirs."""
-    found = from_ellipses(x, y, ellipses, which, half_spread[which])
+    found = measure_from_ellipses(x, y, ellipses, which, half_spread[which])
     bias = np.minimum(found.bias, half_spread[which] / scale)
     return replace(found, distance=found.distance + bias, bias=bias)
 
 
-def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: BoolArray, *, scale: float) -> Arcs:
-    """Final fits of arcs with these members and of these kinds, as `cutting.cut_arcs` gives them, and the columns that
-    follow from them; `turned` says of each edge element whether its bright side is on the right of the walk."""
-    from vision.extraction import _arc_kernels
+def fit_members(x: Floats, y: Floats, weight: Floats, members: Chains, kinds: Ints32) -> Floats:
+    """(n, 8): the fit of each arc, as `arc_kernels.fit_arcs` gives it; `x`, `y`, `weight` run beside the members."""
+    from vision.extraction import arc_kernels
 
-    correlation, w = correlation_at(scale), weight_of(edges, members, scale)
+    out = np.empty((len(members), 8))
+    arc_kernels.fit_arcs(x, y, weight, members.offsets, kinds, np.empty(9), out)
+    return out
+
+
+def measure_arcs(
+    edges: EdgeElements,
+    members: Chains,
+    kinds: Ints32,
+    bright_right: Bools,
+    *,
+    scale: float,
+    p: FittingParameters = _DEFAULTS,
+) -> Arcs:
+    """Final fits of arcs with these members and of these kinds, as `segmentation.segment_chains` gives them, and the
+    columns that follow from them; `bright_right` says of each edge element whether its bright side is on the right of
+    the walk."""
+    correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
     x, y = members.beside(edges.x, edges.y)
-    fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
-    flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * _FLAT * fit[:, 2])  # or no circle at all
+    fit = fit_members(x, y, w, members, kinds)
+    flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * p.min_sagitta * fit[:, 2])  # or no circle at all
     if flat.any():
         kinds = np.where(flat, LINE, kinds).astype(kinds.dtype)
-        fit = _arc_kernels.fit_arcs(x, y, w, members.offsets, kinds)
+        fit = fit_members(x, y, w, members, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)
@@ -179,7 +197,7 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     width = members.mean(edges.width)
     half_spread = 0.5 * (scale**2 + width**2)  # of operator and blur together, which draw a curved edge inwards
     ovals = np.flatnonzero(kinds == ELLIPTIC)
-    found = _unbiased_ellipses(x, y, w, members, ovals, half_spread, scale)
+    found = _unbiased_ellipses(x, y, w, members, ovals, half_spread, scale, p)
     good = np.isfinite(found.square)
     columns = np.stack([found.centre_x, found.centre_y, found.major, found.square, found.square], axis=1)
     fit[ovals[good, None], np.array([0, 1, 2, 4, 7])] = columns[good]
@@ -191,7 +209,7 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     spoke = ends - centre
     spoke_length = np.maximum(np.linalg.norm(spoke, axis=2, keepdims=True), 1e-12)
     drawn = np.zeros(len(kinds))
-    drawn[circular[:, 0]] = drawn_inwards(radius[circular[:, 0]], half_spread[circular[:, 0]])
+    drawn[circular[:, 0]] = compute_curvature_bias(radius[circular[:, 0]], half_spread[circular[:, 0]])
     unbiased = radius + drawn
     on_circle = centre + spoke / spoke_length * unbiased[:, None]
     start, end = np.where(line, on_line, np.where(circular, on_circle, ends))
@@ -199,18 +217,18 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
     steps = np.hypot(np.diff(x, append=0.0), np.diff(y, append=0.0))
     steps[last] = 0.0
     walked = np.add.reduceat(steps, first) if len(first) else np.zeros(0)
-    closing = np.hypot(*(ends[0] - ends[1]).T)
+    end_gap = np.hypot(*(ends[0] - ends[1]).T)
     major, minor = radius, np.where(kinds == ELLIPTIC, radius2, radius)
     # of the whole ellipse, after Ramanujan
     whole = np.pi * (3.0 * (major + minor) - np.sqrt((3.0 * major + minor) * (major + 3.0 * minor)))
-    round_trip = curved & (closing < 0.15 * walked) & (walked > _ROUND * whole)
+    round_trip = curved & (end_gap < p.max_closed_gap * walked) & (walked > p.min_closed_turn * whole)
     closed = members.closed | round_trip
-    length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, closing, 0.0))
+    length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, end_gap, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
     deviations, covariance = _deviations(
-        x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale
+        x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale, p
     )
-    course = settle(edges, members, deviations, scale)
+    polyline = refine_polylines(edges, members, deviations, scale, p)
     if (kinds == FREE).any():
         bends = kinds == FREE
         own = bends[members.chain_of_member]
@@ -219,8 +237,8 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
         fit[bends, 7] = np.add.reduceat(deviations.distance[own] ** 2, begins) / count
         variance[bends] = np.add.reduceat(deviations.sigma[own] ** 2, begins) / count
     free = np.isin(kinds, (FREE, ELLIPTIC))[:, None]
-    start = np.where(free, np.column_stack([course.x[first], course.y[first]]), start)
-    end = np.where(free, np.column_stack([course.x[last], course.y[last]]), end)
+    start = np.where(free, np.column_stack([polyline.x[first], polyline.y[first]]), start)
+    end = np.where(free, np.column_stack([polyline.x[last], polyline.y[last]]), end)
     return Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
@@ -243,26 +261,27 @@ def measure_arcs(edges: EdgeElements, members: Chains, kinds: IntArray, turned: 
         covariance=covariance,
         offsets=members.offsets,
         elements=members.elements,
-        bright_left=~turned[members.elements],
-        x=course.x,
-        y=course.y,
-        point_sigma=course.sigma,
+        bright_left=~bright_right[members.elements],
+        x=polyline.x,
+        y=polyline.y,
+        point_sigma=polyline.sigma,
     )
 
 
 def _deviations(
-    x: FloatArray,
-    y: FloatArray,
-    sigma: FloatArray,
-    w: FloatArray,
+    x: Floats,
+    y: Floats,
+    sigma: Floats,
+    w: Floats,
     members: Chains,
-    kinds: IntArray,
-    fit: FloatArray,
-    drawn: FloatArray,
+    kinds: Ints32,
+    fit: Floats,
+    drawn: Floats,
     ellipses: Ellipses,
-    half_spread: FloatArray,
+    half_spread: Floats,
     scale: float,
-) -> tuple[Deviations, FloatArray]:
+    p: FittingParameters,
+) -> tuple[Deviations, Floats]:
     """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
     those of the elliptic ones, in order; `drawn` (n,) by how much (px) circles are drawn inwards."""
     arc = members.chain_of_member
@@ -274,14 +293,14 @@ def _deviations(
         at, px, py = arc[rows], x[rows], y[rows]
         if kind == FREE:
             found, covariance[own] = fit_free_curves(
-                px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale
+                px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale, p
             )
         elif kind == LINE:
             line = fit[:, :4].take(at, axis=0)
-            found = from_lines(px, py, line)
+            found = measure_from_lines(px, py, line)
             jacobian = covariances.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
         elif kind == CIRCULAR:
-            found = from_circles(px, py, fit[:, :3].take(at, axis=0), drawn[at])
+            found = measure_from_circles(px, py, fit[:, :3].take(at, axis=0), drawn[at])
             jacobian = covariances.of_circles(found)
         else:
             which = np.searchsorted(own, at)
@@ -292,6 +311,6 @@ def _deviations(
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]
             covariance[own, :size, :size] = covariances.of_parameters(
-                jacobian, found.distance, w[rows], sigma[rows], first, correlation_at(scale)
+                jacobian, found.distance, w[rows], sigma[rows], first, compute_correlation(scale), p
             )
     return Deviations(*columns), covariance

@@ -6,13 +6,11 @@ as one.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-from vision.extraction.courses import PRIOR_FREEDOM, Deviations
+from relmodel.arrays import Floats, Indices
 from vision.extraction.ellipses import Ellipses
-
-FloatArray = npt.NDArray[np.float64]
-IndexArray = npt.NDArray[np.intp]
+from vision.extraction.parameters import FittingParameters
+from vision.extraction.refined_polylines import Deviations
 
 STATIONS = 8  # places, at most, at which the covariance of a free curve is kept
 PARAMETERS = {
@@ -23,19 +21,17 @@ PARAMETERS = {
 }
 
 
-def of_lines(along: FloatArray) -> FloatArray:
+def of_lines(along: Floats) -> Floats:
     """Jacobian (m, 2) of distances by the offset and angle of a line; `along` (m,) the place from its centroid."""
     return np.column_stack([-np.ones_like(along), -along])
 
 
-def of_circles(deviations: Deviations) -> FloatArray:
+def of_circles(deviations: Deviations) -> Floats:
     """Jacobian (m, 3) of distances by the centre and radius of a circle."""
     return -np.column_stack([deviations.nx, deviations.ny, np.ones_like(deviations.nx)])
 
 
-def of_ellipses(
-    x: FloatArray, y: FloatArray, deviations: Deviations, ellipses: Ellipses, which: IndexArray
-) -> FloatArray:
+def of_ellipses(x: Floats, y: Floats, deviations: Deviations, ellipses: Ellipses, which: Indices) -> Floats:
     """Jacobian (m, 5) of distances of points (m,) by centre, semi-axes and angle of the ellipses `which` (m,) names."""
     angle = ellipses.angle[which]
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -55,13 +51,14 @@ def of_ellipses(
 
 
 def of_parameters(
-    jacobian: FloatArray,
-    distance: FloatArray,
-    weight: FloatArray,
-    sigma: FloatArray,
-    first: IndexArray,
+    jacobian: Floats,
+    distance: Floats,
+    weight: Floats,
+    sigma: Floats,
+    first: Indices,
     correlation: float,
-) -> FloatArray:
+    p: FittingParameters,
+) -> Floats:
     """(n, k, k) from rows (m, k) grouped by `first` (n,), where each arc begins; NaN where they determine nothing.
 
     The mean square error is that of the distances, but no less than what they and the standard deviations `sigma` (m,)
@@ -75,7 +72,7 @@ def of_parameters(
     seen = np.add.reduceat(weight * distance**2, first) / total
     foretold = np.add.reduceat(weight * sigma**2, first) / total
     independent = counts / correlation
-    together = (PRIOR_FREEDOM * foretold + independent * seen) / (PRIOR_FREEDOM + independent - size)
+    together = (p.prior_freedom * foretold + independent * seen) / (p.prior_freedom + independent - size)
     error = np.maximum(seen * counts / np.maximum(counts - size, 1), together)
     normal = np.add.reduceat(weight[:, None, None] * jacobian[:, :, None] * jacobian[:, None, :], first)
     scale = np.sqrt(np.einsum("nii->ni", normal))

@@ -17,12 +17,13 @@ from math import ceil, log, pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Floats32, Ints32
 from relmodel.errors import InputError
 from vision.extraction.facets import gaussian_kernels, in_bands
-from vision.extraction.noise import noise_curve
+from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import EdgeParameters
 
-FloatArray = npt.NDArray[np.float64]
-SingleArray = npt.NDArray[np.float32]
+_DEFAULTS = EdgeParameters()
 
 
 @dataclass(frozen=True)
@@ -34,19 +35,19 @@ class EdgeElements:
     the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending.
     """
 
-    x: FloatArray
-    y: FloatArray
-    nx: FloatArray
-    ny: FloatArray
-    contrast: FloatArray
-    width: FloatArray
-    sigma: FloatArray
-    pixel: npt.NDArray[np.int32]
+    x: Floats
+    y: Floats
+    nx: Floats
+    ny: Floats
+    contrast: Floats
+    width: Floats
+    sigma: Floats
+    pixel: Ints32
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def take(self, rows: npt.NDArray[np.integer] | npt.NDArray[np.bool_]) -> "EdgeElements":
+    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "EdgeElements":
         """The elements that `rows` (indices or a mask) selects."""
         at = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows.astype(np.intp)
         return EdgeElements(**{field.name: getattr(self, field.name).take(at) for field in fields(self)})
@@ -59,7 +60,7 @@ def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
     )
 
 
-def grey_image(image: npt.ArrayLike) -> FloatArray:
+def to_grey(image: npt.ArrayLike) -> Floats:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
     0..255.
 
@@ -68,41 +69,38 @@ def grey_image(image: npt.ArrayLike) -> FloatArray:
     """
     array = np.asarray(image)
     if array.ndim != 2 or array.size == 0:
-        raise InputError(f"an image of shape {array.shape} is not a grey picture: hand in rows x columns")
+        raise InputError(f"an image of shape {array.shape} is not a grey image: give rows x columns")
     if array.dtype.kind not in "buif":
-        raise InputError(f"an image of {array.dtype.name} is not a grey picture: hand in numbers")
+        raise InputError(f"an image of {array.dtype.name} is not a grey image: give numbers")
     scale = {"b1": 255.0, "u2": 1.0 / 257.0}.get(array.dtype.str[1:], 1.0)
     grey = np.require(array * scale if scale != 1.0 else array, np.float64, ("C", "W"))
     least, greatest = float(grey.min()), float(grey.max())
     if not (np.isfinite(least) and np.isfinite(greatest)):
-        raise InputError("the image holds values that are not finite: mend it before extraction")
+        raise InputError("the image contains values that are not finite: replace them before extraction")
     if max(-least, greatest) > _BEYOND:
-        raise InputError(f"the image holds {least:g} to {greatest:g}: hand in grey on 0..255, or 8 or 16 bits")
+        raise InputError(f"the image has values from {least:g} to {greatest:g}: give grey on 0..255, or 8 or 16 bits")
     return grey
 
 
-def edge_elements(
+def detect_edges(
     image: npt.ArrayLike,
     sigma: float = 1.4,
+    p: EdgeParameters = _DEFAULTS,
     *,
-    min_contrast: float = 4.0,
-    significance: float = 1e-3,
-    max_sigma: float = 0.5,
-    noise: FloatArray | None = None,
+    noise: Floats | None = None,
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
-    Kept: contrast at least `min_contrast` grey, F-test of the gradient below `significance`, predicted position sigma
-    at most `max_sigma` px.  `noise` (256,) is the curve of `noise_curve`, estimated when not given.  No element lies
-    within two and a half sigma of the border, where the mirrored picture would displace it.
-    """
-    from vision.extraction import _edge_kernels
+    Kept is what `p` says (of its scales, `sigma` alone).  `noise` (256,) is the curve of `estimate_noise`, estimated
+    when not given.  No element lies within two and a half sigma of the border, where the mirrored picture would
+    displace it."""
+    from vision.extraction import edge_kernels
 
-    grey = grey_image(image)
+    grey = to_grey(image)
     rows, columns = grey.shape
     kernels = gaussian_kernels(sigma)
-    kappa, operator_variance = _calibration(sigma)
-    curve = noise_curve(grey) if noise is None else np.asarray(noise, dtype=np.float64)
+    kappa, operator_variance = _calibration(sigma, p.calibration_blur)
+    curve = estimate_noise(grey) if noise is None else np.asarray(noise, dtype=np.float64)
     covariance = kernels.moment_covariance
     variances = np.array(
         [
@@ -113,15 +111,15 @@ def edge_elements(
         ],
         dtype=np.float32,
     )
-    no_shade = (min_contrast / (sqrt(2.0 * pi) * _MAX_SPREAD * sigma)) ** 2
+    no_shade = (p.min_contrast / (sqrt(2.0 * pi) * p.max_spread * sigma)) ** 2
     # F on (2, infinity), as the noise comes from the whole picture
-    no_chance = 2.0 * covariance[1, 1] * -log(significance)
+    no_chance = 2.0 * covariance[1, 1] * -log(p.significance)
 
-    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[SingleArray, npt.NDArray[np.int32]]:
+    def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Floats32, Ints32]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
-        _edge_kernels.steps(
+        edge_kernels.steps(
             moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
-            _MAX_OFFSET, min_contrast, max_sigma, found, seen,
+            p.max_offset, p.min_contrast, p.max_sigma, found, seen,
         )  # fmt: skip
         within = seen.reshape(-1, columns)
         within[:, :border], within[:, columns - border :] = False, False
@@ -130,11 +128,11 @@ def edge_elements(
         pixel = np.flatnonzero(seen)
         return found.take(pixel, axis=1), (first + pixel).astype(np.int32)
 
-    border = ceil(_BORDER * sigma)
+    border = ceil(p.border * sigma)
     values, pixels = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, curve, of_band), strict=True)
     )
-    kept = _edge_kernels.thin(values, pixels, columns)
+    kept = _thin(values, pixels, columns, p.min_thin_cosine)
     pixels = pixels[kept]
     offset, nx, ny, contrast, width, position_sigma = values.compress(kept, axis=1).astype(np.float64)
     return EdgeElements(
@@ -149,20 +147,38 @@ def edge_elements(
     )
 
 
+def _thin(values: Floats32, pixels: Ints32, columns: int, min_cosine: float) -> Bools:
+    """Of neighbours that see the same crossing, keep the one it lies nearest to.
+
+    `values`: offset along the gradient, nx, ny, and more, of `pixels`, ascending.  Neighbours are taken along the axis
+    nearer to the gradient: an edge then has one element per row or per column.
+    """
+    offset, nx, ny = np.abs(values[0]), values[1], values[2]
+    upright = np.abs(nx) < np.abs(ny)
+    keep = np.ones(len(pixels), np.bool_)
+    for step, down in ((1, False), (columns, True)):
+        other = np.searchsorted(pixels, pixels + step)
+        one = np.flatnonzero(np.append(pixels, -1)[other] == pixels + step)
+        other = other[one]
+        alike = nx[one] * nx[other] + ny[one] * ny[other] >= np.float64(min_cosine)
+        one, other = one[alike], other[alike]
+        further = offset[one] > offset[other]
+        loser = np.where(further, one, other)
+        keep[loser[upright[loser] == down]] = False  # each is measured against the other along its own axis only
+    return keep
+
+
 _BEYOND = 1000.0  # grey: noise reaches beyond 0..255, another scale farther than this
-_MAX_OFFSET = 0.75  # px along the gradient: more than half a pixel, so that noise opens no gaps; thinning follows
-_BORDER = 2.5  # scales: further in, the mirrored picture displaces no edge by more than 0.01 px
-_MAX_SPREAD = 4.0  # scales: what slopes less than the least step, spread over so many, is a shade
 
 
 @cache
-def _calibration(sigma: float) -> tuple[float, float]:
+def _calibration(sigma: float, calibration_blur: float) -> tuple[float, float]:
     """What truncating the Gaussian does: the factor kappa of the offset and the variance that the operator adds to the
-    spread, from the closed form of a step of blur 0.75 px seen at up to half a pixel."""
+    spread, from the closed form of a step of that blur (px) seen at up to half a pixel."""
     from scipy.special import ndtr
 
     kernels = gaussian_kernels(sigma)
-    blur, offsets = 0.75, np.linspace(0.05, 0.5, 10)
+    blur, offsets = calibration_blur, np.linspace(0.05, 0.5, 10)
     t = np.arange(-kernels.radius, kernels.radius + 1)
     first, second, third = (kernels.one_d[1:] @ ndtr((t - offsets[:, None]) / blur).T) * [[1.0], [2.0], [6.0]]
     q = second**2 - first * third

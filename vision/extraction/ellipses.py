@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from relmodel.arrays import Bools, Floats
+from vision.extraction.parameters import FittingParameters
 
-_ROUNDS = 3
+_DEFAULTS = FittingParameters()
+
 # Which of the fifteen products of two terms of a conic is that of terms i and j.
 _PRODUCT = np.array(
     [
@@ -20,6 +22,7 @@ _PRODUCT = np.array(
         [9, 10, 11, 12, 13, 14],
     ]
 )
+
 _QUADRATIC, _LINEAR = slice(0, 3), slice(3, 6)
 
 
@@ -29,24 +32,26 @@ class Ellipses:
     pi/2]), and the weighted mean square Sampson distance of the points (px^2); all NaN where the points determine none.
     """
 
-    centre_x: FloatArray
-    centre_y: FloatArray
-    major: FloatArray
-    minor: FloatArray
-    angle: FloatArray
-    square: FloatArray
+    centre_x: Floats
+    centre_y: Floats
+    major: Floats
+    minor: Floats
+    angle: Floats
+    square: Floats
 
 
-def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.NDArray[np.integer]) -> Ellipses:
+def fit_ellipses(
+    x: Floats, y: Floats, weight: Floats, counts: npt.NDArray[np.integer], p: FittingParameters = _DEFAULTS
+) -> Ellipses:
     """Ellipses through sets of at least six weighted points each, set i the next `counts[i]` points."""
     if len(counts) == 0:
         return Ellipses(*np.zeros((6, 0)))
     first = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(np.intp)
 
-    def total(values: FloatArray) -> FloatArray:
+    def total(values: Floats) -> Floats:
         return np.asarray(np.add.reduceat(values, first, axis=-1))
 
-    def spread(values: FloatArray) -> FloatArray:
+    def spread(values: Floats) -> Floats:
         return np.asarray(np.repeat(values, counts, axis=-1))
 
     middle_x, middle_y = total(x) / counts, total(y) / counts
@@ -63,7 +68,7 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     weight_sum = total(weight)
     gain, gradient = weight / spread(weight_sum), one
     conic = np.zeros((len(counts), 6))
-    for _ in range(_ROUNDS):
+    for _ in range(p.ellipse_rounds):
         conic, found = _direct(total(gain * products)[_PRODUCT].transpose(2, 0, 1))
         a, b, c, d, e, f = spread(conic.T)
         gradient = (2.0 * a * u + b * v + d) ** 2 + (b * u + 2.0 * c * v + e) ** 2
@@ -91,7 +96,7 @@ def fit_ellipses(x: FloatArray, y: FloatArray, weight: FloatArray, counts: npt.N
     return Ellipses(*np.where(good, columns, np.nan))
 
 
-def _direct(scatter: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+def _direct(scatter: Floats) -> tuple[Floats, Bools]:
     """(n, 6) conics a u^2 + b uv + c v^2 + d u + e v + f with 4 ac - b^2 > 0 of least weighted algebraic distance, from
     the scatter (n, 6, 6) of their terms, and which could be found."""
     s1, s2, s3 = scatter[:, _QUADRATIC, _QUADRATIC], scatter[:, _QUADRATIC, _LINEAR], scatter[:, _LINEAR, _LINEAR]

@@ -1,105 +1,75 @@
 """The fused pass: from a picture to edge elements, arcs, regions, topography and relations."""
 
 import hashlib
-import json
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, replace
-from math import isfinite
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.errors import InputError, UsageError
+from relmodel.arrays import Bools, Bytes, Floats, Ints
+from relmodel.errors import InputError
+from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
-from vision.extraction.closing import close_ends
-from vision.extraction.cutting import cut_arcs
-from vision.extraction.edges import EdgeElements, grey_image
+from vision.extraction.edge_mask import draw_edge_mask
+from vision.extraction.edges import EdgeElements, to_grey
+from vision.extraction.end_points import snap_end_points
 from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
-from vision.extraction.marks import ArcMarks, arc_marks, crest_marks
-from vision.extraction.noise import noise_curve
-from vision.extraction.regions import Regions, edge_mask, leak_proof_regions, plain_regions
-from vision.extraction.relations import RegionArcs, Relations, region_arcs, relations
-from vision.extraction.scales import elements_over_scales
-from vision.extraction.significance import clear, significance, surprises
-from vision.extraction.topography import Crests, crest_arcs, label_histogram, mark_inflections, topographic_labels
-
-FloatArray = npt.NDArray[np.float64]
+from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import ExtractionParameters
+from vision.extraction.regions import Regions, find_leak_proof_regions, find_plain_regions
+from vision.extraction.relations import RegionArcs, Relations, find_region_arcs, find_relations
+from vision.extraction.scales import detect_edges_over_scales
+from vision.extraction.segmentation import segment_chains
+from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
+from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
 VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
 
-
-@dataclass(frozen=True)
-class ExtractionParameters:
-    """What an extraction depends on besides the picture.
-
-    `scales` (px) of the facets for edges, ascending: of several, a finer one needs a coarser to confirm what it sees;
-    `topography_scale` for the labels; `min_contrast` (grey 0..255),
-    `significance` of the gradient and `max_sigma` (px) of edge elements; elements of at least `link_contrast` are
-    linked; chains shorter than `min_elements` are cleared, and arcs below `min_significance`, minus the decimal
-    logarithm of the number of false alarms a megapixel; `fill_reach` (px) of bridges, `join_reach` (px) of arcs;
-    `regions` is `leak-proof` or `plain`; ridges and ravines of height `min_crest` and `min_crest_elements` become arcs;
-    `relation_radius` in px.
-    `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
-    """
-
-    scales: tuple[float, ...] = (1.4,)
-    topography_scale: float = 2.0
-    min_contrast: float = 4.0
-    significance: float = 1e-3
-    max_sigma: float = 0.5
-    link_contrast: float = 12.0
-    min_elements: int = 5
-    min_significance: float = -1.5
-    fill_reach: float = 25.0
-    join_reach: float = 40.0
-    regions: str = "leak-proof"
-    min_region_area: int = 40
-    min_crest: float = 6.0
-    min_crest_elements: int = 20
-    relation_radius: float = 80.0
-    mask: str = ""
-
-    def __post_init__(self) -> None:
-        amiss = [name for name, value in asdict(self).items() if isinstance(value, float) and not isfinite(value)]
-        if amiss:
-            raise UsageError(f"the extraction's {amiss[0]} is {getattr(self, amiss[0])}: give a finite number")
-        if not 0.0 < self.significance <= 1.0:
-            raise UsageError(f"a significance of {self.significance} is no probability: give one of 0 to 1")
-        if self.regions not in ("leak-proof", "plain"):
-            raise UsageError(f"there are no regions of kind {self.regions}: ask for leak-proof or plain")
-
-    def to_json(self) -> str:
-        """All parameters, defaults included, keys sorted."""
-        return json.dumps(asdict(self), sort_keys=True)
+# The kernels of an extraction at one scale.
+KERNELS = tuple(
+    f"vision.extraction.{name}_kernels"
+    for name in (
+        "arc",
+        "border",
+        "edge",
+        "facet",
+        "link",
+        "polyline",
+        "quality",
+        "region",
+        "significance",
+        "topography",
+    )
+)
 
 
 @dataclass(frozen=True)
 class Extraction:
     """All that was found in one picture of `shape` (rows, columns).
 
-    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `marks`
+    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `quality`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
-    (regions, 11) counts them; `crest_arcs` run along ridges and ravines, their elements those of `crests`, their marks
-    `crest_marks`; `timings_s` says how long each stage kept the next waiting.
-    """
+    (regions, 11) counts them; `ridge_arcs` run along ridges and ravines, their elements those of `ridges`, their
+    quality `ridge_quality`; `timings_s` says how long each stage kept the next waiting."""
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
-    noise: FloatArray
+    noise: Floats
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
     junctions: Junctions
-    marks: ArcMarks
+    quality: ArcQuality
     regions: Regions
     region_arcs: RegionArcs
-    labels: npt.NDArray[np.uint8]
-    topography: npt.NDArray[np.int64]
-    crests: Crests
-    crest_arcs: Arcs
-    crest_marks: ArcMarks
+    labels: Bytes
+    topography: Ints
+    ridges: Ridges
+    ridge_arcs: Arcs
+    ridge_quality: ArcQuality
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
@@ -113,13 +83,13 @@ _DEFAULTS = ExtractionParameters()
 
 
 def extract(
-    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: npt.NDArray[np.bool_] | None = None
+    image: npt.ArrayLike, parameters: ExtractionParameters = _DEFAULTS, *, mask: Bools | None = None
 ) -> Extraction:
     """Extract from a grey image (rows, columns; 8-bit, 16-bit, or float on 0..255).
 
     With `mask` (rows, columns), what lies where it is false or zero belongs to nothing: no edge element is kept there
     and no region reaches there.  A picture too small for a facet (11 px) or without contrast gives one region and no
-    arc.  Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `grey_image`
+    arc.  Deterministic: equal pictures, masks and parameters give equal columns.  Raises InputError as `to_grey`
     does, and for a mask of another shape or that leaves nothing.
     """
     p = parameters
@@ -132,62 +102,56 @@ def extract(
         timings[stage] = now - clock
         clock = now
 
-    grey = grey_image(image)
+    grey = to_grey(image)
     if mask is not None:
         mask = np.asarray(mask, dtype=np.bool_)
         if mask.shape != grey.shape:
             size, (rows, columns) = "x".join(map(str, mask.shape[::-1])), grey.shape
             raise InputError(f"the mask is {size}, the picture {columns}x{rows}: give a mask of the same size")
         if not mask.any():
-            raise InputError("the mask leaves nothing of the picture: mark part of it")
+            raise InputError("the mask leaves nothing of the picture: paint part of it white")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
-    noise = noise_curve(grey)
+    noise = estimate_noise(grey, p.noise)
     lap("noise")
-    edges = elements_over_scales(
-        grey,
-        p.scales,
-        min_contrast=p.min_contrast,
-        significance=p.significance,
-        max_sigma=p.max_sigma,
-        noise=noise,
-    )
+    edges = detect_edges_over_scales(grey, p.edges, noise=noise)
     if mask is not None:
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
-    shape = (grey.shape[0], grey.shape[1])
+    shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scales[0]
     # Beside the way from edges over arcs to regions goes what that way does not need, or not yet.
     with ThreadPoolExecutor(1) as beside:
-        # Cleared is only when the arcs are known: a bridge or a join can make significant what alone is not.
-        chains = link(edges, shape, min_contrast=p.link_contrast)
-        chains = chains.take(chains.counts >= p.min_elements)
-        surprising = beside.submit(surprises, grey, edges, chains.elements)
-        sculpted = beside.submit(_topography, grey, noise, mask, p)
-        chains = fill_gaps(edges, chains, grey, reach=p.fill_reach)
+        # Weak ones are dropped only when the arcs are known: a bridge or a join can make significant what alone is not.
+        chains = link(edges, shape, p.linking, min_contrast=p.linking.min_contrast)
+        chains = chains.take(chains.counts >= p.linking.min_elements)
+        scoring = beside.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)
+        labelling = beside.submit(_topography, grey, noise, mask, p)
+        chains = fill_gaps(edges, chains, grey, p.linking)
         lap("linking")
-        members, kinds, turned = cut_arcs(edges, chains, scale=p.scales[0], reach=p.join_reach)
-        surprise = surprising.result()
-        kept, keeping = clear(surprise, members, chains, min_significance=p.min_significance)
+        members, kinds, bright_right = segment_chains(edges, chains, scale=scale, p=p.segmentation, fitting=p.fitting)
+        terms = scoring.result()
+        kept, keeping = select_significant(terms, members, chains, p.significance)
         members, chains = members.take(kept), chains.take(keeping)
-        arcs = measure_arcs(edges, members, kinds[kept], turned, scale=p.scales[0])
-        arcs = replace(arcs, significance=significance(surprise, members))
+        arcs = measure_arcs(edges, members, kinds[kept], bright_right, scale=scale, p=p.fitting)
+        arcs = replace(arcs, significance=compute_significance(terms, members, p.significance))
         lap("arcs")
-        junctions = find_junctions(grey, arcs)
-        arcs = close_ends(arcs, junctions)
-        marking = beside.submit(arc_marks, grey, edges, arcs)
+        junctions = find_junctions(grey, arcs, p.junctions)
+        arcs = snap_end_points(arcs, junctions)
+        assessing = beside.submit(assess_arcs, grey, edges, arcs, p.quality)
         lap("junctions")
-        barrier, linked = edge_mask(edges, chains, arcs, junctions, shape), edges.take(np.unique(chains.elements))
-        if p.regions == "leak-proof":
-            regions = leak_proof_regions(grey, barrier, min_area=p.min_region_area, inside=mask, edges=linked)
+        barrier = draw_edge_mask(edges, chains, arcs, junctions, shape, p.regions)
+        linked = edges.take(np.unique(chains.elements))
+        if p.regions.kind == "leak-proof":
+            regions = find_leak_proof_regions(grey, barrier, p.regions, inside=mask, edges=linked)
         else:
-            regions = plain_regions(grey, barrier, min_area=p.min_region_area, inside=mask)
+            regions = find_plain_regions(grey, barrier, p.regions, inside=mask)
         lap("regions")
-        labels, crests, courses, marks_of_courses = sculpted.result()
+        labels, ridges, ridge_arcs, ridge_quality = labelling.result()
         mark_inflections(labels, linked.pixel)
-        marks = marking.result()
-        lap("topography and marks")
-    histogram = label_histogram(labels, regions.labels, len(regions))
-    borders = region_arcs(edges, arcs, regions)
-    found = relations(arcs, junctions, regions, borders, radius=p.relation_radius)
+        quality = assessing.result()
+        lap("topography and quality")
+    histogram = count_labels(labels, regions.labels, len(regions))
+    borders = find_region_arcs(edges, arcs, regions, p.relations)
+    found = find_relations(arcs, junctions, regions, borders, p.relations)
     lap("relations")
     return Extraction(
         shape,
@@ -197,31 +161,25 @@ def extract(
         chains,
         arcs,
         junctions,
-        marks,
+        quality,
         regions,
         borders,
         labels,
         histogram,
-        crests,
-        courses,
-        marks_of_courses,
+        ridges,
+        ridge_arcs,
+        ridge_quality,
         found,
         timings,
     )
 
 
 def _topography(
-    grey: FloatArray, noise: FloatArray, mask: npt.NDArray[np.bool_] | None, p: ExtractionParameters
-) -> tuple[npt.NDArray[np.uint8], Crests, Arcs, ArcMarks]:
-    """Labels without inflections, crests, the arcs along these and their marks."""
-    labels, crests = topographic_labels(grey, noise, sigma=p.topography_scale)
+    grey: Floats, noise: Floats, mask: Bools | None, p: ExtractionParameters
+) -> tuple[Bytes, Ridges, Arcs, ArcQuality]:
+    """Labels without inflections, ridges, the arcs along these and their quality."""
+    labels, ridges = label_topography(grey, noise, p.topography)
     if mask is not None:
-        crests = crests.take(mask.reshape(-1)[crests.elements.pixel])
-    courses = crest_arcs(
-        crests,
-        (grey.shape[0], grey.shape[1]),
-        scale=p.topography_scale,
-        min_height=p.min_crest,
-        min_elements=p.min_crest_elements,
-    )
-    return labels, crests, courses, crest_marks(grey, crests.elements, courses)
+        ridges = ridges.take(mask.reshape(-1)[ridges.elements.pixel])
+    ridge_arcs = fit_ridge_arcs(ridges, (grey.shape[0], grey.shape[1]), p)
+    return labels, ridges, ridge_arcs, assess_ridge_arcs(grey, ridges.elements, ridge_arcs, p.quality)

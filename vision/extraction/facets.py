@@ -19,10 +19,9 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Floats32
 from relmodel.errors import UsageError
 
-FloatArray = npt.NDArray[np.float64]
-SingleArray = npt.NDArray[np.float32]
 Found = TypeVar("Found")
 
 _BAND = 1 << 15  # pixels whose moments are held at once: they stay in the processor's cache
@@ -40,7 +39,7 @@ class FacetKernels:
     P3 = t^3 - beta t; `sigma` is the standard deviation of the Gaussian weights, None for a plain window.
     """
 
-    one_d: FloatArray
+    one_d: Floats
     alpha: float
     beta: float
     sigma: float | None
@@ -51,22 +50,22 @@ class FacetKernels:
         return int(self.one_d.shape[1] // 2)
 
     @property
-    def moments(self) -> FloatArray:
+    def moments(self) -> Floats:
         """(10, n, n): the two-dimensional kernels of the a_ij in the order of `MOMENTS`."""
         return np.stack([np.outer(self.one_d[i], self.one_d[j]) for i, j in MOMENTS])
 
     @property
-    def coefficients(self) -> FloatArray:
+    def coefficients(self) -> Floats:
         """(10, n, n): the two-dimensional kernels of k1..k10."""
         return np.tensordot(_coefficients_from_moments(self.alpha, self.beta), self.moments, axes=1)
 
     @property
-    def moment_covariance(self) -> FloatArray:
+    def moment_covariance(self) -> Floats:
         """(10, 10): covariance of the a_ij under white noise of variance 1."""
         return _gram(self.moments)
 
     @property
-    def coefficient_covariance(self) -> FloatArray:
+    def coefficient_covariance(self) -> Floats:
         """(10, 10): covariance of k1..k10 under white noise of variance 1."""
         return _gram(self.coefficients)
 
@@ -87,7 +86,7 @@ def gaussian_kernels(sigma: float) -> FacetKernels:
     return _kernels(np.exp(-0.5 * (t / sigma) ** 2), sigma)
 
 
-def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> FloatArray:
+def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> Floats:
     """Coefficients k1..k10, (10, rows, columns), of every pixel's facet; the image is mirrored at its border."""
     from scipy.ndimage import correlate1d
 
@@ -98,7 +97,7 @@ def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> FloatArra
 
 
 def in_bands(
-    grey: FloatArray, kernels: FacetKernels, noise: FloatArray, work: Callable[[int, SingleArray, SingleArray], Found]
+    grey: Floats, kernels: FacetKernels, noise: Floats, work: Callable[[int, Floats32, Floats32], Found]
 ) -> list[Found]:
     """What `work(first pixel, moments, noise)` makes of successive bands of rows of `grey`, in their order.
 
@@ -107,11 +106,11 @@ def in_bands(
     rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads; what
     `work` keeps of `moments` it must copy.
     """
-    from vision.extraction import _facet_kernels
+    from vision.extraction import facet_kernels
 
     rows, columns = grey.shape
-    taps = _facet_kernels.half_kernels(kernels.one_d)
-    picture = _facet_kernels.mirrored(grey, taps)
+    taps = facet_kernels.half_kernels(kernels.one_d)
+    picture = facet_kernels.mirrored(grey, taps)
     curve = noise.astype(np.float32)
     height = max(_BAND // columns, 1)
 
@@ -122,10 +121,9 @@ def in_bands(
         for first in firsts:
             if rows - first < height:
                 moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
-            _facet_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
-            flat, noise_here = moments.reshape(len(MOMENTS), -1), np.empty(moments[0].size, np.float32)
-            _facet_kernels.look_up(flat[0], curve, noise_here)
-            found.append(work(first * columns, flat, noise_here))
+            facet_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
+            flat = moments.reshape(len(MOMENTS), -1)
+            found.append(work(first * columns, flat, curve.take(flat[0].astype(np.intp), mode="clip")))
         return found
 
     firsts = range(0, rows, height)
@@ -135,7 +133,7 @@ def in_bands(
     return [found for each in shares for found in each]
 
 
-def _kernels(weights: FloatArray, sigma: float | None) -> FacetKernels:
+def _kernels(weights: Floats, sigma: float | None) -> FacetKernels:
     weights = weights / weights.sum()
     radius = len(weights) // 2
     t = np.arange(-radius, radius + 1, dtype=np.float64)
@@ -146,7 +144,7 @@ def _kernels(weights: FloatArray, sigma: float | None) -> FacetKernels:
     return FacetKernels(weights * polynomials / norms, alpha, beta, sigma)
 
 
-def _coefficients_from_moments(alpha: float, beta: float) -> FloatArray:
+def _coefficients_from_moments(alpha: float, beta: float) -> Floats:
     """(10, 10): k = M a, with the a_ij in the order of `MOMENTS`."""
     matrix = np.eye(10)
     at = {pair: index for index, pair in enumerate(MOMENTS)}
@@ -156,6 +154,6 @@ def _coefficients_from_moments(alpha: float, beta: float) -> FloatArray:
     return matrix
 
 
-def _gram(kernels: FloatArray) -> FloatArray:
+def _gram(kernels: Floats) -> Floats:
     rows = kernels.reshape(len(kernels), -1)
     return np.asarray(rows @ rows.T)

@@ -1,6 +1,6 @@
 """Free curves: uniform cubic splines of least squares through edge elements, with their covariance.
 
-A spline with a knot every eight pixels follows what an edge detector can see of a bend.  Its covariance is that of the
+A spline with a knot every few pixels follows what an edge detector can see of a bend.  Its covariance is that of the
 elements carried through the fit: their own standard deviations, correlated along the curve as their windows overlap,
 exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the spline than that explains.
 """
@@ -8,23 +8,22 @@ exp(-d^2 / 4 scale^2) at d px; more where the elements scatter more about the sp
 import numpy as np
 import numpy.typing as npt
 
-from vision.extraction.courses import PRIOR_FREEDOM, Deviations
+from relmodel.arrays import Floats
 from vision.extraction.covariances import STATIONS
-
-FloatArray = npt.NDArray[np.float64]
-
-_KNOTS_APART = 8.0  # px
+from vision.extraction.parameters import FittingParameters
+from vision.extraction.refined_polylines import Deviations
 
 
 def fit_free_curves(
-    x: FloatArray,
-    y: FloatArray,
-    sigma: FloatArray,
-    weight: FloatArray,
+    x: Floats,
+    y: Floats,
+    sigma: Floats,
+    weight: Floats,
     counts: npt.NDArray[np.integer],
-    half_spread: FloatArray,
+    half_spread: Floats,
     scale: float,
-) -> tuple[Deviations, FloatArray]:
+    p: FittingParameters,
+) -> tuple[Deviations, Floats]:
     """How members (m,) lie to the n curves through them, and the covariances (n, `STATIONS`, `STATIONS`) of these.
 
     Set i of at least five members is the next `counts[i]`, seen at facet scale `scale` px.  A covariance is that of the
@@ -38,20 +37,26 @@ def fit_free_curves(
     ends = np.cumsum(counts)
     for i, (first, last) in enumerate(zip(ends - counts, ends, strict=True)):  # rare, and of a size each
         own = slice(int(first), int(last))
-        columns[:, own], found = _fit(x[own], y[own], sigma[own], weight[own], float(half_spread[i]), scale)
+        columns[:, own], found = _fit(x[own], y[own], sigma[own], weight[own], float(half_spread[i]), scale, p)
         covariance[i, : len(found), : len(found)] = found
     return Deviations(*columns), covariance
 
 
 def _fit(
-    x: FloatArray, y: FloatArray, sigma: FloatArray, weight: FloatArray, half_spread: float, scale: float
-) -> tuple[FloatArray, FloatArray]:
+    x: Floats,
+    y: Floats,
+    sigma: Floats,
+    weight: Floats,
+    half_spread: float,
+    scale: float,
+    p: FittingParameters,
+) -> tuple[Floats, Floats]:
     """Deviations (5, m) of the members of one curve, and its covariance at its stations."""
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     length, count = float(place[-1]), len(x)
-    intervals = int(np.clip(round(length / _KNOTS_APART), 1, max(count // 2 - 3, 1)))
+    intervals = int(np.clip(round(length / p.knot_spacing), 1, max(count // 2 - 3, 1)))
     value, slope, bend = _basis(place, length, intervals)
-    # a curve that no element holds anywhere is kept from bending there
+    # where a curve has no elements it is kept from bending
     stiff = 1e-6 * weight.mean() * np.diff(np.eye(intervals + 3), 2, axis=0)
     gain = np.linalg.solve(value.T @ (weight[:, None] * value) + stiff.T @ stiff, value.T * weight)
     control = gain @ np.column_stack([x, y])
@@ -74,15 +79,15 @@ def _fit(
     square += -4.0 * np.sum(_banded(place, root * sigma, scale, u) * m)
     square += 2.0 * (np.sum((u.T @ u) * (m.T @ m)) + np.sum((m.T @ u) * (m.T @ u).T))
     freedom = expected**2 / square
-    excess = (PRIOR_FREEDOM + freedom * np.sum(weight * across**2) / expected) / (PRIOR_FREEDOM + freedom)
+    excess = (p.prior_freedom + freedom * np.sum(weight * across**2) / expected) / (p.prior_freedom + freedom)
     at = np.linspace(0.0, length, min(STATIONS, intervals + 3))
     station = _basis(at, length, intervals)[0]
     curve_sigma = np.sqrt(excess * np.sum(value @ of_control * value, axis=1))
     return np.stack([across, nx, ny, -half_spread * curvature, curve_sigma]), excess * station @ of_control @ station.T
 
 
-def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[FloatArray]:
-    """The main diagonal of the covariance of members at `place` and those above it, as far as it is not nought."""
+def _diagonals(place: Floats, sigma: Floats, scale: float) -> list[Floats]:
+    """The main diagonal of the covariance of members at `place` and those above it, as far as they are not zero."""
     out = [sigma * sigma]
     for lag in range(1, len(place)):
         near = np.exp(-(((place[lag:] - place[:-lag]) / (2.0 * scale)) ** 2))
@@ -92,7 +97,7 @@ def _diagonals(place: FloatArray, sigma: FloatArray, scale: float) -> list[Float
     return out
 
 
-def _banded(place: FloatArray, sigma: FloatArray, scale: float, columns: FloatArray) -> FloatArray:
+def _banded(place: Floats, sigma: Floats, scale: float, columns: Floats) -> Floats:
     """That covariance times `columns` (m, k)."""
     main, *others = _diagonals(place, sigma, scale)
     out = main[:, None] * columns
@@ -102,7 +107,7 @@ def _banded(place: FloatArray, sigma: FloatArray, scale: float, columns: FloatAr
     return np.asarray(out)
 
 
-def _basis(place: FloatArray, length: float, intervals: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _basis(place: Floats, length: float, intervals: int) -> tuple[Floats, Floats, Floats]:
     """Values, first and second derivatives (m, intervals + 3) of the uniform cubic B-splines on 0..length."""
     knot = length / intervals
     which = np.minimum(place / knot, intervals - 1).astype(np.intp)

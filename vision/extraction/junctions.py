@@ -1,8 +1,7 @@
-"""T closure: free ends of arcs prolonged along themselves to where they meet, and the junctions that this makes.
+"""Junctions: free ends of arcs prolonged along their own curve to where they meet each other or another arc.
 
 Linking stops short of a corner and of the edge that another runs into.  There the arcs are known as curves, so the
-place where they meet is theirs to say: that of least squares from all of them, each across itself by its own
-uncertainty, with the covariance that follows.  An end that is prolonged must find a step of its own sign on the way.
+place where they meet follows from them.
 """
 
 from dataclasses import dataclass, replace
@@ -10,31 +9,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
-from vision.extraction.linking import components, grey_between, pairs_within
-from vision.extraction.local_curves import LocalCurves, local_curves
-
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
+from vision.extraction.junction_candidates import (
+    Ends,
+    Polylines,
+    find_crossings,
+    find_curves_at,
+    find_ends_on_polylines,
+    find_ends_that_meet,
+    find_first_polylines,
+    sample_polylines,
+)
+from vision.extraction.linking import find_pairs_within, label_components
+from vision.extraction.meetings import AT, END, INTERIOR, START, Meetings, stack
+from vision.extraction.osculating_circles import find_osculating_circles
+from vision.extraction.parameters import JunctionParameters
 
 KINDS = ("L", "T", "Y", "X", "smooth")
 L, T, Y, X, SMOOTH = range(5)
-AT = ("start", "end", "course")
-START, END, COURSE = range(3)
 
-_REACH = 8.0  # px that an end is prolonged
-_OVERRUN = 3.0  # px that it may have run on beyond the junction
-_END_SIGMA = 3.0  # px along an arc: where linking stopped says little of where the edge ends
-_SAME = 1.5  # px between two junctions that are one
-_OFF, _OFF_SIGMAS = 0.6, 3.0  # px, standard deviations: an arc that passes by farther than both has no part in it
-_CROSS = np.sin(np.deg2rad(20.0))  # an end that meets a course more aslant runs beside it
-_STRAIGHT_ON = np.cos(np.deg2rad(160.0))  # two ways that run on into each other
-_BESIDE = 1.5  # px from a prolongation at which grey is read
-_BLURRED = 1.5  # px before the junction in which no step is asked for
-_SUPPORT = 0.25  # of the arc's contrast that its prolongation must show
-_ROUNDS = 3  # of leaving out what has no part in a junction
+_DEFAULTS = JunctionParameters()
 
 
 @dataclass(frozen=True)
@@ -43,65 +38,43 @@ class Junctions:
 
     `kind` indexes `KINDS`: L, two ends; T, three ways of which two run on into each other; Y, other three; X, four ways
     or more; smooth, two ends that run on into each other.  `covariance` (n, 2, 2) is that of (x, y), px^2.  In meeting
-    i, ascending by `junction`, `arc[i]` takes part with its start, its end or its course (`at` indexes `AT`), at
-    (`away_x`, `away_y`) the unit tangent away from there; of a course, that towards its end.
+    i, ascending by `junction`, `arc[i]` takes part with its start, its end or its interior (`at` indexes `AT`), at
+    (`away_x`, `away_y`) the unit tangent away from there; of an interior, that towards its end.
     """
 
-    x: FloatArray
-    y: FloatArray
-    covariance: FloatArray
+    x: Floats
+    y: Floats
+    covariance: Floats
     kind: npt.NDArray[np.int8]
-    junction: IntArray
-    arc: IntArray
+    junction: Ints32
+    arc: Ints32
     at: npt.NDArray[np.int8]
-    away_x: FloatArray
-    away_y: FloatArray
+    away_x: Floats
+    away_y: Floats
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def holds(self, arc: IndexArray, at: IndexArray) -> BoolArray:
+    def contains(self, arc: Indices, at: Indices) -> Bools:
         """Whether the arcs `arc` (n,) take part in a junction with what `at` (n,) indexes in `AT`."""
         return np.isin(arc * len(AT) + at, self.arc * len(AT) + self.at)
 
 
-@dataclass(frozen=True)
-class _Ends:
-    """Free ends: arc and `START` or `END` of each, and the curve there walked outwards."""
+def find_junctions(grey: Floats, arcs: Arcs, p: JunctionParameters = _DEFAULTS) -> Junctions:
+    """Where free ends of the arcs found in `grey` (rows, columns; 0..255) meet, within `p.reach` px of each, another's
+    end or polyline.
 
-    arc: IndexArray
-    at: IndexArray
-    curve: LocalCurves
-
-
-@dataclass(frozen=True)
-class _Courses:
-    """Places of all courses at most a pixel apart, bridges too: the arc of each, its nearest point, where it is, its
-    pixel; and the number of the place in each pixel of the picture of `shape` (rows, columns), or -1."""
-
-    arc: IndexArray
-    point: IndexArray
-    place: FloatArray
-    pixel: IndexArray
-    holder: IntArray
-    shape: tuple[int, ...]
-
-
-def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
-    """Where free ends of the arcs found in `grey` (rows, columns; 0..255) meet, within 8 px of each, another's end or
-    course.
-
-    Of all that an end can reach it takes the nearest; no end goes across another arc.  Ends and courses that meet in
+    Of all that an end can reach it takes the nearest; no end goes across another arc.  Ends and polylines that meet in
     one place make one junction.
     """
     opened = np.flatnonzero(~arcs.closed)
     arc, at = np.tile(opened, 2), np.repeat([START, END], len(opened))
     point = np.where(at == START, arcs.offsets[arc], arcs.offsets[arc + 1] - 1)
-    ends = _Ends(arc, at, local_curves(arcs, point, arcs.x[point], arcs.y[point]).flipped(at == START))
-    courses = _courses(arcs, grey.shape)
-    hit, way = _first_courses(arcs, ends, courses)
-    one, other, near = _ends_that_meet(grey, arcs, ends, courses, hit, way)
-    end, met, far = _ends_on_courses(grey, arcs, ends, courses, hit, way)
+    ends = Ends(arc, at, find_osculating_circles(arcs, point, arcs.x[point], arcs.y[point], p).flipped(at == START))
+    polylines = sample_polylines(arcs, grey.shape)
+    hit, way = find_first_polylines(arcs, ends, polylines, p)
+    one, other, near = find_ends_that_meet(grey, arcs, ends, polylines, hit, way, p)
+    end, met, far = find_ends_on_polylines(grey, arcs, ends, polylines, hit, way, p)
 
     # each end takes the nearest of what it can reach
     chosen = np.full(len(arc), -1, np.intp)
@@ -112,249 +85,36 @@ def find_junctions(grey: FloatArray, arcs: Arcs) -> Junctions:
     picked = chosen[chosen >= 0]
     pairs, on = picked[picked < len(one)], picked[picked >= len(one)] - len(one)
     couples = np.column_stack([one[pairs], other[pairs]])
-    return _joined(arcs, ends, courses, couples, end[on], met[on], _crossings(arcs, courses))
+    return _merge_meetings(arcs, ends, polylines, couples, end[on], met[on], find_crossings(arcs, polylines, p), p)
 
 
-def _courses(arcs: Arcs, shape: tuple[int, ...]) -> _Courses:
-    step = np.column_stack([np.diff(arcs.x, append=0.0), np.diff(arcs.y, append=0.0)])
-    step[arcs.offsets[1:] - 1] = 0.0
-    parts = np.maximum(np.ceil(np.hypot(*step.T)), 1).astype(np.intp)
-    begin = np.repeat(np.arange(len(arcs.x)), parts)
-    share = (np.arange(len(begin)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[begin]
-    place = np.column_stack([arcs.x, arcs.y])[begin] + share[:, None] * step[begin]
-    pixel = _pixels(place, shape)
-    holder = np.full(shape[0] * shape[1], -1, np.int32)
-    holder[pixel] = np.arange(len(pixel))
-    return _Courses(arcs.chains.chain_of_member[begin], begin + (share > 0.5), place, pixel, holder, shape)
-
-
-def _pixels(place: FloatArray, shape: tuple[int, ...]) -> IndexArray:
-    """Flat index of the pixel of each place (..., 2), or of that nearest to it a pixel inside the border."""
-    column, row = (np.rint(place[..., i]).astype(np.intp).clip(1, shape[1 - i] - 2) for i in (0, 1))
-    return np.asarray(row * shape[1] + column)
-
-
-def _first_courses(arcs: Arcs, ends: _Ends, courses: _Courses) -> tuple[IndexArray, FloatArray]:
-    """The place on another course that each end comes by first, not running beside it, and how far on; -1, infinity."""
-    count = len(ends.arc)
-    way = np.arange(-_OVERRUN, _REACH + 1.0)
-    ray = ends.curve.points(np.tile(way, (count, 1)))
-    around = np.add.outer(np.array([-1, 0, 1]) * courses.shape[1], [-1, 0, 1]).ravel()
-    at = courses.holder.take(_pixels(ray, courses.shape)[..., None] + around)
-    end, step, which = np.nonzero(at >= 0)
-    at = at[end, step, which]
-    other = courses.arc[at] != ends.arc[end]
-    end, step, at = end[other], step[other], at[other]
-    chord, normal = _chords(arcs, courses.point[at]), ends.curve.take(end).normals(way[step][:, None])[:, 0]
-    distance = np.hypot(*(courses.place[at] - ray[end, step]).T)
-    met = (np.abs(np.sum(chord * normal, axis=1)) > _CROSS * np.hypot(*chord.T)) & (distance < 1.0)
-    end, step, at, distance = end[met], step[met], at[met], distance[met]
-    order = np.lexsort((at, distance, step, end))
-    found, first = np.unique(end[order], return_index=True)
-    hit, far = np.full(count, -1, np.intp), np.full(count, np.inf)
-    hit[found], far[found] = at[order[first]], way[step[order[first]]]
-    return hit, far
-
-
-def _chords(arcs: Arcs, point: IndexArray) -> FloatArray:
-    """(..., 2) from three points before `point` on its course to three after it."""
-    arc = arcs.chains.chain_of_member[point]
-    before, after = np.maximum(point - 3, arcs.offsets[arc]), np.minimum(point + 3, arcs.offsets[arc + 1] - 1)
-    return np.stack([arcs.x[after] - arcs.x[before], arcs.y[after] - arcs.y[before]], axis=-1)
-
-
-def _ends_that_meet(
-    grey: FloatArray, arcs: Arcs, ends: _Ends, courses: _Courses, hit: IndexArray, way: FloatArray
-) -> tuple[IndexArray, IndexArray, FloatArray]:
-    """Pairs of ends, both ways, and the greater of the distances (px) to where they meet."""
-    curve = ends.curve
-    nothing = np.zeros(0, np.intp)
-    if len(ends.arc) < 2:
-        return nothing, nothing, np.zeros(0)
-    pairs = pairs_within(np.column_stack([curve.x, curve.y]), 1.5 * _REACH)
-    pairs = pairs[ends.arc[pairs[:, 0]] != ends.arc[pairs[:, 1]]]
-    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
-    if len(pairs) == 0:
-        return nothing, nothing, np.zeros(0)
-    member = curve.take(pairs.ravel())
-    group = np.repeat(np.arange(len(pairs)), 2)
-    place, _ = _places(member, np.ones(len(group), np.bool_), group, len(pairs))
-    along, across = member.locate(*place[group].T)
-    met, beyond = hit[pairs], way[pairs] - along.reshape(-1, 2)
-    stranger = (met >= 0) & (courses.arc[met] != ends.arc[pairs[:, ::-1]])
-    freely = ~stranger | (beyond > -2.0)
-    # two ends on both sides of a course that runs through meet this, not each other
-    through = stranger & (beyond < 2.0) & _inner(arcs, courses)[met]
-    freely &= ~(through.all(axis=1) & (courses.arc[met[:, 0]] == courses.arc[met[:, 1]]))[:, None]
-    fits = _takes_part(arcs, ends.arc[pairs.ravel()], member, along, across)
-    fits &= _supported(grey, arcs, ends.arc[pairs.ravel()], ends.at[pairs.ravel()], member, along)
-    good = (fits.reshape(-1, 2) & freely).all(axis=1)
-    farther = np.abs(along).reshape(-1, 2).max(axis=1)
-    a, b = pairs[good].T
-    return np.concatenate([a, b]), np.concatenate([b, a]), np.tile(farther[good], 2)
-
-
-def _ends_on_courses(
-    grey: FloatArray, arcs: Arcs, ends: _Ends, courses: _Courses, hit: IndexArray, way: FloatArray
-) -> tuple[IndexArray, IndexArray, FloatArray]:
-    """Ends that meet the course of another arc, the place on the course, and the distance (px)."""
-    end = np.flatnonzero(hit >= 0)
-    if len(end) == 0:
-        return end, end, np.zeros(0)
-    met = hit[end]
-    member = _stacked(ends.curve.take(end), _curves_at(arcs, courses, met))
-    group = np.tile(np.arange(len(end)), 2)
-    is_end = np.repeat([True, False], len(end))
-    place, _ = _places(member, is_end, group, len(end), ends.curve.take(end).points(way[end, None])[:, 0])
-    along, across = member.locate(*place[group].T)
-    owner = np.concatenate([ends.arc[end], courses.arc[met]])
-    fits = _takes_part(arcs, owner, member, along, across) & (is_end | (np.abs(along) <= _OVERRUN))
-    fits[: len(end)] &= _supported(grey, arcs, ends.arc[end], ends.at[end], ends.curve.take(end), along[: len(end)])
-    good = fits[: len(end)] & fits[len(end) :]
-    return end[good], met[good], np.abs(along[: len(end)])[good] + 1.0
-
-
-def _curves_at(arcs: Arcs, courses: _Courses, at: IndexArray) -> LocalCurves:
-    return local_curves(arcs, courses.point[at], *courses.place[at].T)
-
-
-def _crossings(arcs: Arcs, courses: _Courses) -> IndexArray:
-    """(n, 2) places where courses cross, well within both; of two arcs that cross twice, where they come nearer."""
-    point, arc = courses.point, courses.arc
-    inner = _inner(arcs, courses)
-    found = []
-    for around in (0, 1, courses.shape[1] - 1, courses.shape[1], courses.shape[1] + 1):
-        other = courses.holder.take(courses.pixel + around)
-        at = np.flatnonzero(other >= 0)
-        at = at[arc[other[at]] != arc[at]]
-        found.append(np.column_stack([at, other[at]]))
-    pair = np.concatenate(found)
-    pair = pair[inner[pair].all(axis=1)]
-    one, two = (_chords(arcs, point[pair[:, i]]) for i in (0, 1))
-    cross = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    pair = pair[cross > _CROSS * np.hypot(*one.T) * np.hypot(*two.T)]
-    apart = np.hypot(*(courses.place[pair[:, 0]] - courses.place[pair[:, 1]]).T)
-    low, high = np.sort(arc[pair], axis=1).T
-    order = np.lexsort((pair[:, 1], pair[:, 0], apart, high, low))
-    new = (np.diff(low[order], prepend=-1) != 0) | (np.diff(high[order], prepend=-1) != 0)
-    return np.asarray(pair[order[new]])
-
-
-def _inner(arcs: Arcs, courses: _Courses) -> BoolArray:
-    """Which places are well within their course."""
-    from_end = np.minimum(courses.point - arcs.offsets[courses.arc], arcs.offsets[courses.arc + 1] - 1 - courses.point)
-    return np.asarray((from_end > _OVERRUN) | arcs.closed[courses.arc])
-
-
-def _places(
-    curve: LocalCurves, is_end: BoolArray, group: IndexArray, count: int, begin: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """Places (count, 2) where the curves of each group meet, and their covariances (count, 2, 2): Gauss and Newton from
-    `begin`, or from the middle of the curves' own places."""
-    if begin is None:
-        number = np.bincount(group, minlength=count)
-        begin = np.column_stack([np.bincount(group, c, count) / number for c in (curve.x, curve.y)])
-    place, covariance = begin, np.zeros((count, 2, 2))
-    for _ in range(4):
-        along, across = curve.locate(*place[group].T)
-        normal = curve.normals(along[:, None])[:, 0]
-        tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-        sigma = curve.sigma(np.clip(along, -_OVERRUN, _REACH))
-        information, pull = np.zeros((count, 2, 2)), np.zeros((count, 2))
-        for axis, distance, weight in ((normal, across, sigma**-2), (tangent, along, is_end * _END_SIGMA**-2)):
-            for i in range(2):
-                pull[:, i] += np.bincount(group, weight * distance * axis[:, i], count)
-                for j in range(i, 2):
-                    information[:, i, j] += np.bincount(group, weight * axis[:, i] * axis[:, j], count)
-        (xx, xy), (_, yy) = np.moveaxis(information, 0, -1)
-        covariance = np.moveaxis(np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy), -1, 0)
-        move = np.einsum("nij,nj->ni", covariance, pull)
-        place = place - move / np.maximum(np.linalg.norm(move, axis=1, keepdims=True) / _REACH, 1.0)
-    return place, covariance
-
-
-def _takes_part(arcs: Arcs, arc: IndexArray, curve: LocalCurves, along: FloatArray, across: FloatArray) -> BoolArray:
-    """Whether curves pass by a place `along` and `across` from them, and that lies where ends may be prolonged to."""
-    near = np.abs(across) <= np.maximum(_OFF, _OFF_SIGMAS * curve.sigma(along))
-    return np.asarray(near & (along <= _REACH) & (along >= -np.minimum(_OVERRUN, 0.4 * arcs.length[arc])))
-
-
-def _supported(
-    grey: FloatArray, arcs: Arcs, arc: IndexArray, at: IndexArray, curve: LocalCurves, along: FloatArray
-) -> BoolArray:
-    """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign a quarter as high."""
-    shown = np.maximum(along - _BLURRED, 0.0)
-    s = shown[:, None] * np.linspace(0.1, 1.0, 8)
-    places, normals = curve.points(s), curve.normals(s)
-    sides = [grey_between(grey, places + side * normals) for side in (_BESIDE, -_BESIDE)]
-    # where the bright side is on the left of who walks from start to end, it is against the normal
-    left = arcs.bright_left[np.where(at == END, arcs.offsets[arc + 1] - 1, arcs.offsets[arc])]
-    bright = np.where((at == END) == left, -1.0, 1.0)[:, None]
-    height = (bright * (sides[0] - sides[1])).mean(axis=1)
-    return np.asarray((shown <= 1.0) | (height >= _SUPPORT * arcs.contrast[arc]))
-
-
-def _stacked(first: LocalCurves, second: LocalCurves) -> LocalCurves:
-    return LocalCurves(
-        *(np.concatenate([getattr(part, name) for part in (first, second)]) for name in LocalCurves.__annotations__)
-    )
-
-
-@dataclass(frozen=True)
-class _Meetings:
-    """Which arc takes part in which group, with what of it, as which curve."""
-
-    group: IndexArray
-    arc: IndexArray
-    at: IndexArray
-    curve: LocalCurves
-
-    @property
-    def count(self) -> int:
-        return int(self.group.max(initial=-1)) + 1
-
-    def take(self, rows: IndexArray | BoolArray) -> "_Meetings":
-        """Those that `rows` selects, in order of their groups, these numbered anew."""
-        rows = np.arange(len(self.group))[rows]
-        rows = rows[np.lexsort((self.at[rows], self.arc[rows], self.group[rows]))]
-        group = np.unique(self.group[rows], return_inverse=True)[1]
-        return _Meetings(group.astype(np.intp), self.arc[rows], self.at[rows], self.curve.take(rows))
-
-    def places(self) -> tuple[FloatArray, FloatArray]:
-        return _places(self.curve, self.at != COURSE, self.group, self.count)
-
-    def misses(self, arcs: Arcs, place: FloatArray) -> FloatArray:
-        """By how far (px) each passes its group's place, zero where it takes part there."""
-        along, across = self.curve.locate(*place[self.group].T)
-        return np.where(_takes_part(arcs, self.arc, self.curve, along, across), 0.0, np.abs(across) + 1e-9)
-
-
-def _joined(
+def _merge_meetings(
     arcs: Arcs,
-    ends: _Ends,
-    courses: _Courses,
-    couples: IndexArray,
-    end: IndexArray,
-    met: IndexArray,
-    crossings: IndexArray,
+    ends: Ends,
+    polylines: Polylines,
+    couples: Indices,
+    end: Indices,
+    met: Indices,
+    crossings: Indices,
+    p: JunctionParameters,
 ) -> Junctions:
-    """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of courses, and of courses that cross at
+    """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of polylines, and of polylines that cross at
     places `crossings` (n, 2); those in one place as one."""
     used = np.unique(np.concatenate([couples.ravel(), end]))
-    component = components(couples, len(ends.arc))
+    component = label_components(couples, len(ends.arc))
     crossing = len(ends.arc) + np.repeat(np.arange(len(crossings)), 2)
     met = np.concatenate([met, crossings.ravel()])
-    meetings = _Meetings(
+    meetings = Meetings(
         np.concatenate([component[used], component[end], crossing]),
-        np.concatenate([ends.arc[used], courses.arc[met]]),
-        np.concatenate([ends.at[used], np.full(len(met), COURSE)]),
-        _stacked(ends.curve.take(used), _curves_at(arcs, courses, met)),
+        np.concatenate([ends.arc[used], polylines.arc[met]]),
+        np.concatenate([ends.at[used], np.full(len(met), INTERIOR)]),
+        stack(ends.curve.take(used), find_curves_at(arcs, polylines, met, p)),
     ).take(np.arange(len(used) + len(met)))
-    meetings = _once_each(_one_a_place(meetings))
+    meetings = _once_each(_one_a_place(meetings, p), p)
     alone = np.bincount(meetings.group, minlength=meetings.count) < 2
     meetings = meetings.take(~alone[meetings.group])
-    for _ in range(_ROUNDS):
-        off = meetings.misses(arcs, meetings.places()[0])
+    for _ in range(p.rounds):
+        off = meetings.misses(arcs, meetings.places(p)[0], p)
         worst = np.zeros(meetings.count)
         np.maximum.at(worst, meetings.group, off)
         if not worst.any():
@@ -363,17 +123,17 @@ def _joined(
         enough = np.bincount(meetings.group[fits], minlength=meetings.count) > 1
         meetings = meetings.take(fits & enough[meetings.group])
     sound = np.ones(meetings.count, np.bool_)
-    np.logical_and.at(sound, meetings.group, meetings.misses(arcs, meetings.places()[0]) == 0.0)
+    np.logical_and.at(sound, meetings.group, meetings.misses(arcs, meetings.places(p)[0], p) == 0.0)
     meetings = meetings.take(sound[meetings.group])
-    place, covariance = meetings.places()
+    place, covariance = meetings.places(p)
     along, _ = meetings.curve.locate(*place[meetings.group].T)
     normal = meetings.curve.normals(along[:, None])[:, 0]
-    away = np.where(meetings.at == COURSE, 1.0, -1.0)[:, None] * np.column_stack([normal[:, 1], -normal[:, 0]])
+    away = np.where(meetings.at == INTERIOR, 1.0, -1.0)[:, None] * np.column_stack([normal[:, 1], -normal[:, 0]])
     return Junctions(
         x=place[:, 0],
         y=place[:, 1],
         covariance=covariance,
-        kind=_kinds(meetings, away),
+        kind=_kinds(meetings, away, p),
         junction=meetings.group.astype(np.int32),
         arc=meetings.arc.astype(np.int32),
         at=meetings.at.astype(np.int8),
@@ -382,25 +142,25 @@ def _joined(
     )
 
 
-def _one_a_place(meetings: _Meetings) -> _Meetings:
+def _one_a_place(meetings: Meetings, p: JunctionParameters) -> Meetings:
     if meetings.count < 2:
         return meetings
-    pairs = pairs_within(meetings.places()[0], _SAME)
-    group = components(pairs, meetings.count)[meetings.group]
+    pairs = find_pairs_within(meetings.places(p)[0], p.same)
+    group = label_components(pairs, meetings.count)[meetings.group]
     return replace(meetings, group=group).take(np.arange(len(group)))
 
 
-def _once_each(meetings: _Meetings) -> _Meetings:
-    """An arc takes part once: with its nearer end, else with its course."""
-    along, _ = meetings.curve.locate(*meetings.places()[0][meetings.group].T)
-    order = np.lexsort((np.abs(along), meetings.at == COURSE, meetings.arc, meetings.group))
+def _once_each(meetings: Meetings, p: JunctionParameters) -> Meetings:
+    """An arc takes part once: with its nearer end, else with its polyline."""
+    along, _ = meetings.curve.locate(*meetings.places(p)[0][meetings.group].T)
+    order = np.lexsort((np.abs(along), meetings.at == INTERIOR, meetings.arc, meetings.group))
     again = (np.diff(meetings.group[order]) == 0) & (np.diff(meetings.arc[order]) == 0)
     return meetings.take(np.delete(order, 1 + np.flatnonzero(again)))
 
 
-def _kinds(meetings: _Meetings, away: FloatArray) -> npt.NDArray[np.int8]:
+def _kinds(meetings: Meetings, away: Floats, p: JunctionParameters) -> npt.NDArray[np.int8]:
     """Kind of each junction, by its number of ways and whether two of them run on into each other."""
-    through, count = meetings.at == COURSE, meetings.count
+    through, count = meetings.at == INTERIOR, meetings.count
     group = np.concatenate([meetings.group, meetings.group[through]])
     away = np.concatenate([away, -away[through]])
     order = np.argsort(group, kind="stable")
@@ -409,7 +169,7 @@ def _kinds(meetings: _Meetings, away: FloatArray) -> npt.NDArray[np.int8]:
     straight_on = np.zeros(count, np.bool_)
     for step in range(1, 3):
         a, b = away[:-step], away[step:]
-        opposite = (group[:-step] == group[step:]) & (np.sum(a * b, axis=1) < _STRAIGHT_ON)
+        opposite = (group[:-step] == group[step:]) & (np.sum(a * b, axis=1) < np.cos(p.min_straight_angle))
         straight_on[group[:-step][opposite]] = True
     return np.select([ways > 3, ways == 3], [X, np.where(straight_on, T, Y)], np.where(straight_on, SMOOTH, L)).astype(
         np.int8

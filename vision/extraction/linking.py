@@ -6,136 +6,149 @@ A chain runs along the tangent (-ny, nx): the bright side lies on the left of wh
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.edges import EdgeElements
+from vision.extraction.parameters import LinkingParameters
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-IndexArray = npt.NDArray[np.intp]
+_DEFAULTS = LinkingParameters()
 
 
 @dataclass(frozen=True)
 class Chains:
     """Chain i is `elements[offsets[i] : offsets[i + 1]]`, indices of edge elements in order; `closed` marks loops."""
 
-    elements: IntArray
-    offsets: IntArray
-    closed: BoolArray
+    elements: Ints32
+    offsets: Ints32
+    closed: Bools
 
     def __len__(self) -> int:
         return len(self.closed)
 
     @property
-    def counts(self) -> IntArray:
+    def counts(self) -> Ints32:
         """Number of elements of each chain."""
         return np.diff(self.offsets)
 
     @property
-    def chain_of_member(self) -> npt.NDArray[np.intp]:
+    def chain_of_member(self) -> Indices:
         """Chain number of each entry of `elements`."""
         return np.repeat(np.arange(len(self)), self.counts)
 
-    def beside(self, *columns: FloatArray) -> tuple[FloatArray, ...]:
+    def beside(self, *columns: Floats) -> tuple[Floats, ...]:
         """Columns of the edge elements, of each entry of `elements`."""
         at = self.elements.astype(np.intp)
         return tuple(column.take(at) for column in columns)
 
-    def mean(self, values: FloatArray) -> FloatArray:
+    def mean(self, values: Floats) -> Floats:
         """Mean over each chain of a column of the edge elements."""
         return np.add.reduceat(values[self.elements], self.offsets[:-1]) / self.counts if len(self) else np.zeros(0)
 
-    def take(self, kept: BoolArray) -> "Chains":
+    def take(self, kept: Bools) -> "Chains":
         """The chains that the mask selects."""
         members = np.repeat(kept, self.counts)
         offsets = np.concatenate([[0], np.cumsum(self.counts[kept])]).astype(np.int32)
         return Chains(self.elements[members], offsets, self.closed[kept])
 
 
-def link(edges: EdgeElements, shape: tuple[int, int], *, min_contrast: float = 0.0) -> Chains:
+def link(
+    edges: EdgeElements, shape: tuple[int, int], p: LinkingParameters = _DEFAULTS, *, min_contrast: float = 0.0
+) -> Chains:
     """Chains and loops of the edge elements of an image of `shape` (rows, columns), by mutual best links.
 
     Elements of contrast below `min_contrast` are left out, so that an edge does not run on into the texture.
     """
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     used = np.flatnonzero(edges.contrast >= min_contrast)
     x, y, nx, ny = (column.take(used) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    successor = _link_kernels.mutual_successors(x, y, nx, ny, edges.pixel.take(used), *shape)
-    order, offsets, closed = _followed(successor)
+    pixel, elements = edges.pixel.take(used), np.arange(len(used), dtype=np.int32)
+    at = np.full(shape, -1, np.int32)
+    at.reshape(-1)[pixel] = elements
+    best = np.full((2, len(used)), -1, np.int32)
+    limits = np.array([p.min_link_cosine, p.min_chord_cosine, p.turn_price, p.chord_price])
+    link_kernels.best_links(x, y, nx, ny, pixel, at, limits, np.full((2, len(used)), 1e9), best)
+    mutual = (best[0] >= 0) & (best[1].take(best[0]) == elements)
+    order, offsets, closed = _follow_links(np.where(mutual, best[0], np.int32(-1)))
     return Chains(used[order].astype(np.int32), offsets, closed)
 
 
-def fill_gaps(
-    edges: EdgeElements, chains: Chains, grey: FloatArray, *, reach: float = 25.0, max_angle: float = np.deg2rad(35.0)
-) -> Chains:
-    """Join chains end to start across gaps: up to 3 px, or up to `reach` px where both tangents lie within `max_angle`
-    of the chord and the picture shows a step of the same sign, at least a quarter as high, along the bridge.
+def fill_gaps(edges: EdgeElements, chains: Chains, grey: Floats, p: LinkingParameters = _DEFAULTS) -> Chains:
+    """Join chains end to start across gaps: up to `p.near_reach` px, or up to `p.fill_reach` px where both tangents lie
+    within `p.fill_angle` of the chord and the picture shows a step of the same sign along the bridge.
 
-    One to one, cheapest d (1 + 2 (a1 + a2)) first where each is the other's best.
+    One to one, cheapest d (1 + `p.bend_price` (a1 + a2)) first where each is the other's best.
     """
     opened = np.flatnonzero(~chains.closed)
     if len(opened) < 2:
         return chains
     first, last = chains.elements[chains.offsets[opened]], chains.elements[chains.offsets[opened + 1] - 1]
     starts, ends = np.column_stack([edges.x[first], edges.y[first]]), np.column_stack([edges.x[last], edges.y[last]])
-    pairs = pairs_within(np.concatenate([ends, starts]), reach)
+    pairs = find_pairs_within(np.concatenate([ends, starts]), p.fill_reach)
     pairs = pairs[(pairs[:, 0] < len(ends)) & (pairs[:, 1] >= len(ends))]
     tail, head = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].T
     head = head - len(ends)
     gap = starts[head] - ends[tail]
     distance = np.sqrt(gap[:, 0] ** 2 + gap[:, 1] ** 2)
     chord = gap / np.maximum(distance, 1e-9)[:, None]
-    a1 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=True)[tail].T)
-    a2 = _angle_to(chord, *_end_tangents(edges, chains, opened, last_end=False)[head].T)
-    likely = (distance <= 3.0) & (a1 < np.pi / 3) & (a2 < np.pi / 3) | (a1 < max_angle) & (a2 < max_angle)
-    likely &= ~((tail == head) & (chains.counts[opened][tail] < 12))
+    a1 = _angle_to(chord, *_end_tangents(edges, chains, opened, p.tangent_elements, last_end=True)[tail].T)
+    a2 = _angle_to(chord, *_end_tangents(edges, chains, opened, p.tangent_elements, last_end=False)[head].T)
+    near = distance <= p.near_reach
+    likely = near & (a1 < p.near_angle) & (a2 < p.near_angle) | (a1 < p.fill_angle) & (a2 < p.fill_angle)
+    likely &= ~((tail == head) & (chains.counts[opened][tail] < p.min_loop_elements))
     tail, head, distance, chord = tail[likely], head[likely], distance[likely], chord[likely]
-    cost = distance * (1.0 + 2.0 * (a1 + a2)[likely])
-    height = _bridge_contrast(grey, ends[tail], chord, distance)
-    held = (distance <= 3.0) | (height >= 0.25 * np.minimum(edges.contrast[last][tail], edges.contrast[first][head]))
-    tail, head, cost = tail[held], head[held], cost[held]
+    cost = distance * (1.0 + p.bend_price * (a1 + a2)[likely])
+    height = _bridge_contrast(grey, ends[tail], chord, distance, p)
+    lesser = np.minimum(edges.contrast[last][tail], edges.contrast[first][head])
+    supported = (distance <= p.near_reach) | (height >= p.min_support * lesser)
+    tail, head, cost = tail[supported], head[supported], cost[supported]
 
     next_chain = np.full(len(opened), -1, np.int32)
     previous = np.full(len(opened), -1, np.int32)
     for at in np.lexsort((head, tail, cost)):
         if next_chain[tail[at]] < 0 and previous[head[at]] < 0:
             next_chain[tail[at]], previous[head[at]] = head[at], tail[at]
-    sequence, offsets, looped = _followed(next_chain)
+    sequence, offsets, looped = _follow_links(next_chain)
     return _concatenate(chains, opened[sequence], offsets, looped)
 
 
-def pairs_within(place: FloatArray, reach: float, looked: BoolArray | None = None) -> IndexArray:
+def find_pairs_within(place: Floats, reach: float, looked: Bools | None = None) -> Indices:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     x, y = np.ascontiguousarray(place.T)
     if len(x) and np.ptp(y) > np.ptp(x):
         x, y = y, x
     looked = np.ones(len(x), np.bool_) if looked is None else looked
-    return _link_kernels.pairs_within(x, y, looked, np.argsort(x, kind="stable"), reach)
+    order, none = np.argsort(x, kind="stable"), np.empty((0, 2), np.int64)
+    out = np.empty((link_kernels.pairs_within(x, y, looked, order, reach, none), 2), np.int64)
+    link_kernels.pairs_within(x, y, looked, order, reach, out)
+    return out
 
 
-def components(pairs: IndexArray, count: int) -> IndexArray:
+def label_components(pairs: Indices, count: int) -> Indices:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
-    return _link_kernels.components(np.ascontiguousarray(pairs), count)
+    out = np.empty(count, np.int64)
+    link_kernels.components(np.ascontiguousarray(pairs), np.arange(count), out)
+    return out
 
 
-def _followed(successor: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+def _follow_links(successor: Ints32) -> tuple[Ints32, Ints32, Bools]:
     """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
-    from vision.extraction import _link_kernels
+    from vision.extraction import link_kernels
 
     n = len(successor)
     order, offsets, closed = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.bool_)
-    chains = _link_kernels.follow(successor, order, offsets, closed)
+    starts = np.ones(n, np.bool_)
+    starts[successor[successor >= 0]] = False
+    chains = link_kernels.follow(successor, starts, np.zeros(n, np.bool_), order, offsets, closed)
     return order, offsets[: chains + 1], closed[:chains]
 
 
-def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArray, looped: BoolArray) -> Chains:
+def _concatenate(chains: Chains, sequence: Indices, offsets: Ints32, looped: Bools) -> Chains:
     """Open chains strung together in groups `offsets` of `sequence`, then the chains that were loops already."""
     loops = np.flatnonzero(chains.closed)
     pieces = np.concatenate([sequence, loops])
@@ -147,33 +160,40 @@ def _concatenate(chains: Chains, sequence: npt.NDArray[np.intp], offsets: IntArr
     return Chains(elements, bounds, np.concatenate([looped, np.ones(len(loops), np.bool_)]))
 
 
-def _end_tangents(edges: EdgeElements, chains: Chains, which: npt.NDArray[np.intp], *, last_end: bool) -> FloatArray:
-    """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to five elements."""
-    reach = np.minimum(5, chains.counts[which])
+def _end_tangents(edges: EdgeElements, chains: Chains, which: Indices, most: int, *, last_end: bool) -> Floats:
+    """(m, 2) unit tangents at the ends of chains `which`, from the normals of up to `most` elements."""
+    reach = np.minimum(most, chains.counts[which])
     total = np.zeros((len(which), 2))
-    for back in range(5):
+    for back in range(most):
         member = chains.offsets[which + 1] - 1 - back if last_end else chains.offsets[which] + back
         element = chains.elements[np.where(back < reach, member, chains.offsets[which])]
         total += np.where(back < reach, 1.0, 0.0)[:, None] * np.column_stack([-edges.ny[element], edges.nx[element]])
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
 
 
-def _angle_to(chord: FloatArray, tx: FloatArray, ty: FloatArray) -> FloatArray:
+def _angle_to(chord: Floats, tx: Floats, ty: Floats) -> Floats:
     return np.asarray(np.arccos(np.clip(chord[:, 0] * tx + chord[:, 1] * ty, -1.0, 1.0)))
 
 
-def grey_between(grey: FloatArray, place: FloatArray) -> FloatArray:
+def interpolate_grey(grey: Floats, place: Floats) -> Floats:
     """The bilinear grey at places (..., 2); beyond the border, that of the border."""
-    from vision.extraction import _mark_kernels
+    rows, columns = grey.shape
+    x, y = place[..., 0].clip(0.0, columns - 1.0), place[..., 1].clip(0.0, rows - 1.0)
+    c, r = x.astype(np.intp), y.astype(np.intp)
+    left, above = 1.0 - (x - c), 1.0 - (y - r)
+    after, below = np.minimum(c + 1, columns - 1), np.minimum(r + 1, rows - 1)
+    return np.asarray(
+        grey[r, c] * above * left
+        + grey[r, after] * above * (1.0 - left)
+        + grey[below, c] * (1.0 - above) * left
+        + grey[below, after] * (1.0 - above) * (1.0 - left)
+    )
 
-    x, y = (np.ascontiguousarray(place[..., i]) for i in (0, 1))
-    return _mark_kernels.grey_between(grey, x.reshape(-1), y.reshape(-1)).reshape(x.shape)
 
-
-def _bridge_contrast(grey: FloatArray, start: FloatArray, chord: FloatArray, length: FloatArray) -> FloatArray:
-    """Mean over nine points of each bridge of the grey 2 px to its left less that 2 px to its right."""
-    share = np.linspace(0.1, 0.9, 9)
+def _bridge_contrast(grey: Floats, start: Floats, chord: Floats, length: Floats, p: LinkingParameters) -> Floats:
+    """Mean over some points of each bridge of the grey to its left less that to its right."""
+    share = np.linspace(0.1, 0.9, p.support_samples)
     points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]
     left = np.column_stack([chord[:, 1], -chord[:, 0]])[:, None, :]
-    grey_at = [grey_between(grey, points + side * left) for side in (2.0, -2.0)]
+    grey_at = [interpolate_grey(grey, points + side * left) for side in (p.support_distance, -p.support_distance)]
     return np.asarray((grey_at[0] - grey_at[1]).mean(axis=1))

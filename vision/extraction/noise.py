@@ -5,37 +5,38 @@ its magnitude within each band of grey is deaf to edges and to most texture.
 """
 
 import numpy as np
-import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from relmodel.arrays import Floats, Ints
+from vision.extraction.parameters import NoiseParameters
 
-_BANDS = 16
 _BINS = 1024  # of the magnitude, one a unit
-_MIN_SAMPLES = 300
 _MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
+_DEFAULTS = NoiseParameters()
 
 
-def noise_curve(grey: FloatArray, floor: float = 1.0 / np.sqrt(12.0)) -> FloatArray:
+def estimate_noise(grey: Floats, p: NoiseParameters = _DEFAULTS) -> Floats:
     """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
 
-    `floor` is the least value reported, by default what rounding to eight bits leaves behind.
+    Nowhere less than `p.floor`.
     """
-    from vision.extraction import _edge_kernels
+    from vision.extraction import edge_kernels
 
-    histogram = _edge_kernels.high_pass_histogram(grey, _BANDS, _BINS)
+    histogram = np.zeros((p.bands + 1, _BINS), np.int64)
+    edge_kernels.high_pass_histogram(grey, np.empty((2, grey.shape[1]), np.float32), histogram)
+    histogram = histogram[:-1]
     counts = histogram.sum(axis=1)
     pooled = histogram.sum(axis=0)
     if pooled.sum() == 0:
-        return np.full(256, floor)
-    centres = (np.arange(_BANDS) + 0.5) * 256.0 / _BANDS
-    good = counts >= _MIN_SAMPLES
+        return np.full(256, p.floor)
+    centres = (np.arange(p.bands) + 0.5) * 256.0 / p.bands
+    good = counts >= p.min_samples
     if not good.any():
-        return np.full(256, max(floor, _median(pooled) * _MEDIAN_TO_SIGMA))
+        return np.full(256, max(p.floor, _median(pooled) * _MEDIAN_TO_SIGMA))
     sigma = np.array([_median(row) for row in histogram[good]]) * _MEDIAN_TO_SIGMA
-    return np.maximum(np.interp(np.arange(256), centres[good], sigma), floor)
+    return np.maximum(np.interp(np.arange(256), centres[good], sigma), p.floor)
 
 
-def _median(histogram: npt.NDArray[np.int64]) -> float:
+def _median(histogram: Ints) -> float:
     """Median of rounded magnitudes, linear within the unit bin around the whole number that holds it."""
     cumulative = np.cumsum(histogram)
     half = cumulative[-1] / 2.0

@@ -5,25 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bytes, Floats
 from vision.extraction.arcs import KINDS as _KINDS
-from vision.extraction.closing import closed_courses
 from vision.extraction.edges import EdgeElements
+from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.junctions import KINDS as _JUNCTIONS
 from vision.extraction.linking import Chains, link
 from vision.extraction.relations import KINDS as _RELATIONS
 from vision.extraction.topography import LABELS
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
-
 _SHIFT = 4  # cv2 draws at fixed-point places
 # RGB, of the kinds of arcs in their order, of the topographic labels, of relations and kinds of junctions.
 _KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
 _TEXTURE_COLOUR = (150, 150, 150)
-_CREST_COLOUR = (255, 120, 0)
+_RIDGE_COLOUR = (255, 120, 0)
 _LABEL_COLOURS = {
     "peak": (255, 255, 255),
     "pit": (0, 0, 0),
@@ -47,7 +44,7 @@ _JUNCTION_COLOURS = ((30, 160, 80), (0, 190, 200), (40, 120, 255), (170, 40, 200
 _LEAST_FOR_KEY = (240, 400)  # rows and columns: a key would hide a smaller picture
 
 
-def draw_stage(grey: FloatArray, extraction: Extraction, stage: str) -> Picture:
+def draw_stage(grey: Floats, extraction: Extraction, stage: str) -> Bytes:
     """What `stage`, one of `STAGES`, found in `grey` (rows, columns; 0..255): (rows, columns, 3), RGB."""
     return STAGES[stage][0](grey, extraction)
 
@@ -57,7 +54,7 @@ def count_of_stage(extraction: Extraction, stage: str) -> int:
     return STAGES[stage][1](extraction)
 
 
-def _edges(grey: FloatArray, found: Extraction) -> Picture:
+def _edges(grey: Floats, found: Extraction) -> Bytes:
     """Edge elements, the brighter the higher the step."""
     canvas = np.zeros(found.shape, np.uint8)
     canvas.reshape(-1)[found.edges.pixel] = np.clip(60 + 2.5 * found.edges.contrast, 0, 255).astype(np.uint8)
@@ -65,25 +62,26 @@ def _edges(grey: FloatArray, found: Extraction) -> Picture:
 
 
 def _linked(found: Extraction) -> Chains:
-    return link(found.edges, found.shape, min_contrast=found.parameters.link_contrast)
+    p = found.parameters.linking
+    return link(found.edges, found.shape, p, min_contrast=p.min_contrast)
 
 
-def _draw_chains(grey: FloatArray, found: Extraction, chains: Chains) -> Picture:
+def _draw_chains(grey: Floats, found: Extraction, chains: Chains) -> Bytes:
     """Chains, each in a colour of its own, over the faded picture."""
     colours = _palette(len(chains))
     return _strokes(_faded(grey), found.edges, chains, [colours[i].tolist() for i in range(len(chains))])
 
 
-def _arcs(grey: FloatArray, found: Extraction) -> Picture:
+def _arcs(grey: Floats, found: Extraction) -> Bytes:
     """Arcs by kind; grey those that are more likely texture than edges."""
-    surely_edge = found.marks.texture <= 0.5
+    surely_edge = found.quality.texture <= 0.5
     kinds = found.arcs.kind.tolist()
     colours = [_KIND_COLOURS[k] if edge else _TEXTURE_COLOUR for k, edge in zip(kinds, surely_edge, strict=True)]
     canvas = _strokes(np.full((*found.shape, 3), 255, np.uint8), found.edges, found.arcs.chains, colours)
     return _with_key(canvas, {**dict(zip(_KINDS, _KIND_COLOURS, strict=True)), "likely texture": _TEXTURE_COLOUR})
 
 
-def _regions(grey: FloatArray, found: Extraction) -> Picture:
+def _regions(grey: Floats, found: Extraction) -> Bytes:
     """Regions, each in a colour of its own, parted by white lines; black what belongs to none."""
     labels = found.regions.labels
     canvas = np.concatenate([_palette(len(found.regions)), np.zeros((1, 3), np.uint8)])[labels]
@@ -92,21 +90,21 @@ def _regions(grey: FloatArray, found: Extraction) -> Picture:
     return np.asarray(canvas)
 
 
-def _topography(grey: FloatArray, found: Extraction) -> Picture:
+def _topography(grey: Floats, found: Extraction) -> Bytes:
     """The label of every pixel, and the arcs along ridges and ravines; grey those that are more likely texture."""
     canvas = np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
-    colours = [_TEXTURE_COLOUR if texture else _CREST_COLOUR for texture in found.crest_marks.texture > 0.5]
-    canvas = _strokes(canvas, found.crests.elements, found.crest_arcs.chains, colours)
-    return _with_key(canvas, {**_LABEL_COLOURS, "crests": _CREST_COLOUR, "likely texture": _TEXTURE_COLOUR})
+    colours = [_TEXTURE_COLOUR if texture else _RIDGE_COLOUR for texture in found.ridge_quality.texture > 0.5]
+    canvas = _strokes(canvas, found.ridges.elements, found.ridge_arcs.chains, colours)
+    return _with_key(canvas, {**_LABEL_COLOURS, "ridge lines": _RIDGE_COLOUR, "likely texture": _TEXTURE_COLOUR})
 
 
-def _junctions(grey: FloatArray, found: Extraction) -> Picture:
+def _junctions(grey: Floats, found: Extraction) -> Bytes:
     """Arcs, their ends closed, and dots where they meet."""
     import cv2
 
     canvas = np.ascontiguousarray(_faded(grey))
-    course, offsets = closed_courses(found.arcs, found.junctions)
-    points = np.rint(np.column_stack([course.x, course.y]) * 2**_SHIFT).astype(np.int32)
+    polyline, offsets = snap_polylines(found.arcs, found.junctions, found.parameters.junctions)
+    points = np.rint(np.column_stack([polyline.x, polyline.y]) * 2**_SHIFT).astype(np.int32)
     cv2.polylines(canvas, np.split(points, offsets[1:-1]), False, _TEXTURE_COLOUR, 2, cv2.LINE_AA, _SHIFT)
     places = np.rint(np.column_stack([found.junctions.x, found.junctions.y]) * 2**_SHIFT).astype(np.int32)
     for place, kind in zip(places.tolist(), found.junctions.kind.tolist(), strict=True):
@@ -114,7 +112,7 @@ def _junctions(grey: FloatArray, found: Extraction) -> Picture:
     return _with_key(canvas, dict(zip(_JUNCTIONS, _JUNCTION_COLOURS, strict=True)))
 
 
-def _relations(grey: FloatArray, found: Extraction) -> Picture:
+def _relations(grey: Floats, found: Extraction) -> Bytes:
     """Arcs; lines between the middles of those that are parallel or collinear and between the centres of those that are
     concentric or of equal radius."""
     import cv2
@@ -131,7 +129,7 @@ def _relations(grey: FloatArray, found: Extraction) -> Picture:
     return _with_key(canvas, _RELATION_COLOURS)
 
 
-def _with_key(canvas: Picture, colours: dict[str, tuple[int, int, int]]) -> Picture:
+def _with_key(canvas: Bytes, colours: dict[str, tuple[int, int, int]]) -> Bytes:
     """The picture with what its colours mean in the lower left corner, where it is large enough."""
     import cv2
 
@@ -149,11 +147,11 @@ def _with_key(canvas: Picture, colours: dict[str, tuple[int, int, int]]) -> Pict
     return canvas
 
 
-def _faded(grey: FloatArray) -> Picture:
+def _faded(grey: Floats) -> Bytes:
     return np.repeat((170 + np.clip(grey, 0, 255) / 3).clip(0, 255).astype(np.uint8)[..., None], 3, axis=2)
 
 
-def _palette(count: int) -> Picture:
+def _palette(count: int) -> Bytes:
     """(count, 3) colours far apart for neighbours in number: hues by the golden section."""
     hue = np.modf(np.arange(count) * 0.618033988749895)[0][:, None] * 2 * np.pi
     wave = np.cos(hue - np.array([0.0, 2.0, 4.0]) * np.pi / 3)
@@ -161,18 +159,18 @@ def _palette(count: int) -> Picture:
     return np.asarray(np.clip(light + 65 * wave, 0, 255).astype(np.uint8))
 
 
-def _strokes(canvas: Picture, elements: EdgeElements, chains: Chains, colours: Sequence[Sequence[int]]) -> Picture:
+def _strokes(canvas: Bytes, elements: EdgeElements, chains: Chains, colours: Sequence[Sequence[int]]) -> Bytes:
     import cv2
 
     canvas = np.ascontiguousarray(canvas)
     points = np.rint(np.column_stack([elements.x, elements.y]) * 2**_SHIFT).astype(np.int32)
     for i, colour in enumerate(colours):
-        course = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
-        cv2.polylines(canvas, [course], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)
+        polyline = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
+        cv2.polylines(canvas, [polyline], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)
     return canvas
 
 
-STAGES: dict[str, tuple[Callable[[FloatArray, Extraction], Picture], Callable[[Extraction], int]]] = {
+STAGES: dict[str, tuple[Callable[[Floats, Extraction], Bytes], Callable[[Extraction], int]]] = {
     "edges": (_edges, lambda found: len(found.edges)),
     "linking": (lambda grey, found: _draw_chains(grey, found, _linked(found)), lambda found: len(_linked(found))),
     "filling": (lambda grey, found: _draw_chains(grey, found, found.chains), lambda found: len(found.chains)),

@@ -6,22 +6,23 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Ints32
 from relmodel.columns import Columns, Ragged
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
 from vision.extraction import relations as relation_columns
 from vision.extraction.arcs import Arcs, concatenate
-from vision.extraction.closing import closed_courses
-from vision.extraction.extract import VERSION, Extraction, ExtractionParameters
+from vision.extraction.end_points import snap_polylines
+from vision.extraction.extract import VERSION, Extraction
+from vision.extraction.meetings import AT
+from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.topography import LABELS
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-_LEAST_MARK = 0.05  # a weaker mark is not worth its row
 _SIDES = np.array(["left", "right"], dtype=object)
 
 
@@ -89,7 +90,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     ring, point_no = _members(regions.ring_offsets)
     labelled, label = np.nonzero(extraction.topography)
     borders, junctions = extraction.region_arcs, extraction.junctions
-    with_crests = concatenate([arcs, extraction.crest_arcs])
+    with_ridges = concatenate([arcs, extraction.ridge_arcs])
     return {
         "edge_element": {
             "edge_element_no": np.arange(len(linked), dtype=np.int32),
@@ -102,10 +103,10 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "sigma": edges.sigma[linked],
             "image_arc_no": arc_no,
         },
-        "image_arc": _arcs(extraction, with_crests),
-        "image_arc_mark": _marks(extraction),
-        "image_arc_point": _points(extraction, with_crests),
-        "image_arc_covariance": _covariances(with_crests),
+        "image_arc": _arcs(extraction, with_ridges),
+        "image_arc_mark": _quality(extraction),
+        "image_arc_point": _points(extraction, with_ridges),
+        "image_arc_covariance": _covariances(with_ridges),
         "image_junction": {
             "junction_no": np.arange(len(junctions), dtype=np.int32),
             "kind": np.array(junction_columns.KINDS, dtype=object)[junctions.kind],
@@ -118,7 +119,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         "image_junction_arc": {
             "junction_no": junctions.junction,
             "image_arc_no": junctions.arc,
-            "meets_with": np.array(junction_columns.AT, dtype=object)[junctions.at],
+            "meets_with": np.array(AT, dtype=object)[junctions.at],
         },
         "image_region": {
             "region_no": region_no,
@@ -159,8 +160,8 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
 
 def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
     """Edge arcs first, numbered as in the extraction; then ridges and ravines, which are no units of matching."""
-    crests = extraction.crest_arcs
-    hollow = extraction.crests.ravine[crests.elements[crests.offsets[:-1]]]
+    ridges = extraction.ridge_arcs
+    hollow = extraction.ridges.ravine[ridges.elements[ridges.offsets[:-1]]]
     kinds = np.concatenate([np.zeros(len(extraction.arcs), np.intp), np.where(hollow, 2, 1)])
     return {
         "image_arc_no": np.arange(len(arcs), dtype=np.int32),
@@ -189,15 +190,15 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
 
 def _points(extraction: Extraction, arcs: Arcs) -> Columns:
     """Courses of the free arcs; those of other kinds have a formula."""
-    course, offsets = closed_courses(arcs, extraction.junctions)
+    polyline, offsets = snap_polylines(arcs, extraction.junctions, extraction.parameters.junctions)
     arc_no, point_no = _members(offsets)
     free = arcs.kind[arc_no] == arc_columns.FREE
     return {
         "image_arc_no": arc_no[free],
         "point_no": point_no[free],
-        "x": course.x[free],
-        "y": course.y[free],
-        "sigma": course.sigma[free],
+        "x": polyline.x[free],
+        "y": polyline.y[free],
+        "sigma": polyline.sigma[free],
     }
 
 
@@ -209,14 +210,16 @@ def _covariances(arcs: Arcs) -> Columns:
     return {"image_arc_no": which.astype(np.int32), "covariance": Ragged(arcs.covariance[known], offsets)}
 
 
-def _marks(extraction: Extraction) -> Columns:
-    both = extraction.marks, extraction.crest_marks
-    marks = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
-    marked = {name: np.flatnonzero(value >= _LEAST_MARK) for name, value in marks.items()}
+def _quality(extraction: Extraction) -> Columns:
+    both = extraction.quality, extraction.ridge_quality
+    quality = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
+    noted = {
+        name: np.flatnonzero(value >= extraction.parameters.quality.min_recorded) for name, value in quality.items()
+    }
     return {
-        "image_arc_no": np.concatenate(list(marked.values())).astype(np.int32),
-        "name": np.repeat(np.array(list(marked), dtype=object), [len(arcs) for arcs in marked.values()]),
-        "value": np.concatenate([marks[name][arcs] for name, arcs in marked.items()]),
+        "image_arc_no": np.concatenate(list(noted.values())).astype(np.int32),
+        "name": np.repeat(np.array(list(noted), dtype=object), [len(arcs) for arcs in noted.values()]),
+        "value": np.concatenate([quality[name][arcs] for name, arcs in noted.items()]),
     }
 
 
@@ -239,7 +242,7 @@ def _units(extraction: Extraction) -> dict[str, Columns]:
     }
 
 
-def _members(offsets: npt.NDArray[np.int32]) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+def _members(offsets: Ints32) -> tuple[Ints32, Ints32]:
     """Of the members of packed groups: which group each is of, and its ordinal there."""
     group = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
     return group, (np.arange(len(group)) - offsets[group]).astype(np.int32)

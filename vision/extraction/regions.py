@@ -1,43 +1,26 @@
 """Step 5: regions, the sets of pixels that edges enclose.
 
-`plain_regions` is the step as the seed paper has it: maximal connected sets of pixels that are no edge.  One missing
-edge pixel joins two faces there.  `leak_proof_regions`, the default, floods the distance from the edges from its
-depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing cartoon
-animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as they are or
-no edge ends beside it.
-"""
+`find_plain_regions` is the step as the seed paper has it: maximal connected sets of pixels that are no edge.  One
+missing edge pixel joins two faces there.  `find_leak_proof_regions`, the default, floods the distance from the edges
+from its depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing
+cartoon animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as
+they are or no edge ends beside it."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from vision.extraction.arcs import LINE, Arcs
+from relmodel.arrays import Bools, Floats, Floats32, Indices, Ints, Ints32
 from vision.extraction.edges import EdgeElements
-from vision.extraction.junctions import END, START, Junctions
-from vision.extraction.linking import Chains, components
+from vision.extraction.linking import label_components
+from vision.extraction.parameters import RegionParameters
 
-FloatArray = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
-CountArray = npt.NDArray[np.int64]
-
-_SATURATED = 250.0
-_BALLS = (12.0, 5.0, 2.0, 0.9)  # px: radii of the trapped balls
-_SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `_region_kernels.sums`
-_LARGE = 6.0  # px: inradius from which a region stands by itself
-_ROUNDS = 3  # of merging
-_NECK = 1.5  # inradii: a straight strip is two wide, so is a border across it
-_ENDS = 4  # px of edge that a border across a strip meets at its two ends
-_BORDER_REACH = 10.0  # px that an end is prolonged to reach the border of the picture,
-_LINE_REACH = 80.0  # and that a free end of a straight arc is prolonged to the next edge, of significance no less than
-_DOUBTFUL = -1.0
+_DEFAULTS = RegionParameters()
+_SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `region_kernels.sums`
 _RING = [
     *((-2, i) for i in range(-2, 2)), *((i, 2) for i in range(-2, 2)),
     *((2, -i) for i in range(-2, 2)), *((-i, -2) for i in range(-2, 2)),
 ]  # fmt: skip
-_BESIDE = 1.5  # px from an edge to where the region beside it is read
-_MEETING = 6  # px within which another arc's point leaves an end no need to be prolonged
 
 
 @dataclass(frozen=True)
@@ -45,175 +28,101 @@ class Regions:
     """Columns of one length n, the label image (rows, columns; -1 belongs to none), and the packed outlines.
 
     Areas in px, places in px, grey on 0..255.  The grey plane is `mean` + slope . (p - centroid), `variance` the
-    variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) holds vertices
+    variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) has vertices
     `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
     """
 
-    labels: IntArray
-    area: FloatArray
-    centroid_x: FloatArray
-    centroid_y: FloatArray
-    x0: FloatArray
-    y0: FloatArray
-    x1: FloatArray
-    y1: FloatArray
-    mean: FloatArray
-    variance: FloatArray
-    slope_x: FloatArray
-    slope_y: FloatArray
-    saturated_share: FloatArray
-    hole_count: IntArray
-    ring_region: IntArray
-    ring_offsets: IntArray
-    outline_x: FloatArray
-    outline_y: FloatArray
+    labels: Ints32
+    area: Floats
+    centroid_x: Floats
+    centroid_y: Floats
+    x0: Floats
+    y0: Floats
+    x1: Floats
+    y1: Floats
+    mean: Floats
+    variance: Floats
+    slope_x: Floats
+    slope_y: Floats
+    saturated_share: Floats
+    hole_count: Ints32
+    ring_region: Ints32
+    ring_offsets: Ints32
+    outline_x: Floats
+    outline_y: Floats
 
     def __len__(self) -> int:
         return len(self.area)
 
 
-def edge_mask(
-    edges: EdgeElements, chains: Chains, arcs: Arcs, junctions: Junctions, shape: tuple[int, int]
-) -> BoolArray:
-    """Pixels of the edges, 8-connected: chains with their bridges, prolonged to the border where that is within 10 px;
-    arcs, whose ends are closed, from there on.  Free ends of straight arcs that meet no other and are not known to be
-    doubtful are prolonged to the next edge, as far as the arc is long, up to 80 px: where an edge loses its contrast it
-    still runs on.
-    """
-    import cv2
-
-    canvas = np.zeros(shape, np.uint8)
-    points = np.column_stack([edges.x[chains.elements], edges.y[chains.elements]])
-    courses = np.split(np.round(points * 16.0).astype(np.int32), chains.offsets[1:-1])
-    for closed in (False, True):
-        alike = [courses[i] for i in np.flatnonzero(chains.closed == closed)]
-        cv2.polylines(canvas, alike, closed, 1, 1, cv2.LINE_8, 4)
-    straight = np.flatnonzero(arcs.kind == LINE)
-    start, end = np.column_stack([arcs.start_x, arcs.start_y]), np.column_stack([arcs.end_x, arcs.end_y])
-    course = np.column_stack([arcs.x, arcs.y])
-    lines = np.hstack([start, end])[straight]
-    closing = np.stack([np.hstack([start, course[arcs.offsets[:-1]]]), np.hstack([end, course[arcs.offsets[1:] - 1]])])
-    for segments in (lines, closing):
-        cv2.polylines(canvas, list(np.round(segments).astype(np.int32).reshape(-1, 2, 2)), False, 1, 1)
-    opened = ~chains.closed
-    begin, behind = chains.offsets[:-1][opened], chains.offsets[1:][opened]
-    place = np.concatenate([points[begin], points[behind - 1]])
-    first, last = chains.elements[begin], chains.elements[behind - 1]
-    outward_x, outward_y = (
-        np.concatenate([edges.ny[first], -edges.ny[last]]),
-        np.concatenate([-edges.nx[first], edges.nx[last]]),
-    )
-    outward = np.column_stack([outward_x, outward_y])
-    doubtless = ~(arcs.significance[straight] < _DOUBTFUL)
-    which, at = np.repeat(straight[doubtless], 2), np.tile([START, END], np.count_nonzero(doubtless))
-    ends = lines[doubtless].reshape(-1, 2)
-    free = ~junctions.holds(which, at) & _lonely(arcs, ends, which, shape)
-    away = np.where(at == END, 1.0, -1.0)[free, None] * arcs.direction[which[free]]
-    reach = np.minimum(arcs.length[which[free]], _LINE_REACH)
-    running_on = np.concatenate(
-        [
-            _meetings(np.zeros(shape, np.bool_), place, outward, np.full(len(place), _BORDER_REACH)),
-            _meetings(canvas > 0, ends[free], away, reach),
-        ]
-    )
-    cv2.polylines(canvas, list(np.round(running_on).astype(np.int32)), False, 1, 1)
-    return canvas > 0
-
-
-def _lonely(arcs: Arcs, ends: FloatArray, arc: npt.NDArray[np.integer], shape: tuple[int, int]) -> BoolArray:
-    """Which of the ends (n, 2) of the arcs `arc` (n,) have no other arc within 6 px."""
-    holder = np.zeros(shape, np.int32)  # one more than the arc that runs through a pixel
-    at = np.round(np.column_stack([arcs.y, arcs.x])).astype(np.intp).clip(0, np.subtract(shape, 1))
-    holder[at[:, 0], at[:, 1]] = arcs.chains.chain_of_member + 1
-    span = np.arange(-_MEETING, _MEETING + 1)
-    disc = np.stack(np.meshgrid(span, span, indexing="ij"), axis=-1)[np.hypot(span[:, None], span) <= _MEETING]
-    near = (np.round(ends[:, ::-1]).astype(np.intp)[:, None, :] + disc).clip(0, np.subtract(shape, 1))
-    found = holder[near[..., 0], near[..., 1]]
-    return np.asarray(~((found > 0) & (found != arc[:, None] + 1)).any(axis=1))
-
-
-def _meetings(mask: BoolArray, place: FloatArray, outward: FloatArray, reach: npt.NDArray[np.floating]) -> FloatArray:
-    """(m, 2, 2): segments from those of the ends `place` (n, 2) that meet the mask or leave the picture within `reach`
-    (n,) px along `outward` (n, 2), to where they do.  Nothing is met in the first px."""
-    step = np.arange(2, int(reach.max(initial=2.0)) + 1)
-    ray = place[:, None, :] + outward[:, None, :] * step[None, :, None]
-    pixel = np.round(ray).astype(np.intp)
-    rows, columns = mask.shape
-    inside = (pixel >= 0).all(axis=2) & (pixel[..., 0] < columns) & (pixel[..., 1] < rows)
-    column, row = np.clip(pixel[..., 0], 0, columns - 1), np.clip(pixel[..., 1], 0, rows - 1)
-    hit = (~inside | mask[row, column]) & (step <= reach[:, None])
-    met = np.flatnonzero(hit.any(axis=1))
-    return np.stack([place[met], ray[met, hit[met].argmax(axis=1)]], axis=1)
-
-
-def plain_regions(grey: FloatArray, mask: BoolArray, *, min_area: int = 40, inside: BoolArray | None = None) -> Regions:
-    """Maximal 4-connected sets of non-edge pixels, at least `min_area` px large, where `inside` is true."""
+def find_plain_regions(
+    grey: Floats, mask: Bools, p: RegionParameters = _DEFAULTS, *, inside: Bools | None = None
+) -> Regions:
+    """Maximal 4-connected sets of non-edge pixels, at least `p.min_area` px large, where `inside` is true."""
     import cv2
 
     if inside is not None:
         mask = mask | ~inside
     _, labels = cv2.connectedComponents((~mask).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-    labels = _renumber(np.asarray(labels, dtype=np.int32) - 1, min_area)
-    return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32)))
+    labels = _renumber(np.asarray(labels, dtype=np.int32) - 1, p.min_area)
+    return _describe(labels, _totals(grey, labels, np.zeros(labels.shape, np.float32), p))
 
 
-def leak_proof_regions(
-    grey: FloatArray,
-    mask: BoolArray,
+def find_leak_proof_regions(
+    grey: Floats,
+    mask: Bools,
+    p: RegionParameters = _DEFAULTS,
     *,
-    min_area: int = 40,
-    max_step: float = 12.0,
-    inside: BoolArray | None = None,
+    inside: Bools | None = None,
     edges: EdgeElements | None = None,
 ) -> Regions:
     """Regions behind gaps narrower than themselves; they cover the picture, or what of it is `inside`, edge pixels
     shared out between them: those of `edges` by the side of the edge that their centre lies on.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
-    at most `max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no gap
-    in an edge, as all edges beside it run on.
-    """
+    at most `p.max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no
+    gap in an edge, as all edges beside it run on."""
     import cv2
 
     if inside is not None:
         mask = mask | ~inside
     depth = np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, 5), dtype=np.float32)
-    labels = _flooded(depth)
+    labels = _flooded(depth, p)
     if edges is not None:
-        _share_out(labels, edges)
-    labels, totals = _merge(grey, labels, mask, depth, min_area, max_step)
+        _share_out(labels, edges, p)
+    labels, totals = _merge(grey, labels, mask, depth, p)
     if inside is not None:
         labels = _renumber(np.where(inside, labels, np.int32(-1)), 1)
-        totals = _totals(grey, labels, depth)
+        totals = _totals(grey, labels, depth, p)
     return _describe(labels, totals)
 
 
-def _flooded(depth: npt.NDArray[np.float32]) -> IntArray:
+def _flooded(depth: Floats32, p: RegionParameters) -> Ints32:
     """Labels 0.. of the trapped balls, grown over the picture."""
-    from vision.extraction import _region_kernels
+    from vision.extraction import region_kernels
 
     rows, columns = depth.shape
     cells, deep = np.zeros((rows + 2, columns + 2), np.int32), np.zeros((rows + 2, columns + 2), np.bool_)
     cells[[0, -1]], cells[:, [0, -1]] = -1, -1
     count, flat, flags = 0, cells.reshape(-1), deep.reshape(-1)
-    for radius in _BALLS:
+    for radius in p.balls:
         np.greater(depth, np.float32(radius), out=deep[1:-1, 1:-1])
         runs = np.flatnonzero(flags[1:] != flags[:-1]) + 1
-        count = _region_kernels.trap(runs, columns + 2, flat, count)
+        count = region_kernels.trap(runs, columns + 2, flat, count, np.empty((2, len(runs) // 2), np.int64))
     if count == 0:
         cells[1:-1, 1:-1] = 256
-    _region_kernels.flood(flat, depth)
+    region_kernels.flood(flat, depth, np.empty((3, len(flat)), np.int32), np.empty((2, 257), np.int64))
     labels = cells[1:-1, 1:-1] >> 8
     labels -= 1
     return labels
 
 
-def _share_out(labels: IntArray, edges: EdgeElements) -> None:
+def _share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None:
     """Give the pixels of edge elements, which the flood gave to whom came first, to the region on their side of the
     edge, where they touch it."""
     rows, columns = labels.shape
     row, column = np.divmod(edges.pixel, columns)
-    side = np.where((column - edges.x) * edges.nx + (row - edges.y) * edges.ny > 0.0, _BESIDE, -_BESIDE)
+    side = np.where((column - edges.x) * edges.nx + (row - edges.y) * edges.ny > 0.0, p.edge_distance, -p.edge_distance)
     flat = labels.reshape(-1)
     c = np.rint(edges.x + side * edges.nx).astype(np.intp).clip(0, columns - 1)
     r = np.rint(edges.y + side * edges.ny).astype(np.intp).clip(0, rows - 1)
@@ -224,69 +133,86 @@ def _share_out(labels: IntArray, edges: EdgeElements) -> None:
     flat[edges.pixel[touches]] = there[touches]
 
 
-def _totals(grey: FloatArray, labels: IntArray, depth: npt.NDArray[np.float32]) -> FloatArray:
-    """Sums over the regions of the label image and extremes, the columns of `_region_kernels.sums`."""
-    from vision.extraction import _region_kernels
+def _totals(grey: Floats, labels: Ints32, depth: Floats32, p: RegionParameters) -> Floats:
+    """Sums over the regions of the label image and extremes, the columns of `region_kernels.sums`."""
+    from vision.extraction import region_kernels
 
-    return _region_kernels.sums(labels, grey, depth, int(labels.max(initial=-1)) + 1, _SATURATED)
+    out = np.zeros((int(labels.max(initial=-1)) + 1, 16))
+    out[:, _LEAST], out[:, 13:15] = 1e9, -1.0
+    region_kernels.sums(labels, grey, depth, p.saturation, out)
+    return out
 
 
 def _merge(
-    grey: FloatArray,
-    labels: IntArray,
-    mask: BoolArray,
-    depth: npt.NDArray[np.float32],
-    min_area: int,
-    max_step: float,
-) -> tuple[IntArray, FloatArray]:
+    grey: Floats,
+    labels: Ints32,
+    mask: Bools,
+    depth: Floats32,
+    p: RegionParameters,
+) -> tuple[Ints32, Floats]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
-    from vision.extraction import _region_kernels
-
-    totals = _totals(grey, labels, depth)
-    a, b, sums = border_sums(labels, mask, _near_loose_ends(mask))
+    totals = _totals(grey, labels, depth, p)
+    a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask, p))
     final = np.arange(len(totals), dtype=np.int32)
     borders = _Borders(a, b, sums.astype(np.float64))
-    for _ in range(_ROUNDS):
-        component = _components(borders, totals, min_area, max_step)
+    for _ in range(p.rounds):
+        component = _components(borders, totals, p)
         if component is None:
             break
         borders, totals = _contract(borders, totals, component)
         final = component[final]
-    _region_kernels.rename(labels.reshape(-1), final)
-    return labels, totals
+    return final[labels], totals
 
 
-def border_sums(labels: IntArray, edge: BoolArray, loose: BoolArray) -> tuple[CountArray, CountArray, CountArray]:
-    """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `_border_kernels.borders`."""
-    from vision.extraction import _border_kernels
+def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, Ints]:
+    """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `border_kernels.borders`."""
+    from vision.extraction import border_kernels
 
-    key, sums = _border_kernels.borders(labels, edge, loose)
-    order = np.argsort(key)
-    order = order[sums[order, _border_kernels.SIDES] > 0]
+    below = np.vstack([labels[1:], labels[-1:]])
+    meet = (labels != below) | (labels != _right_of(labels)) | (labels != _right_of(below))
+    meetings, count, room = np.flatnonzero(meet), -1, 4 * int(labels.max(initial=0)) + 64
+    while count < 0:  # more than neighbours are where all regions are connected
+        room *= 2
+        key, sums = np.empty(room, np.int64), np.zeros((room, 7), np.int64)
+        slots = np.full(1 << (2 * room).bit_length(), -1, np.int32)
+        count = border_kernels.borders(meetings, labels, edge, loose, slots, key, sums, np.empty(4, np.int64))
+    order = np.argsort(key[:count])
+    order = order[sums[order, border_kernels.SIDES] > 0]
     a, b = np.divmod(key[order], 1 << 32)
     return a, b, sums[order]
 
 
-def _near_loose_ends(mask: BoolArray) -> BoolArray:
-    """Pixels within 4 px of where an edge ends: from there it runs on to one place, at most, on a ring of 5 x 5."""
+def _right_of(labels: Ints32) -> Ints32:
+    """Each pixel's neighbour to the right; at the border the pixel itself."""
+    return np.hstack([labels[:, 1:], labels[:, -1:]])
+
+
+def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
+    """Pixels within `p.loose_end_reach` px of where an edge ends: from there it runs on to one place, at most, on a
+    ring of 5 x 5."""
     import cv2
 
-    from vision.extraction import _border_kernels
-
-    disc = np.ascontiguousarray(np.argwhere(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))) - 4)
-    return _border_kernels.near_loose_ends(mask, np.array(_RING), disc)
+    r, c = np.nonzero(mask)
+    framed = np.pad(mask, 2, constant_values=True)
+    ring = np.stack([framed[r + 2 + down, c + 2 + right] for down, right in _RING])
+    begins = ring & ~np.roll(ring, 1, axis=0)
+    ends = (begins.sum(axis=0) == 1) | ~ring.any(axis=0)
+    out = np.zeros(mask.shape, np.uint8)
+    out[r[ends], c[ends]] = 1
+    size = 2 * p.loose_end_reach + 1
+    return cv2.dilate(out, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))).astype(np.bool_)
 
 
 @dataclass(frozen=True)
 class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 7) of `_border_kernels.borders`."""
+    """Neighbours a < b, and of their common border the sums (n, 7) of `border_kernels.borders`."""
 
-    a: CountArray
-    b: CountArray
-    totals: FloatArray
+    a: Ints
+    b: Ints
+    totals: Floats
 
 
-def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tuple[_Borders, FloatArray]:
+def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_Borders, Floats]:
     """The graph with the regions of each component as one."""
     count = int(component.max()) + 1
     merged = np.zeros((count, regions.shape[1]))
@@ -302,7 +228,7 @@ def _contract(borders: _Borders, regions: FloatArray, component: IntArray) -> tu
     return _Borders(key // count, key % count, totals), merged
 
 
-def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step: float) -> IntArray | None:
+def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints32 | None:
     """Which regions one round makes one; None where there is nothing to merge."""
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
@@ -317,17 +243,17 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     open_length = length - edge_length
     # Large regions: only where hardly any of a wide border is edge.
     inradius = regions[:, 15]
-    large = inradius >= _LARGE
+    large = inradius >= p.large
     # what only edges that run on leave free is no gap in them
-    wide = (open_length >= _NECK * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
-    hardly_edge = edge_length <= np.maximum(0.1 * length, _ENDS * borders.totals[:, 4])
-    joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * max_step)
+    wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
+    hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * borders.totals[:, 4])
+    joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * p.max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.
-    sliver = regions[:, 0] < min_area
+    sliver = regions[:, 0] < p.min_area
     pair = np.concatenate([np.arange(len(a)), np.arange(len(a))])
     one, other = np.concatenate([a, b]), np.concatenate([b, a])
-    opens = (open_length >= 0.3 * length) & (step <= max_step)
+    opens = (open_length >= p.min_open_share * length) & (step <= p.max_step)
     affinity = np.where(opens, open_length, 0.0)[pair] + np.where(sliver[one], 1e-3 * length[pair], 0.0)
     candidate = np.flatnonzero(~large[one] & (affinity > 0.0))
     candidate = candidate[np.lexsort((other[candidate], -affinity[candidate], one[candidate]))]
@@ -335,18 +261,18 @@ def _components(borders: _Borders, regions: FloatArray, min_area: int, max_step:
     joined[pair[candidate[chosen]]] = True
     if not joined.any():
         return None
-    return components(np.column_stack([a, b])[joined], count).astype(np.int32)
+    return label_components(np.column_stack([a, b])[joined], count).astype(np.int32)
 
 
-def _renumber(labels: IntArray, min_area: int) -> IntArray:
+def _renumber(labels: Ints32, min_area: int) -> Ints32:
     """Labels 0.. of the regions that are large enough, -1 elsewhere."""
     area = np.bincount(labels[labels >= 0], minlength=1)
     new = np.where(area >= min_area, np.cumsum(area >= min_area) - 1, -1).astype(np.int32)
     return np.ascontiguousarray(np.where(labels >= 0, new[labels], np.int32(-1)))
 
 
-def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Centroid (n, 2), mean, slope (n, 2) and variance about the plane, from `_region_kernels.sums`."""
+def _planes(totals: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Centroid (n, 2), mean, slope (n, 2) and variance about the plane, from `region_kernels.sums`."""
     n = np.maximum(totals[:, 0], 1.0)
     x, y, xx, xy, yy, g, gg, xg, yg = (totals[:, i] / n for i in range(1, 10))
     xx, xy, yy = xx - x * x, xy - x * y, yy - y * y
@@ -360,7 +286,7 @@ def _planes(totals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, Flo
     return np.column_stack([x, y]), g, np.column_stack([slope_x, slope_y]), variance
 
 
-def _describe(labels: IntArray, totals: FloatArray) -> Regions:
+def _describe(labels: Ints32, totals: Floats) -> Regions:
     centroid, mean, slope, variance = _planes(totals)
     ring_region, ring_offsets, outline = _outlines(labels, totals[:, 11:15].astype(np.intp))
     holes = np.bincount(ring_region, minlength=len(totals)) - 1
@@ -386,12 +312,12 @@ def _describe(labels: IntArray, totals: FloatArray) -> Regions:
     )
 
 
-def _outlines(labels: IntArray, boxes: npt.NDArray[np.intp]) -> tuple[IntArray, IntArray, FloatArray]:
+def _outlines(labels: Ints32, boxes: Indices) -> tuple[Ints32, Ints32, Floats]:
     """Rings of every region, simplified to half a pixel: region of each, offsets, vertices (m, 2)."""
     import cv2
 
     region: list[int] = []
-    rings: list[npt.NDArray[np.int32]] = []
+    rings: list[Ints32] = []
     for i, (x0, y0, x1, y1) in enumerate(boxes):
         crop = (labels[y0 : y1 + 1, x0 : x1 + 1] == i).view(np.uint8)
         found, tree = cv2.findContours(crop, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE, offset=(int(x0), int(y0)))

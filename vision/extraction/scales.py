@@ -5,47 +5,35 @@ element stands where the next coarser scale has one of like direction within 1.5
 operator; what a finer scale already shows is not shown again.  Brush texture has no partner from scale 2.5 on.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
-from vision.extraction.edges import EdgeElements, concatenate, edge_elements
-
-FloatArray = npt.NDArray[np.float64]
-
-_REACH = 1.5  # standard deviations of the operator within which a partner lies
+from vision.extraction.edges import EdgeElements, concatenate, detect_edges
+from vision.extraction.parameters import EdgeParameters
 
 
-def elements_over_scales(
-    grey: FloatArray,
-    scales: Sequence[float],
+def detect_edges_over_scales(
+    grey: Floats,
+    p: EdgeParameters,
     *,
-    min_contrast: float,
-    significance: float,
-    max_sigma: float,
-    noise: FloatArray,
+    noise: Floats,
 ) -> EdgeElements:
-    """Edge elements of a grey image at facet scales `scales` px, ascending; one scale needs no partner.
+    """Edge elements of a grey image at the facet scales `p.scales`, ascending; one scale needs no partner.
 
-    The other arguments are those of `edge_elements`.  Raises UsageError for scales that do not ascend.
+    `noise` (256,) is the curve of `estimate_noise`.  Raises UsageError for scales that do not ascend.
     """
+    scales = p.scales
     if list(scales) != sorted(set(scales)) or not scales:
         raise UsageError(f"facet scales {', '.join(map(str, scales))} do not ascend: name each once, the finest first")
-    found = [
-        edge_elements(
-            grey, scale, min_contrast=min_contrast, significance=significance, max_sigma=max_sigma, noise=noise
-        )
-        for scale in scales
-    ]
+    found = [detect_edges(grey, scale, p, noise=noise) for scale in scales]
 
-    def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> npt.NDArray[np.bool_]:
-        from vision.extraction import _scale_kernels
+    def partnered(some: EdgeElements, others: EdgeElements, scale: float) -> Bools:
+        from vision.extraction import scale_kernels
 
-        return _scale_kernels.partnered(
+        return scale_kernels.partnered(
             some.x, some.y, some.nx, some.ny, others.x, others.y, others.nx, others.ny, others.pixel,
-            _REACH * scale, *grey.shape,
+            p.partner_reach * scale, p.min_partner_cosine, *grey.shape,
         )  # fmt: skip
 
     kept = found[0]

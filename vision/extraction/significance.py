@@ -1,4 +1,4 @@
-"""How many chains or arcs as good as one its surroundings would show by chance: the number of false alarms.
+"""The number of false alarms of a chain or arc: how many as strong its surroundings would show by chance.
 
 Desolneux, Moisan, Morel, "Meaningful alignments" (IJCV 40, 2000) and "Edge detection by Helmholtz principle" (JMIV 14,
 2001), for machined metal, whose streaks are no chance alignments of pixels but long themselves.  So the step is asked
@@ -14,82 +14,81 @@ exponential distribution of steps of metal.
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains
+from vision.extraction.parameters import SignificanceParameters
 
-FloatArray = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-
-_BESIDE = 4.0  # px
-_CELL, _AROUND = 48, 5  # px; cells across the surroundings of a cell
-_STRIDE = 6  # px between the steps that the surroundings are judged by
-_TURNS = 8  # orientations modulo pi
-_AN_OCTAVE = 3.5  # grades of height
-_STREAK = 20.0  # elements that count as one observation, after the first
-_STEP_OF_METAL = 16.0  # grey: mean of the exponential distribution
-_TESTS = 1000.0  # chains tested a megapixel of brushed metal
 _LEAST = 1e-300
+_DEFAULTS = SignificanceParameters()
 
 
-def surprises(grey: FloatArray, edges: EdgeElements, which: npt.NDArray[np.integer]) -> FloatArray:
+def compute_false_alarm_terms(
+    grey: Floats, edges: EdgeElements, which: npt.NDArray[np.integer], p: SignificanceParameters = _DEFAULTS
+) -> Floats:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
-    that show as high a step of its sign and orientation; beside all elements, zero for the others."""
-    from vision.extraction import _mark_kernels, _significance_kernels
+    that show as high a step of its sign and orientation; one value per edge element, zero for the others."""
+    from vision.extraction import quality_kernels, significance_kernels
 
     heights = np.arange(256)
-    grade = np.where(heights < 1, 0, 1 + _AN_OCTAVE * np.log2(np.maximum(heights, 1))).astype(np.uint8)
+    grade = np.where(heights < 1, 0, 1 + p.grades_per_octave * np.log2(np.maximum(heights, 1))).astype(np.uint8)
     grades = int(grade[-1]) + 1
-    turn = np.arange(_TURNS) * np.pi / _TURNS
-    offsets = np.rint(_BESIDE * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
-    counts = _significance_kernels.histograms(grey, offsets, _CELL, _STRIDE, grade, grades)
-    around = _sum_around(_sum_around(counts.astype(np.float64), 0), 1)
+    turn = np.arange(p.orientations) * np.pi / p.orientations
+    offsets = np.rint(p.beside * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
+    counts = np.zeros((-(-grey.shape[0] // p.cell), -(-grey.shape[1] // p.cell), p.orientations, grades), np.int32)
+    significance_kernels.histograms(grey, offsets, p.cell, p.stride, grade, counts)
+    around = _sum_around(_sum_around(counts.astype(np.float64), 0, p.cells_around), 1, p.cells_around)
     exceed = np.cumsum(around[..., ::-1], axis=3)[..., ::-1]
     least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
-    share = np.minimum(np.maximum(exceed, 1.0) / np.maximum(exceed[..., :1], 1.0), np.exp(-least / _STEP_OF_METAL))
+    share = np.minimum(np.maximum(exceed, 1.0) / np.maximum(exceed[..., :1], 1.0), np.exp(-least / p.mean_step))
     table = -np.log(0.5 * share)  # half of all steps have the sign
     which = which.astype(np.intp)
     x, y, nx, ny = (column.take(which) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    beside = _mark_kernels.grey_beside(grey, x, y, nx, ny, np.array([_BESIDE, -_BESIDE]))
-    height = np.ascontiguousarray(beside[:, 0] - beside[:, 1])
+    beside = np.empty((len(which), 2))
+    quality_kernels.grey_beside(grey, x, y, nx, ny, np.array([p.beside, -p.beside]), beside)
+    level = grade[(beside[:, 0] - beside[:, 1]).clip(0.0, 255.0).astype(np.intp)]
+    towards = (np.arctan2(ny, nx) * (p.orientations / np.pi) + p.orientations + 0.5).astype(np.intp) % p.orientations
+    row, column = np.divmod(edges.pixel[which], grey.shape[1])
     out = np.zeros(len(edges))
-    out[which] = _significance_kernels.of_steps(height, edges.pixel[which], nx, ny, table, grey.shape[1], _CELL, grade)
+    out[which] = table[row // p.cell, column // p.cell, towards, level]
     return out
 
 
-def significance(surprise: FloatArray, chains: Chains) -> FloatArray:
-    """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `surprise` is of all elements."""
+def compute_significance(terms: Floats, chains: Chains, p: SignificanceParameters = _DEFAULTS) -> Floats:
+    """Minus the decimal logarithm of each chain's number of false alarms a megapixel; `terms` is of all elements."""
     from scipy.special import gammaincc
 
-    observed = 1.0 + chains.counts / _STREAK
-    tail = gammaincc(observed, observed * chains.mean(surprise))
-    return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(_TESTS))
+    observed = 1.0 + chains.counts / p.elements_per_observation
+    tail = gammaincc(observed, observed * chains.mean(terms))
+    return np.asarray(-np.log10(np.maximum(tail, _LEAST)) - np.log10(p.tests))
 
 
-def clear(
-    surprise: FloatArray, arcs: Chains, chains: Chains, *, min_significance: float
-) -> tuple[BoolArray, BoolArray]:
-    """Which of the arcs, given by their members, are significant or of a chain that is; and which chains hold them."""
-    of_significant = np.zeros(len(surprise), np.bool_)
-    of_significant[chains.elements] = np.repeat(significance(surprise, chains) >= min_significance, chains.counts)
-    kept = (significance(surprise, arcs) >= min_significance) | _holds_any(of_significant, arcs)
-    of_arc = np.zeros(len(surprise), np.bool_)
+def select_significant(terms: Floats, arcs: Chains, chains: Chains, p: SignificanceParameters) -> tuple[Bools, Bools]:
+    """Which of the arcs, given by their members, are significant or of a chain that is; and which chains contain
+    them."""
+    of_significant = np.zeros(len(terms), np.bool_)
+    of_significant[chains.elements] = np.repeat(
+        compute_significance(terms, chains, p) >= p.min_significance, chains.counts
+    )
+    kept = (compute_significance(terms, arcs, p) >= p.min_significance) | _contains_any(of_significant, arcs)
+    of_arc = np.zeros(len(terms), np.bool_)
     of_arc[arcs.take(kept).elements] = True
-    return kept, _holds_any(of_arc, chains)
+    return kept, _contains_any(of_arc, chains)
 
 
-def _holds_any(marked: BoolArray, chains: Chains) -> BoolArray:
+def _contains_any(marked: Bools, chains: Chains) -> Bools:
     """(n,): whether any element of each chain is `marked`."""
     return (
         np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)
     )
 
 
-def _sum_around(cells: FloatArray, axis: int) -> FloatArray:
-    """Sums over `_AROUND` cells along an axis, centred; beyond the border lies nothing."""
-    half = _AROUND // 2
+def _sum_around(cells: Floats, axis: int, across: int) -> Floats:
+    """Sums over `across` cells along an axis, centred; beyond the border lies nothing."""
+    half = across // 2
     width = [(0, 0)] * cells.ndim
     width[axis] = (half + 1, half)
     running = np.cumsum(np.pad(cells, width), axis=axis)
     n = cells.shape[axis]
-    upper, lower = np.arange(n) + _AROUND, np.arange(n)
+    upper, lower = np.arange(n) + across, np.arange(n)
     return np.asarray(np.take(running, upper, axis=axis) - np.take(running, lower, axis=axis))

@@ -5,20 +5,19 @@ Hessian the extremum nearest to the pixel's centre is looked for; one inside the
 the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32
 from vision.extraction.arcs import Arcs, concatenate
-from vision.extraction.cutting import fit_arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
+from vision.extraction.parameters import ExtractionParameters, TopographyParameters
+from vision.extraction.segmentation import fit_arcs
 
-FloatArray = npt.NDArray[np.float64]
-SingleArray = npt.NDArray[np.float32]
-ByteArray = npt.NDArray[np.uint8]
+_DEFAULTS, _ALL = TopographyParameters(), ExtractionParameters()
 
 LABELS = (
     "peak",
@@ -33,118 +32,125 @@ LABELS = (
     "concave",
     "saddle_hill",
 )
+
 _RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")
 
 
 @dataclass(frozen=True)
-class Crests:
+class Ridges:
     """Ridge and ravine elements, thinned by construction: an extremum across lies within its pixel.
 
     `elements` is of the form of edge elements, so that it links and fits like them: the unit normal runs across, in the
-    same half plane, `contrast` (grey) is the height of a Gaussian crest of the facet's scale with that bend, `width`
+    same half plane, `contrast` (grey) is the height of a Gaussian ridge of the facet's scale with that bend, `width`
     the scale (px), `sigma` (px) the standard deviation of the place across.  `ravine` marks the hollow ones.
     """
 
     elements: EdgeElements
-    ravine: npt.NDArray[np.bool_]
+    ravine: Bools
 
-    def take(self, kept: npt.NDArray[np.bool_]) -> "Crests":
-        """The crests that the mask selects."""
-        return Crests(self.elements.take(kept), self.ravine[kept])
-
-
-# rad: across a crest both normals are alike; the one within a right angle of this direction is given.  Few crests run
-# across it, where a chain is cut.
-_HALF_PLANE = 0.35
+    def take(self, kept: Bools) -> "Ridges":
+        """The ridges that the mask selects."""
+        return Ridges(self.elements.take(kept), self.ravine[kept])
 
 
-def topographic_labels(
-    grey: FloatArray,
-    noise: FloatArray,
-    *,
-    sigma: float = 2.0,
-    min_slope: float = 0.5,
-    min_bend: float = 1.0,
-) -> tuple[ByteArray, Crests]:
-    """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `sigma` px, and the
+def label_topography(
+    grey: Floats,
+    noise: Floats,
+    p: TopographyParameters = _DEFAULTS,
+) -> tuple[Bytes, Ridges]:
+    """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `p.scale` px, and the
     ridges and ravines as elements.
 
-    A slope counts from `min_slope` grey/px and a second derivative from `min_bend` grey/px^2, or from three standard
-    deviations under `noise` (256,), the curve over grey.
+    A slope counts from `p.min_slope` grey/px and a second derivative from `p.min_bend` grey/px^2, or from
+    `p.noise_sigmas` standard deviations under `noise` (256,), the curve over grey.
     """
-    from vision.extraction import _topography_kernels
+    from vision.extraction import topography_kernels
 
-    kernels = gaussian_kernels(sigma)
+    kernels = gaussian_kernels(p.scale)
     variance = np.diag(kernels.moment_covariance)
     slope_sigma, bend_sigma = float(np.sqrt(variance[1])), float(2.0 * np.sqrt(variance[3]))
     labels = np.empty(grey.shape, np.uint8)
     flat = labels.reshape(-1)
 
-    def of_band(first: int, moments: SingleArray, noise: SingleArray) -> tuple[npt.NDArray[np.int32], SingleArray]:
-        here, crests = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
-        _topography_kernels.classify(
-            moments, noise, min_slope, 3.0 * slope_sigma, min_bend, 3.0 * bend_sigma, here, crests
+    def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Ints32, Floats32]:
+        here, ridges = flat[first : first + moments.shape[1]], np.empty((5, moments.shape[1]), np.float32)
+        topography_kernels.classify(
+            moments,
+            noise,
+            p.min_slope,
+            p.noise_sigmas * slope_sigma,
+            p.min_bend,
+            p.noise_sigmas * bend_sigma,
+            here,
+            ridges,
         )
         pixel = np.flatnonzero((here == _RIDGE) | (here == _RAVINE))
-        return (first + pixel).astype(np.int32), crests.take(pixel, axis=1)
+        return (first + pixel).astype(np.int32), ridges.take(pixel, axis=1)
 
     pixel, rows = (
         np.concatenate(column, axis=-1) for column in zip(*in_bands(grey, kernels, noise, of_band), strict=True)
     )
-    return labels, _crests(pixel, rows.astype(np.float64), grey, noise, slope_sigma, sigma)
+    return labels, _collect_ridges(pixel, rows.astype(np.float64), grey, noise, slope_sigma, p)
 
 
-def mark_inflections(labels: ByteArray, pixels: npt.NDArray[np.int32]) -> None:
+def mark_inflections(labels: Bytes, pixels: Ints32) -> None:
     """Make inflections of the `pixels` (row * columns + column) of edges where no stronger label (peak, pit, saddle,
     ridge, ravine) holds."""
     flat = labels.reshape(-1)
     flat[pixels[flat[pixels] > _RAVINE]] = LABELS.index("inflection")
 
 
-def _crests(
-    pixel: npt.NDArray[np.int32],
-    rows: FloatArray,
-    grey: FloatArray,
-    noise: FloatArray,
+def _collect_ridges(
+    pixel: Ints32,
+    rows: Floats,
+    grey: Floats,
+    noise: Floats,
     slope_sigma: float,
-    scale: float,
-) -> Crests:
+    p: TopographyParameters,
+) -> Ridges:
     step_x, step_y, across_x, across_y, second = rows
     bend = np.abs(second)
-    half = np.where(across_x * np.cos(_HALF_PLANE) + across_y * np.sin(_HALF_PLANE) < 0.0, -1.0, 1.0)
+    half = np.where(across_x * np.cos(p.half_plane) + across_y * np.sin(p.half_plane) < 0.0, -1.0, 1.0)
     level = np.clip(grey.reshape(-1)[pixel], 0, 255).astype(np.intp)
     elements = EdgeElements(
         x=pixel % grey.shape[1] + step_x,
         y=pixel // grey.shape[1] + step_y,
         nx=half * across_x,
         ny=half * across_y,
-        contrast=bend * scale**2,
-        width=np.full(len(pixel), scale),
+        contrast=bend * p.scale**2,
+        width=np.full(len(pixel), p.scale),
         sigma=noise[level] * slope_sigma / bend,
         pixel=pixel,
     )
-    return Crests(elements, second > 0)
+    return Ridges(elements, second > 0)
 
 
-def crest_arcs(crests: Crests, shape: tuple[int, int], *, scale: float, min_height: float, min_elements: int) -> Arcs:
+def fit_ridge_arcs(
+    ridges: Ridges,
+    shape: tuple[int, int],
+    p: ExtractionParameters = _ALL,
+) -> Arcs:
     """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
 
-    Fillets show so: no step, but a crest of light along them.  `offsets` and `elements` of the arcs refer to
-    `crests.elements`.  Kept are chains of `min_elements` elements and `min_height` grey.
+    Fillets show so: no step, but a ridge of grey along them.  `offsets` and `elements` of the arcs refer to
+    `ridges.elements`.  Kept are chains of `p.topography.min_elements` elements and `p.topography.min_height` grey.
     """
-    found = []
+    shorter, found = replace(p.segmentation, min_elements=p.topography.min_elements // 2), []
     for hollow in (False, True):
-        which = np.flatnonzero((crests.ravine == hollow) & (crests.elements.contrast >= min_height)).astype(np.int32)
-        part = crests.elements.take(which)
-        chains = link(part, shape)
-        chains = chains.take(chains.counts >= min_elements)
+        which = np.flatnonzero(
+            (ridges.ravine == hollow) & (ridges.elements.contrast >= p.topography.min_height)
+        ).astype(np.int32)
+        part = ridges.elements.take(which)
+        chains = link(part, shape, p.linking)
+        chains = chains.take(chains.counts >= p.topography.min_elements)
         chains = Chains(which[chains.elements], chains.offsets, chains.closed)
-        found.append(fit_arcs(crests.elements, chains, scale=scale, min_elements=min_elements // 2))
+        found.append(fit_arcs(ridges.elements, chains, scale=p.topography.scale, p=shorter, fitting=p.fitting))
     return concatenate(found)
 
 
-def label_histogram(labels: ByteArray, regions: npt.NDArray[np.int32], count: int) -> npt.NDArray[np.int64]:
+def count_labels(labels: Bytes, regions: Ints32, count: int) -> Ints:
     """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
-    from vision.extraction import _region_kernels
-
-    return _region_kernels.counts(np.ascontiguousarray(regions), labels, count, len(LABELS))
+    kinds = len(LABELS)
+    # Pixels of no region (-1) fall into the first row, which is left out.
+    place = (regions.astype(np.int64) + 1) * kinds + labels
+    return np.bincount(place.ravel(), minlength=(count + 1) * kinds).reshape(-1, kinds)[1:]

@@ -11,15 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from vision.cameras import Prior, perturbation
-from vision.localisation.scene import Floats, Ints, Scene
-
-# Arcs are congruent when length and second moments of their tangents agree to this share; displacements are gathered
-# in boxes of this size, mm.  A displacement must carry at least this share of the visible length.
-CONGRUENT = 0.02
-BOX_MM = 2.0
-MIN_SHARE = 0.25
-MOST = 12
+from relmodel.arrays import Floats, Ints
+from vision.cameras.cameras import Prior, perturbation
+from vision.localisation.parameters import DEFAULTS, RivalParameters
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -32,7 +27,7 @@ class ArcShapes:
     moment: Floats
 
 
-def arc_shapes(scene: Scene) -> ArcShapes:
+def describe_arc_shapes(scene: Scene) -> ArcShapes:
     """The shapes of a scene's arcs, for congruence up to displacement."""
     arc, row = np.unique(scene.sample_arc, return_inverse=True)
     t, w = scene.sample_tangent, scene.sample_length
@@ -44,7 +39,9 @@ def arc_shapes(scene: Scene) -> ArcShapes:
     return ArcShapes(arc.astype(np.int64), length, mean[:, :3], mean[:, 3:])
 
 
-def displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float) -> Floats:
+def find_displacements(
+    shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float, p: RivalParameters = DEFAULTS.rivals
+) -> Floats:
     """Displacements (k, 3) of the world, mm, that carry much of what is visible onto congruent arcs, best first.
 
     visible_arc (n,), visible_length (n,): samples' arcs and what each stands for.
@@ -56,33 +53,33 @@ def displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, 
     if not len(rows):
         return np.zeros((0, 3))
     # Shape space scaled so that congruent arcs lie within 1 of each other.
-    space = np.concatenate([np.log(np.maximum(shapes.length, 1e-9))[:, None], shapes.moment], axis=1) / CONGRUENT
+    space = np.concatenate([np.log(np.maximum(shapes.length, 1e-9))[:, None], shapes.moment], axis=1) / p.congruent
     near: Any = cKDTree(space).query_ball_point(space[rows], 1.0, p=np.inf)
     count = np.array([len(n) for n in near])
     source = np.repeat(rows, count)
     target = np.concatenate([np.array(sorted(n), np.int64) for n in near])
     shift = shapes.middle[target] - shapes.middle[source]
-    use = (source != target) & (np.linalg.norm(shift, axis=1) < reach_mm) & (np.linalg.norm(shift, axis=1) > BOX_MM)
+    use = (source != target) & (np.linalg.norm(shift, axis=1) < reach_mm) & (np.linalg.norm(shift, axis=1) > p.box_mm)
     source, shift = source[use], shift[use]
     # Each arc speaks once for a box and its neighbours' halves: boxes are laid twice, half a box apart.
     best: list[tuple[float, Floats]] = []
     for phase in (0.0, 0.5):
-        box = np.floor(shift / BOX_MM + phase).astype(np.int64)
+        box = np.floor(shift / p.box_mm + phase).astype(np.int64)
         pairs, first = np.unique(np.column_stack([box, source]), axis=0, return_index=True)
         boxes, row = np.unique(pairs[:, :3], axis=0, return_inverse=True)
         votes = np.bincount(row.ravel(), seen[pairs[:, 3]], minlength=len(boxes))
-        for k in np.flatnonzero(votes >= MIN_SHARE * seen.sum()):
+        for k in np.flatnonzero(votes >= p.min_visible_share * seen.sum()):
             mine = shift[first[row.ravel() == k]]
             best.append((float(votes[k]), np.median(mine, axis=0)))
     best.sort(key=lambda v: (-v[0], *v[1]))
     kept: list[Floats] = []
     for _, d in best:
-        if all(np.linalg.norm(d - other) > 2 * BOX_MM for other in kept):
+        if all(np.linalg.norm(d - other) > 2 * p.box_mm for other in kept):
             kept.append(d)
     return np.array(kept).reshape(-1, 3)
 
 
-def shifted_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float) -> Floats:
+def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float, p: RivalParameters) -> Floats:
     """Poses (k, 4, 4) displaced by `shifts` (n, 3) of the world, those the prior finds likeliest first; those beyond
     `most_sigma` are left out."""
     poses = np.repeat(world_from_rig[None], len(shifts), axis=0)
@@ -90,4 +87,4 @@ def shifted_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sig
     delta = np.array([perturbation(prior.world_from_rig, p) for p in poses]).reshape(-1, 6)
     distance = np.einsum("ki,ij,kj->k", delta, np.linalg.inv(prior.covariance), delta)
     order = np.argsort(distance, kind="stable")
-    return np.asarray(poses[order[distance[order] <= most_sigma**2][:MOST]])
+    return np.asarray(poses[order[distance[order] <= most_sigma**2][: p.displacements]])

@@ -13,23 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from relmodel.arrays import Bools, Floats, Ints
 from vision.extraction.arcs import Arcs
 from vision.localisation.evidence import EdgePoints
-from vision.localisation.scene import Bools, Floats, Ints
+from vision.localisation.parameters import DEFAULTS, CorrespondenceParameters
 from vision.localisation.views import ViewArcs
 
 REASONS = ("assigned", "orientation", "distance", "overlap", "better_elsewhere")
 ASSIGNED, ORIENTATION, DISTANCE, OVERLAP, BETTER_ELSEWHERE = range(5)
-
-# Pairs whose arcs come nearer than REACH_PX are candidates.  A pair passes the gate within GATE_SIGMA standard
-# deviations (pose, arc and FLOOR_PX for what edges do on real metal), MAX_ANGLE, and an overlap of MIN_OVERLAP of the
-# image arc.
-REACH_PX = 10.0
-GATE_SIGMA, FLOOR_PX = 3.0, 0.5
-MAX_ANGLE = float(np.radians(15))
-MIN_OVERLAP = 0.3
-# Stretches of a model arc, px: what two image arcs may not both cover.
-STRETCH_PX = 4.0
 
 
 @dataclass(frozen=True)
@@ -49,13 +40,19 @@ class Correspondences:
         return np.asarray(self.reason == ASSIGNED)
 
 
-def correspond(view: ViewArcs, arcs: Arcs, edges: EdgePoints, sigma_px: Floats) -> Correspondences:
+def correspond(
+    view: ViewArcs,
+    arcs: Arcs,
+    edges: EdgePoints,
+    sigma_px: Floats,
+    p: CorrespondenceParameters = DEFAULTS.correspondence,
+) -> Correspondences:
     """Candidate pairs of a view's runs and a picture's arcs, and which are taken.
 
     edges: of the same picture, in the order of the elements that the arcs are made of; sigma_px (samples,): standard
     deviation of the view's samples along their normals that the pose's covariance makes.
     """
-    pairs = _pairs(view, arcs, edges)
+    pairs = _pairs(view, arcs, edges, p)
     if not len(pairs.run):
         none = np.zeros(0, np.int64)
         return Correspondences(none, none, np.zeros(0, np.int8), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -68,13 +65,13 @@ def correspond(view: ViewArcs, arcs: Arcs, edges: EdgePoints, sigma_px: Floats) 
     spacing = arcs.length / np.maximum(np.diff(arcs.offsets), 1)
     overlap = count * spacing[key[:, 1]]
 
-    gate = GATE_SIGMA * np.sqrt(pose_sigma**2 + np.nan_to_num(arcs.sigma[key[:, 1]]) ** 2 + FLOOR_PX**2)
+    gate = p.gate_sigma * np.sqrt(pose_sigma**2 + np.nan_to_num(arcs.sigma[key[:, 1]]) ** 2 + p.floor_px**2)
     reason = np.full(len(key), BETTER_ELSEWHERE, np.int8)
-    reason[overlap < MIN_OVERLAP * arcs.length[key[:, 1]]] = OVERLAP
+    reason[overlap < p.min_overlap * arcs.length[key[:, 1]]] = OVERLAP
     reason[residual > gate] = DISTANCE
-    reason[angle > MAX_ANGLE] = ORIENTATION
-    stretch = _stretches(view)[pairs.sample]
-    _assign(key, member, stretch, spacing, residual, gate, reason)
+    reason[angle > p.max_angle] = ORIENTATION
+    stretch = _stretches(view, p)[pairs.sample]
+    _assign(key, member, stretch, spacing, residual, gate, reason, p)
     return Correspondences(key[:, 0], key[:, 1], reason, residual, angle, overlap)
 
 
@@ -89,11 +86,11 @@ class _Pairs:
     angle: Floats
 
 
-def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints) -> _Pairs:
+def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints, p: CorrespondenceParameters) -> _Pairs:
     from scipy.spatial import cKDTree
 
-    # Samples every 3 px or so suffice: distance is taken along the normal.
-    along = np.floor(np.cumsum(view.samples.length_px) / 3.0)
+    # Samples every few px suffice: distance is taken along the normal.
+    along = np.floor(np.cumsum(view.samples.length_px) / p.sample_spacing_px)
     some = np.flatnonzero((np.diff(along, prepend=-1) > 0) | (np.diff(view.run, prepend=-1) != 0))
     elements = np.asarray(arcs.elements, np.int64)
     arc = np.repeat(np.arange(len(arcs)), np.diff(arcs.offsets))
@@ -101,7 +98,9 @@ def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints) -> _Pairs:
     if not len(some) or not len(elements):
         none, nothing = np.zeros(0, np.int64), np.zeros(0)
         return _Pairs(none, none, none, nothing, nothing)
-    near = cKDTree(position).sparse_distance_matrix(cKDTree(view.samples.pixel[some]), REACH_PX, output_type="ndarray")
+    near = cKDTree(position).sparse_distance_matrix(
+        cKDTree(view.samples.pixel[some]), p.reach_px, output_type="ndarray"
+    )
     row, sample = near["i"].astype(np.int64), some[near["j"]]
     order = np.lexsort((near["v"], view.run[sample], row))
     row, sample = row[order], sample[order]
@@ -110,7 +109,7 @@ def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints) -> _Pairs:
     direction = view.samples.direction[sample]
     way = position[row] - view.samples.pixel[sample]
     offset = way[:, 1] * direction[:, 0] - way[:, 0] * direction[:, 1]
-    beside = np.abs(np.einsum("ni,ni->n", way, direction)) < 4.0
+    beside = np.abs(np.einsum("ni,ni->n", way, direction)) < p.max_beside_px
     normal = edges.normal[elements[row]]
     sine = np.abs(np.einsum("ni,ni->n", normal, direction))
     angle = np.arcsin(np.minimum(sine, 1.0))
@@ -118,15 +117,22 @@ def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints) -> _Pairs:
     return _Pairs(view.run[sample], arc[row], sample, offset, angle)
 
 
-def _stretches(view: ViewArcs) -> Ints:
-    """A number for each sample: samples of one run within STRETCH_PX share it."""
-    along = np.floor(np.cumsum(view.samples.length_px) / STRETCH_PX).astype(np.int64)
+def _stretches(view: ViewArcs, p: CorrespondenceParameters) -> Ints:
+    """A number for each sample: samples of one run within `p.stretch_px` share it."""
+    along = np.floor(np.cumsum(view.samples.length_px) / p.stretch_px).astype(np.int64)
     _, out = np.unique(np.stack([view.run, along], axis=1), axis=0, return_inverse=True)
     return np.asarray(out.ravel())
 
 
 def _assign(
-    key: Ints, member: Ints, stretch: Ints, spacing: Floats, residual: Floats, gate: Floats, reason: NDArray[np.int8]
+    key: Ints,
+    member: Ints,
+    stretch: Ints,
+    spacing: Floats,
+    residual: Floats,
+    gate: Floats,
+    reason: NDArray[np.int8],
+    p: CorrespondenceParameters,
 ) -> None:
     """Marks the pairs taken in `reason`; `key` (n, 2) are the pairs, the other rows as in `correspond`."""
     from scipy.optimize import linear_sum_assignment
@@ -139,7 +145,7 @@ def _assign(
         gain = np.bincount(member, length * ~taken[stretch], minlength=len(key)) * quality
         # A piece that would mostly cover what is covered is a second line beside the first.
         fresh = np.bincount(member, ~taken[stretch], minlength=len(key)) / np.bincount(member, minlength=len(key))
-        rows = np.flatnonzero(open_pair & (gain > 0) & (fresh > 0.5))
+        rows = np.flatnonzero(open_pair & (gain > 0) & (fresh > p.min_fresh_share))
         if not len(rows):
             return
         runs, r = np.unique(key[rows, 0], return_inverse=True)

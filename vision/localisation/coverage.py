@@ -6,13 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.cameras import Camera
-from vision.localisation.scene import Floats, Ints, Scene
-
-# One ray stands for a square of this many pixels a side: shares of parts that cover 400 px are good to about 5 %.
-STEP_PX = 3
-# Triangles that reach nearer to the camera's plane than this are tested against every ray.
-NEAR_MM = 1.0
+from relmodel.arrays import Floats, Ints
+from vision.cameras.cameras import Camera
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -23,31 +20,36 @@ class Coverage:
     covered: Floats
 
 
-def coverage(
-    scene: Scene, camera: Camera, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
+def measure_coverage(
+    scene: Scene,
+    camera: Camera,
+    world_from_camera: Floats,
+    group: Ints,
+    surface: Ints,
+    group_count: int,
+    p: LocalisationParameters = DEFAULTS,
 ) -> Coverage:
-    """Coverage of groups of surfaces; `group[i]` holds `surface[i]`, a surface may be in several groups."""
-    from vision.localisation import _coverage_kernels as kernels
+    """Coverage of groups of surfaces; `group[i]` contains `surface[i]`, a surface may be in several groups."""
+    from vision.localisation import coverage_kernels
 
-    rays = _rays(camera)
+    rays = _rays(camera, p.visibility.coverage_step_px)
     visible = _visible(scene, rays, world_from_camera)
     camera_from_world = np.linalg.inv(world_from_camera)
     corners = scene.vertices @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
-    front = corners[:, 2] > NEAR_MM
-    cells = np.full((len(corners), 2), np.nan)
-    cells[front] = rays.cells(corners[front])
     order = np.argsort(group, kind="stable")
     triangle_order = np.argsort(scene.triangle_surface, kind="stable")
-    first = np.searchsorted(scene.triangle_surface[triangle_order], np.arange(len(scene.surface_occurrence) + 1))
-    covered = kernels.covered(
+    boxes, sides = _triangles(rays, corners, scene.triangles[triangle_order], p)
+    covered = np.zeros(group_count)
+    coverage_kernels.covered(
         rays.directions,
         rays.weight,
-        np.ascontiguousarray(corners),
-        cells,
-        np.ascontiguousarray(scene.triangles[triangle_order]),
-        first,
+        boxes,
+        sides,
+        np.searchsorted(scene.triangle_surface[triangle_order], np.arange(len(scene.surface_occurrence) + 1)),
         np.asarray(surface[order], np.int64),
         np.searchsorted(group[order], np.arange(group_count + 1)),
+        np.zeros(rays.weight.shape, np.int64),
+        covered,
     )
     return Coverage(np.bincount(group, visible[surface], group_count).astype(float), covered)
 
@@ -69,16 +71,41 @@ class _Rays:
         return np.asarray((points / points[:, 2:] @ self.matrix.T)[:, :2])
 
 
-def _rays(camera: Camera) -> _Rays:
+def _triangles(rays: _Rays, corners: Floats, triangles: Ints, p: LocalisationParameters) -> tuple[Ints, Floats]:
+    """Boxes (t, 4) of the cells that triangles may cover, none for one turned away or behind, and their sides (t, 9).
+
+    A ray d meets the triangle (a, b, c), counter-clockwise from outside, where d . (a x b), d . (b x c) and d . (c x a)
+    are negative; that needs no clipping at the camera's plane.
+    """
+    last = np.array(rays.weight.shape[::-1]) - 1.0
+    front = corners[:, 2] > p.visibility.coverage_near_mm
+    cells = np.zeros((len(corners), 2))
+    cells[front] = rays.cells(corners[front])
+    of_corners = cells[triangles]
+    # Corners far beside the picture overflow an integer: they are clipped first.
+    low = np.ceil(np.clip(of_corners.min(axis=1), 0, 1e6))
+    high = np.floor(np.clip(of_corners.max(axis=1), -1, last))
+    near = ~front[triangles].all(axis=1)
+    low[near], high[near] = 0, last
+    a, b, c = (corners[triangles[:, i]] for i in range(3))
+    sides = np.hstack([np.cross(a, b), np.cross(b, c), np.cross(c, a)])
+    behind = (corners[triangles, 2] <= 0).all(axis=1)
+    volume = a[:, 0] * sides[:, 3] + a[:, 1] * sides[:, 4] + a[:, 2] * sides[:, 5]
+    high[behind | (volume >= 0)] = -1  # a surface is seen from outside only
+    boxes = np.stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]], axis=1)
+    return boxes.astype(np.int64), sides
+
+
+def _rays(camera: Camera, step: int) -> _Rays:
     width, height, matrix = camera.undistorted_view()
-    x, y = np.arange(0.5 * (STEP_PX - 1), width, STEP_PX), np.arange(0.5 * (STEP_PX - 1), height, STEP_PX)
+    x, y = np.arange(0.5 * (step - 1), width, step), np.arange(0.5 * (step - 1), height, step)
     pixels = np.stack([*np.meshgrid(x, y), np.ones((len(y), len(x)))], axis=-1)
     directions = np.ascontiguousarray(pixels @ np.linalg.inv(matrix).T, dtype=np.float64)
     real, front = camera.project(directions.reshape(-1, 3))
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
-    to_cells = np.asarray(np.diag([1 / STEP_PX, 1 / STEP_PX, 1.0]) @ matrix, float)
-    to_cells[:2, 2] -= 0.5 * (STEP_PX - 1) / STEP_PX
-    return _Rays(directions, np.where(inside, float(STEP_PX**2), 0.0).reshape(len(y), len(x)), to_cells)
+    to_cells = np.asarray(np.diag([1 / step, 1 / step, 1.0]) @ matrix, float)
+    to_cells[:2, 2] -= 0.5 * (step - 1) / step
+    return _Rays(directions, np.where(inside, float(step**2), 0.0).reshape(len(y), len(x)), to_cells)
 
 
 def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from vision.cameras import Rig
-from vision.localisation.scene import Floats, Scene
+from relmodel.arrays import Floats
+from vision.cameras.cameras import Rig
+from vision.localisation.parameters import DEFAULTS, DepthRangeParameters
+from vision.localisation.scene import Scene
 from vision.stereo.epipolar import DepthRange
 
-CELL_PX = 8
-SIGMAS = 3.0
 
-
-def predicted_depth_range(
-    scene: Scene, rig: Rig, world_from_rig: Floats, covariance: Floats, camera: str = "left"
+def predict_depth_range(
+    scene: Scene,
+    rig: Rig,
+    world_from_rig: Floats,
+    covariance: Floats,
+    p: DepthRangeParameters = DEFAULTS.depth_range,
+    camera: str = "left",
 ) -> DepthRange:
-    """Least and greatest depth of the model at each cell of the picture of `camera`, mm, widened by three sigma of what
+    """Least and greatest depth of the model at each cell of the picture of `camera`, mm, widened by `p.sigmas` of what
     `covariance` (6, 6; t mm, r rad, right perturbation in the rig's frame) does to depths and to places.
 
     Where nothing of the model is near, the range is that of the whole view.
@@ -24,7 +28,7 @@ def predicted_depth_range(
 
     view, rig_from_camera = rig.cameras[camera], rig.rig_from_camera[camera]
     world_from_camera = world_from_rig @ rig_from_camera
-    columns, rows = -(-view.width // CELL_PX), -(-view.height // CELL_PX)
+    columns, rows = -(-view.width // p.cell_px), -(-view.height // p.cell_px)
     x, y = np.meshgrid(
         (np.arange(columns) + 0.5) * view.width / columns - 0.5, (np.arange(rows) + 0.5) * view.height / rows - 0.5
     )
@@ -39,17 +43,17 @@ def predicted_depth_range(
     axis = rig_from_camera[:3, 2]
     points = (rays * np.where(seen, depth, 0.0)[:, None]) @ rig_from_camera[:3, :3].T + rig_from_camera[:3, 3]
     jacobian = np.concatenate([np.broadcast_to(axis, points.shape), np.cross(points, axis)], axis=1)
-    slack = SIGMAS * np.sqrt(np.einsum("ni,ij,nj->n", jacobian, covariance, jacobian))
+    slack = p.sigmas * np.sqrt(np.einsum("ni,ij,nj->n", jacobian, covariance, jacobian))
     near, far = np.where(seen, depth - slack, np.inf), np.where(seen, depth + slack, -np.inf)
 
     # How far a point may lie from its predicted pixel, and one cell more, since a cell is known at its middle alone.
     shift = np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1])
     shift += np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1]) / float(np.median(depth[seen]))
-    reach = int(np.ceil(SIGMAS * shift * view.matrix[0, 0] / CELL_PX)) + 1
+    reach = int(np.ceil(p.sigmas * shift * view.matrix[0, 0] / p.cell_px)) + 1
     size = min(2 * reach + 1, 2 * max(rows, columns) + 1)
     near_map = minimum_filter(near.reshape(rows, columns), size, mode="nearest")
     far_map = maximum_filter(far.reshape(rows, columns), size, mode="nearest")
-    least = 0.1 * float(depth[seen].min())  # never behind the camera, whatever the covariance
+    least = p.min_depth_share * float(depth[seen].min())  # never behind the camera, whatever the covariance
     return DepthRange(
         np.maximum(np.where(np.isfinite(near_map), near_map, near.min()), least),
         np.where(np.isfinite(far_map), far_map, far.max()),

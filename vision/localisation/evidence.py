@@ -1,6 +1,6 @@
 """How much an edge predicted at a place and orientation is supported by a picture, against what chance would find.
 
-For each of a few orientations (modulo pi) the picture is a grid of cells that hold the strongest edge element within
+For each of a few orientations (modulo pi) the picture is a grid of cells with the strongest edge element within
 reach.  A cell's evidence is the log likelihood ratio
 
     log( (d_k + (1 - d) q_k) / q_k )
@@ -16,23 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision.cameras import Camera
+from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
+from vision.cameras.cameras import Camera
 from vision.extraction.edges import EdgeElements
-from vision.localisation.scene import Floats
-
-ORIENTATIONS = 16
-# Strength classes as shares of the picture's range of grey, and how often a visible sharp edge of a machined part under
-# workshop light shows at least that contrast: three quarters show at all, half clearly, a fifth strongly.
-STRENGTHS = (0.03, 0.12, 0.3)
-DETECTION = (0.75, 0.5, 0.2)
-# The neighbourhood in which chance is counted, and the weight of the whole picture's share there, in cells.
-SURROUNDINGS_PX = 96.0
-BACKGROUND_CELLS = 40.0
-BLOCK_PX = 16.0
-# Facets need room: along the picture's border no edge can be found.
-RIM_PX = 6.0
+from vision.localisation.parameters import DEFAULTS, EvidenceParameters
 
 
 @dataclass(frozen=True)
@@ -52,13 +40,15 @@ class EdgePoints:
     grey_range: float
 
 
-def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camera: Camera) -> EdgePoints:
+def collect_edge_points(
+    elements: EdgeElements, image: Bytes | Floats, camera: Camera, p: EvidenceParameters = DEFAULTS.evidence
+) -> EdgePoints:
     """The edge elements of a picture (rows, columns) without the camera's distortion."""
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
-    rim = np.array([RIM_PX, RIM_PX]), np.array([camera.width, camera.height]) - 1.0 - RIM_PX
+    bounds = np.array([p.border_px, p.border_px]), np.array([camera.width, camera.height]) - 1.0 - p.border_px
     dark, bright = np.percentile(image[::4, ::4], [1, 99])
-    low, high, sigma = *rim, elements.sigma
+    low, high, sigma = *bounds, elements.sigma
     if not camera.is_pinhole:
         # Edges turn as their tangents do; sigma grows or shrinks with the scale across.
         tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
@@ -70,65 +60,67 @@ def edge_points(elements: EdgeElements, image: NDArray[np.uint8] | Floats, camer
         sigma = sigma * np.abs(np.einsum("ni,ni->n", across - beside, normal))
         position = camera.undistort(position)
         x, y = (np.linspace(low[i], high[i], 65) for i in (0, 1))
-        border = [np.stack(np.meshgrid(x, rim_y), axis=-1).reshape(-1, 2) for rim_y in (low[1], high[1])]
-        border += [np.stack(np.meshgrid(rim_x, y), axis=-1).reshape(-1, 2) for rim_x in (low[0], high[0])]
+        border = [np.stack(np.meshgrid(x, border_y), axis=-1).reshape(-1, 2) for border_y in (low[1], high[1])]
+        border += [np.stack(np.meshgrid(border_x, y), axis=-1).reshape(-1, 2) for border_x in (low[0], high[0])]
         ideal = camera.undistort(np.concatenate(border))
         low, high = ideal.min(axis=0), ideal.max(axis=0)
     return EdgePoints(
-        position, normal, np.asarray(elements.contrast), sigma, low, high, max(float(bright - dark), 16.0)
+        position, normal, np.asarray(elements.contrast), sigma, low, high, max(float(bright - dark), p.min_grey_range)
     )
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """One picture's log likelihood ratios on cells of `cell` px: field (ORIENTATIONS, rows, columns), float32.
+    """One picture's log likelihood ratios on cells of `cell` px: field (orientations, rows, columns), float32.
 
-    The cell [r, c] is centred at pixel `origin + cell * (c, r)`.  A rim of `pad` cells without evidence surrounds the
-    picture, so that kernels can look beyond it.  chance (classes, ORIENTATIONS, blocks, blocks): how often cells have
-    each strength there, on blocks of `block` cells without the rim.
-    """
+    The cell [r, c] is centred at pixel `origin + cell * (c, r)`.  A border of `pad` cells without evidence surrounds
+    the picture, so that kernels can look beyond it.  chance (classes, orientations, blocks, blocks): how often cells
+    have each strength there, on blocks of `block` cells without the border."""
 
-    field: NDArray[np.float32]
+    field: Floats32
     cell: float
     origin: Floats
     pad: int
-    chance: NDArray[np.float32]
+    chance: Floats32
     block: int
+    parameters: EvidenceParameters
 
     def expectation(self, pixel: Floats, direction: Floats) -> tuple[Floats, Floats]:
         """Mean and variance (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""
         index = np.floor(((pixel - self.origin) / self.cell - self.pad + 0.5) / self.block).astype(np.int64)
         index = np.clip(index, 0, np.array(self.chance.shape[:1:-1]) - 1)
-        b = orientation_bin(direction)
+        b, detection = bin_orientations(direction, self.parameters.orientations), self.parameters.detection
         q = self.chance[:, b, index[:, 1], index[:, 0]].astype(float)
-        likely = np.diff(np.append(DETECTION, 0.0)) * -1
-        p = likely[:, None] + (1 - DETECTION[0]) * q
-        ratio = np.log(p / q)
-        nothing = (1 - DETECTION[0]) * np.clip(1 - q.sum(axis=0), 0, 1)
-        miss = np.log(1 - DETECTION[0])
-        mean = (p * ratio).sum(axis=0) + nothing * miss
-        return mean, np.maximum((p * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
+        likely = np.diff(np.append(detection, 0.0)) * -1
+        share = likely[:, None] + (1 - detection[0]) * q
+        ratio = np.log(share / q)
+        nothing = (1 - detection[0]) * np.clip(1 - q.sum(axis=0), 0, 1)
+        miss = np.log(1 - detection[0])
+        mean = (share * ratio).sum(axis=0) + nothing * miss
+        return mean, np.maximum((share * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
 
 
-def orientation_bin(direction: Floats) -> NDArray[np.int64]:
-    """The orientation (n,) of image directions (n, 2), modulo pi."""
+def bin_orientations(direction: Floats, count: int) -> Ints:
+    """The orientation (n,), one of `count`, of image directions (n, 2), modulo pi."""
     angle = np.arctan2(direction[:, 1], direction[:, 0])
-    return np.rint(angle * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
+    return np.rint(angle * (count / np.pi)).astype(np.int64) % count
 
 
-def evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence:
+def build_evidence(
+    edges: EdgePoints, cell: float, reach: float, pad: int, p: EvidenceParameters = DEFAULTS.evidence
+) -> Evidence:
     """The evidence of a picture for predictions that may be `reach` px off."""
     import cv2
 
-    block = max(round(BLOCK_PX / cell), 1)
+    block = max(round(p.block_px / cell), 1)
     # Whole blocks: the last ones may reach beyond the picture, where there is nothing to see.
     columns, rows = (np.ceil((np.ceil((edges.high - edges.low) / cell) + 1) / block) * block).astype(int).tolist()
     index = np.rint((edges.position - edges.low) / cell).astype(np.int64)
     inside = ((index >= 0) & (index < [columns, rows])).all(axis=1)
-    strength = np.searchsorted(STRENGTHS, np.abs(edges.contrast) / edges.grey_range, side="right").astype(np.uint8)
-    orientation = orientation_bin(np.stack([-edges.normal[:, 1], edges.normal[:, 0]], axis=1))
+    strength = np.searchsorted(p.strengths, np.abs(edges.contrast) / edges.grey_range, side="right").astype(np.uint8)
+    orientation = bin_orientations(np.stack([-edges.normal[:, 1], edges.normal[:, 0]], axis=1), p.orientations)
     use = inside & (strength > 0)
-    strongest = np.zeros((ORIENTATIONS, rows, columns), np.uint8)
+    strongest = np.zeros((p.orientations, rows, columns), np.uint8)
     np.maximum.at(strongest, (orientation[use], index[use, 1], index[use, 0]), strength[use])
     # An element speaks for the orientations beside its own too: noise and the pose's error turn edges.
     strongest = np.maximum(strongest, np.maximum(np.roll(strongest, 1, axis=0), np.roll(strongest, -1, axis=0)))
@@ -138,34 +130,34 @@ def evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence
     covered = _covered(edges, cell, rows, columns)
 
     blocks = (rows // block, columns // block)
-    window = 2 * max(round(SURROUNDINGS_PX / BLOCK_PX), 1) + 1
+    window = 2 * max(round(p.surroundings_px / p.block_px), 1) + 1
     seen = _around(covered.astype(np.float32), blocks, window)
-    chance = np.empty((len(STRENGTHS), ORIENTATIONS, *blocks), np.float32)
-    field = np.full(near.shape, np.log(1 - DETECTION[0]), np.float32)
-    likely = np.diff(np.append(DETECTION, 0.0)) * -1
-    weight = BACKGROUND_CELLS / (block * block)
-    for k in range(len(STRENGTHS)):
-        for b in range(ORIENTATIONS):
+    chance = np.empty((len(p.strengths), p.orientations, *blocks), np.float32)
+    field = np.full(near.shape, np.log(1 - p.detection[0]), np.float32)
+    likely = np.diff(np.append(p.detection, 0.0)) * -1
+    weight = p.background_cells / (block * block)
+    for k in range(len(p.strengths)):
+        for b in range(p.orientations):
             of_class = near[b] == k + 1
             around = _around(of_class.astype(np.float32), blocks, window)
             share = float(of_class.sum()) / max(float(covered.sum()), 1.0)
             chance[k, b] = (around + weight * share + 0.5 / block**2) / (seen + weight + 1 / block**2)
             r, c = np.nonzero(of_class)
             q = chance[k, b, r // block, c // block]
-            field[b, r, c] = np.log((likely[k] + (1 - DETECTION[0]) * q) / q)
+            field[b, r, c] = np.log((likely[k] + (1 - p.detection[0]) * q) / q)
     field *= covered
-    out = np.zeros((ORIENTATIONS, rows + 2 * pad, columns + 2 * pad), np.float32)
+    out = np.zeros((p.orientations, rows + 2 * pad, columns + 2 * pad), np.float32)
     out[:, pad : pad + rows, pad : pad + columns] = field
-    return Evidence(out, cell, edges.low - cell * pad, pad, chance, block)
+    return Evidence(out, cell, edges.low - cell * pad, pad, chance, block, p)
 
 
-def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> NDArray[np.bool_]:
+def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> Bools:
     """Cells (rows, columns) within the box of the picture."""
     width, height = (edges.high - edges.low) / cell
     return np.asarray((np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5))
 
 
-def _around(layer: NDArray[np.float32], blocks: tuple[int, int], window: int) -> NDArray[np.float32]:
+def _around(layer: Floats32, blocks: tuple[int, int], window: int) -> Floats32:
     """Sums of the shares of a layer in the blocks of a window about each block."""
     import cv2
 

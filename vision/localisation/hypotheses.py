@@ -6,33 +6,20 @@ turns of the rig) is scored at once, so that the sequence has to cover only what
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
-from vision.cameras import Prior, Rig
-from vision.localisation.evidence import ORIENTATIONS, EdgePoints, Evidence, evidence, orientation_bin
-from vision.localisation.scene import Floats, Ints, Scene
-from vision.localisation.visibility import VisibleArcs, in_picture, visible_arcs
-
-SEED = 1989
-# Predicted samples along an arc closer than this see the same picture: that length counts as one observation.
-CORRELATION_PX = 40.0
-# Selection: samples this far apart in the picture are plenty.
-SELECT_SPACING_PX = 4.0
-# How far beyond the pictures arcs are kept, and how far they are predicted for the scan, in sigmas of shift.
-SELECT_SIGMA, SCAN_SIGMA = 6.0, 2.5
-# Scan: samples that face a camera, cell and reach of the evidence (px), shifts either way and their step (cells), how
-# far apart poses are distinct (px, rms over the samples) and how many go on to the climb.
-SCAN_SAMPLES, SCAN_CELL, SCAN_REACH, SCAN_WINDOW, SCAN_STEP = 800, 4.0, 6.0, 10, 2
-# Poses of the sequence: about so many for a prior that leaves SPREAD_PX (rms) besides common shifts, as its square.
-SCAN_POSES, SPREAD_PX, SCAN_MOST = 1024, 15.0, 16384
-SCAN_DISTINCT_PX, SCAN_KEPT = 6.0, 100
-# Climb: cell and reach of the evidence, first and last step, and how many distinct poses come out (px).
-CLIMB_CELL, CLIMB_REACH, CLIMB_FIRST, CLIMB_LAST = 2.0, 3.0, 4.0, 1.0
-CLIMB_DISTINCT_PX, CLIMB_KEPT = 3.0, 24
+from vision.cameras.cameras import Prior, Rig
+from vision.localisation.evidence import EdgePoints, Evidence, bin_orientations, build_evidence
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
+from vision.localisation.scene import Scene
+from vision.localisation.visibility import VisibleArcs, are_in_picture, find_visible_arcs
 
 
 @dataclass(frozen=True)
@@ -49,20 +36,27 @@ class Prediction:
     matrix: Floats
 
 
-def predict(scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_px: float = 0.0) -> Prediction:
+def predict(
+    scene: Scene,
+    rig: Rig,
+    world_from_rig: Floats,
+    count: int,
+    margin_px: float = 0.0,
+    p: LocalisationParameters = DEFAULTS,
+) -> Prediction:
     """Visible samples of sharp arcs and outlines, evenly along the arcs' images, of `count` that face each camera;
-    weight = length / CORRELATION_PX."""
+    weight = length / `p.search.correlation_px`."""
     rig_from_world = np.linalg.inv(world_from_rig)
     seen: list[VisibleArcs] = []
     for name, camera in rig.cameras.items():
-        arcs = visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
+        arcs = find_visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count, p)
         seen.append(arcs.take(~arcs.smooth))
     camera_from_rig = [np.linalg.inv(rig.rig_from_camera[name]) for name in rig.cameras]
     rotation, translation = rig_from_world[:3, :3], rig_from_world[:3, 3]
     return Prediction(
         point=np.concatenate([s.point for s in seen]) @ rotation.T + translation,
         tangent=np.concatenate([s.tangent for s in seen]) @ rotation.T,
-        weight=np.concatenate([s.length_px for s in seen]) / CORRELATION_PX,
+        weight=np.concatenate([s.length_px for s in seen]) / p.search.correlation_px,
         view=np.repeat(np.arange(len(seen)), [len(s.arc) for s in seen]),
         arc=np.concatenate([s.arc for s in seen]),
         rotation=np.array([m[:3, :3] for m in camera_from_rig]),
@@ -71,7 +65,7 @@ def predict(scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_p
     )
 
 
-def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tuple[Floats, Floats]:
+def project_with_jacobians(prediction: Prediction, delta: Floats | None = None) -> tuple[Floats, Floats]:
     """Pixels (n, 2) of the samples and their derivatives (n, 2, 6) by a right perturbation (t, r) of the rig's pose."""
     point = prediction.point
     if delta is not None:
@@ -89,7 +83,7 @@ def image_jacobians(prediction: Prediction, delta: Floats | None = None) -> tupl
     return pixel, np.concatenate([-by_point, by_point @ skew(point)], axis=2)
 
 
-def image_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
+def project_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
     """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
     delta = np.zeros(6) if delta is None else delta
     turn = rotation_matrix(delta[3:])
@@ -110,109 +104,147 @@ class Candidates:
     score: Floats
 
 
-def select(scene: Scene, rig: Rig, prior: Prior) -> Scene:
+def select_samples(scene: Scene, rig: Rig, prior: Prior, p: LocalisationParameters = DEFAULTS) -> Scene:
     """The scene with only those samples of arcs and silhouettes that may come into a picture under the prior, those of
-    far rivals included, thinned to about SELECT_SPACING_PX."""
+    far rivals included, thinned to about `p.search.sample_spacing_px`."""
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    margin_px = min(SELECT_SIGMA * shift_sigma(scene, rig, prior), 2.0 * width)
+    margin_px = min(p.search.select_sigma * predict_shift_sigma(scene, rig, prior), 2.0 * width)
     length = np.zeros(len(scene.sample_length))
     scale = np.zeros(len(scene.sample_length))
     keep = np.zeros(len(scene.curved_triangles), bool)
     middle = scene.vertices[scene.triangles[scene.curved_triangles]].mean(axis=1)
     for name, camera in rig.cameras.items():
         pose = prior.world_from_rig @ rig.rig_from_camera[name]
-        rows = np.flatnonzero(in_picture(scene.sample_point, camera, pose, margin_px))
+        rows = np.flatnonzero(are_in_picture(scene.sample_point, camera, pose, margin_px))
         depth = np.einsum("ij,j->i", scene.sample_point[rows] - pose[:3, 3], pose[:3, 2])
         scale[rows] = np.maximum(scale[rows], camera.matrix[0, 0] / depth)
-        keep |= in_picture(middle, camera, pose, margin_px)
-    # Walk along each arc and keep a sample whenever the next mark of the spacing is passed.
-    along = np.cumsum(scene.sample_length * scale) / SELECT_SPACING_PX
+        keep |= are_in_picture(middle, camera, pose, margin_px)
+    # Walk along each arc and keep a sample whenever the next multiple of the spacing is passed.
+    along = np.cumsum(scene.sample_length * scale) / p.search.sample_spacing_px
     first = np.diff(scene.sample_arc, prepend=-1) != 0
-    mark = np.diff(np.floor(along), prepend=-1) > 0
-    rows = np.flatnonzero((first | mark) & (scale > 0))
-    run = np.cumsum(first | mark) - 1
+    passed = np.diff(np.floor(along), prepend=-1) > 0
+    rows = np.flatnonzero((first | passed) & (scale > 0))
+    run = np.cumsum(first | passed) - 1
     length = np.bincount(run, scene.sample_length * (scale > 0))[run[rows]] if len(rows) else np.zeros(0)
     return scene.select(rows, length, scene.curved_triangles[keep])
 
 
-def candidates(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: list[Evidence], prior: Prior) -> Candidates:
-    """The best distinct poses within the prior's volume; scene as `select`, fine as `fine_evidence` gives them."""
+def search_poses(
+    scene: Scene,
+    rig: Rig,
+    edges: dict[str, EdgePoints],
+    fine: list[Evidence],
+    prior: Prior,
+    p: LocalisationParameters = DEFAULTS,
+) -> Candidates:
+    """The best distinct poses within the prior's volume; scene as `select_samples`, fine as `build_fine_evidence` gives
+    them."""
     information = np.asarray(np.linalg.inv(prior.covariance), float)
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    margin_px = min(SCAN_SIGMA * shift_sigma(scene, rig, prior), 0.5 * width)
-    prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
+    margin_px = min(p.search.scan_sigma * predict_shift_sigma(scene, rig, prior), 0.5 * width)
+    prediction = predict(scene, rig, prior.world_from_rig, p.search.scan_samples, margin_px, p)
     if not len(prediction.point):
         return Candidates(np.zeros((0, 6)), np.zeros(0))
-    coarse = [evidence(edges[name], SCAN_CELL, SCAN_REACH, SCAN_WINDOW) for name in rig.cameras]
-    delta, score = _scan(prediction, coarse, prior)
-    kept = distinct(prediction, delta, score, SCAN_DISTINCT_PX, SCAN_KEPT)
-    delta, score = climb(prediction, fine, delta[kept], information, CLIMB_FIRST, CLIMB_LAST)
-    kept = distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
+    coarse = [
+        build_evidence(edges[name], p.search.scan_cell_px, p.search.scan_reach_px, p.search.scan_window, p.evidence)
+        for name in rig.cameras
+    ]
+    delta, score = _scan(prediction, coarse, prior, p)
+    kept = keep_distinct(prediction, delta, score, p.search.scan_distinct_px, p.search.scan_kept)
+    delta, score = climb(prediction, fine, delta[kept], information, p.search.climb_first_px, p.search.climb_last_px)
+    kept = keep_distinct(prediction, delta, score, p.search.climb_distinct_px, p.search.climb_kept)
     return Candidates(delta[kept], score[kept])
 
 
-def fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> list[Evidence]:
-    """The evidence that poses climb on and are judged by."""
-    return [evidence(edges[name], CLIMB_CELL, CLIMB_REACH, 1) for name in rig.cameras]
+def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints], p: LocalisationParameters = DEFAULTS) -> list[Evidence]:
+    """The evidence that poses climb on and are assessed by."""
+    return [
+        build_evidence(edges[name], p.search.climb_cell_px, p.search.climb_reach_px, 1, p.evidence)
+        for name in rig.cameras
+    ]
 
 
-def shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
+def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
     """How far (px) one sigma of the prior may shift a picture, by turning and by moving sideways together."""
     focal = max(float(c.matrix[0, 0]) for c in rig.cameras.values())
     pose = prior.world_from_rig @ next(iter(rig.rig_from_camera.values()))
     depth = (scene.sample_point - pose[:3, 3]) @ pose[:3, 2]
-    ahead = depth[in_picture(scene.sample_point, next(iter(rig.cameras.values())), pose, 0.5 * focal)]
+    ahead = depth[are_in_picture(scene.sample_point, next(iter(rig.cameras.values())), pose, 0.5 * focal)]
     distance = float(np.median(ahead)) if len(ahead) else float(np.median(np.abs(depth))) if len(depth) else 1.0
     return focal * float(np.hypot(prior.sigma_rotation, prior.sigma_translation_mm / max(distance, 1.0)))
 
 
-def flat(fields: list[Evidence]) -> tuple[Floats, ...]:
-    """What the kernels take of the evidence: flat field, start, shape, origin of each camera."""
+def _tables(p: Prediction, fields: list[Evidence]) -> tuple[Floats, Ints, Floats, Ints, Floats32]:
+    """Samples, their views, the cameras, and the layout of the evidence and itself, as `search_kernels` take them."""
+    cameras = len(fields)
     start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
+    of_cameras = (p.rotation.reshape(cameras, 9), p.offset, p.matrix.reshape(cameras, 6), [e.origin for e in fields])
     return (
+        np.hstack([p.point, p.tangent, p.weight[:, None]]),
+        p.view,
+        np.hstack([np.asarray(values, float) for values in of_cameras]),
+        np.array([(at, *e.field.shape[1:]) for at, e in zip(start.tolist(), fields, strict=True)]),
         np.concatenate([e.field.ravel() for e in fields]),
-        start,
-        np.array([e.field.shape[1:] for e in fields]),
-        np.array([e.origin for e in fields]),
     )
 
 
-def _samples(p: Prediction) -> tuple[Floats | Ints, ...]:
-    return p.point, p.tangent, p.weight, p.view, p.rotation, p.offset, p.matrix
+def _in_threads(count: int, work: Callable[[slice], None]) -> None:
+    """Do the work on rows 0..count-1, stretch by stretch, in as many threads as there are processors."""
+    threads = os.cpu_count() or 1
+    length = max(-(-count // (8 * threads)), 1)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, [slice(at, at + length) for at in range(0, count, length)]))
 
 
-def _scan(prediction: Prediction, fields: list[Evidence], prior: Prior) -> tuple[Floats, Floats]:
+def _scan(
+    prediction: Prediction, fields: list[Evidence], prior: Prior, p: LocalisationParameters
+) -> tuple[Floats, Floats]:
     from scipy.stats import norm, qmc
 
-    from vision.localisation import _search_kernels as kernels
+    from vision.localisation import search_kernels
 
     sigma = np.sqrt(np.diag(prior.covariance))
-    _, jacobian = image_jacobians(prediction)
+    _, jacobian = project_with_jacobians(prediction)
     views = [jacobian[prediction.view == c] for c in range(len(fields))]
     # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
     inner = np.concatenate([j - j.mean(axis=0) for j in views if len(j)])
     spread = float(np.sqrt(np.mean(np.einsum("nij,j->ni", inner**2, sigma**2).sum(axis=1))))
-    count = 2 ** int(np.ceil(np.log2(np.clip(SCAN_POSES * (spread / SPREAD_PX) ** 2, SCAN_POSES, SCAN_MOST))))
-    sequence = qmc.Sobol(6, scramble=True, seed=SEED).random(count)
+    count = 2 ** int(
+        np.ceil(
+            np.log2(
+                np.clip(
+                    p.search.scan_poses * (spread / p.search.scan_spread_px) ** 2,
+                    p.search.scan_poses,
+                    p.search.max_scan_poses,
+                )
+            )
+        )
+    )
+    sequence = qmc.Sobol(6, scramble=True, seed=p.search.seed).random(count)
     delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) * sigma
     delta[0] = 0
     # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
     turn = np.array([np.median(j[:, :, 3:], axis=0) if len(j) else np.zeros((2, 3)) for j in views])
-    steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1, SCAN_STEP)
+    steps = np.arange(-p.search.scan_window, p.search.scan_window + 1, p.search.scan_step)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    turns = grid * SCAN_CELL @ np.linalg.pinv(turn[0]).T
-    shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / SCAN_CELL).astype(np.int64)
-    shifts = np.clip(shifts, -SCAN_WINDOW, SCAN_WINDOW)
+    turns = grid * p.search.scan_cell_px @ np.linalg.pinv(turn[0]).T
+    shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / p.search.scan_cell_px).astype(np.int64)
+    shifts = np.clip(shifts, -p.search.scan_window, p.search.scan_window)
     shifted = delta[:, None, 3:] + turns
     distance = (delta[:, None, :3] / sigma[:3]) ** 2
     penalty = 0.5 * (distance.sum(axis=2) + ((shifted / sigma[3:]) ** 2).sum(axis=2))
     score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
-    field, start, shape, origin = flat(fields)
-    run: Any = kernels.scan
-    run(
-        *_samples(prediction), field, start, shape, origin, SCAN_CELL, SCAN_WINDOW, ORIENTATIONS,
-        rotation_matrix(delta[:, 3:]), np.ascontiguousarray(delta[:, :3]), shifts, penalty, score, best,
-    )  # fmt: skip
+    tables = _tables(prediction, fields)
+    jump = shifts[..., 1] * tables[3][:, 2:] + shifts[..., 0]
+    poses = np.hstack([rotation_matrix(delta[:, 3:]).reshape(-1, 9), delta[:, :3]])
+
+    def scan(rows: slice) -> None:
+        search_kernels.scan(
+            *tables, p.search.scan_cell_px, fields[0].parameters.orientations, p.search.scan_window, poses[rows], jump,
+            penalty[rows], np.empty(len(turns)), score[rows], best[rows],
+        )  # fmt: skip
+
+    _in_threads(count, scan)
     delta[:, 3:] += turns[best]
     return delta, score
 
@@ -221,25 +253,28 @@ def climb(
     prediction: Prediction, fields: list[Evidence], delta: Floats, information: Floats, first: float, last: float
 ) -> tuple[Floats, Floats]:
     """Perturbations (k, 6) led uphill by steps of `first` to `last` px, and their scores (k,)."""
-    from vision.localisation import _search_kernels as kernels
+    from vision.localisation import search_kernels
 
-    _, jacobian = image_jacobians(prediction)
+    _, jacobian = project_with_jacobians(prediction)
     hessian = np.einsum("nij,nik->jk", jacobian, jacobian) / max(len(jacobian), 1) + information
     value, vector = np.linalg.eigh(hessian)
     delta, score = delta.copy(), np.empty(len(delta))
-    field, start, shape, origin = flat(fields)
-    run: Any = kernels.climb
-    run(
-        *_samples(prediction), field, start, shape, origin, fields[0].cell, ORIENTATIONS,
-        delta, np.ascontiguousarray(vector / np.sqrt(value)), information, first, last, score,
-    )  # fmt: skip
+    tables, basis = _tables(prediction, fields), np.ascontiguousarray(vector / np.sqrt(value))
+
+    def climb_some(rows: slice) -> None:
+        search_kernels.climb(
+            *tables, fields[0].cell, fields[0].parameters.orientations, information, basis, first, last, np.empty(18),
+            delta[rows], score[rows],
+        )  # fmt: skip
+
+    _in_threads(len(delta), climb_some)
     return delta, score
 
 
-def evidence_at(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
+def look_up_evidence(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
     """The evidence (n,) of a prediction's samples at their pixels (n, 2) and image directions (n, 2), unweighted."""
     out = np.zeros(len(pixel))
-    b = orientation_bin(direction)
+    b = bin_orientations(direction, fields[0].parameters.orientations)
     for number, e in enumerate(fields):
         at = np.rint((pixel - e.origin) / e.cell).astype(np.int64)
         inside = (at >= 0) & (at < np.array(e.field.shape[:0:-1]))
@@ -248,9 +283,9 @@ def evidence_at(prediction: Prediction, fields: list[Evidence], pixel: Floats, d
     return out
 
 
-def distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:
+def keep_distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px: float, count: int) -> Ints:
     """The best rows, at most `count`, no two of which show the samples less than `apart_px` (rms) apart."""
-    _, jacobian = image_jacobians(prediction)
+    _, jacobian = project_with_jacobians(prediction)
     some = jacobian[:: max(len(jacobian) // 60, 1)]
     flow = np.einsum("nij,kj->kni", some, delta).reshape(len(delta), -1) / np.sqrt(len(some))
     kept: list[int] = []

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.store import Store
-from vision.cameras import Rig
-from vision.localisation.coverage import coverage
-from vision.localisation.scene import Floats, Ints
+from vision.cameras.cameras import Rig
+from vision.localisation.coverage import measure_coverage
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.stored_scene import StoredScene
 
 PART = -1  # feature number of a part as a whole
@@ -43,8 +44,13 @@ class PartsInView:
         ]
 
 
-def parts_in_view(
-    store: Store, connection: Connection, stored: StoredScene, rig: Rig, world_from_rig: Floats
+def find_parts_in_view(
+    store: Store,
+    connection: Connection,
+    stored: StoredScene,
+    rig: Rig,
+    world_from_rig: Floats,
+    p: LocalisationParameters = DEFAULTS,
 ) -> PartsInView:
     """What the cameras of a rig see at a pose, parts first, each kind in the order of occurrences."""
     scene = stored.scene
@@ -70,10 +76,12 @@ def parts_in_view(
     groups, surfaces = np.concatenate(group), np.concatenate(surface)
     visible, covered = np.zeros(len(paths)), np.zeros(len(paths))
     for name, camera in rig.cameras.items():
-        found = coverage(scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths))
+        found = measure_coverage(
+            scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths), p
+        )
         visible += found.visible
         covered += found.covered
-    # Rays through the middles of squares may hit where no square's middle is covered: sharp rims, by a ray or two.
+    # Rays through the middles of squares may hit where no square's middle is covered: sharp outlines, by a ray or two.
     covered = np.maximum(covered, visible)
     seen = np.flatnonzero(visible > 0)
     return PartsInView(

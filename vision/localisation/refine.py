@@ -3,43 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
-from vision.cameras import Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints
-from vision.localisation.hypotheses import Prediction, image_directions, image_jacobians, predict
-from vision.localisation.scene import Bools, Floats, Ints, Scene
-
-# Reach and robust scale (px) of the rounds: 12 -> 4 -> 1 px as the pose settles; arcs are predicted anew at each.
-ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
-STEPS = 6
-# Consensus: draws, arcs in each, and how near (px) a measurement agrees.
-SEED, DRAWS, DRAWN_ARCS, CONSENSUS_PX = 1981, 300, 5, 1.5
-# A body loses its vote when it pulls the pose by more than this many sigma of the pose without it.  Were it where the
-# model says, one that knows as much as all others together would pull by less in 98 of 100 cases.  To first order,
-# robust weights hide most of a pull.
-MAX_PULL_SIGMA, SUSPECT_SIGMA = 2.0, 0.5
-SAMPLES = 3000
-MIN_COSINE = 0.94
-# What an edge's own sigma does not know: the tessellation that stands for curved arcs, rounded and burred edges; and
-# texture, which drags an edge by its share of the edge's contrast.
-SYSTEMATIC_PX = 0.08
-TEXTURE_PX = 0.5
-# A camera's gamma and its clipped highlights move edges toward their dark side, the more the higher the contrast:
-# 0.35 px at 190 grey levels on metal.  Each camera gets one unknown for it, px at a contrast of the whole range of
-# grey: nought for a linear camera, a half at gamma 1/2.
-RESPONSE_PX, RESPONSE_SIGMA_PX = 0.25, 0.25
-# How well a good calibration holds: each camera's principal point gets two unknowns.
-CALIBRATION_PX = 0.02
-# What the jackknife over arcs misses: arcs of one feature share their light, their rounding and their tolerance.  On
-# rendered pairs with exact truth the squared errors were about twice as large as it says.
-INFLATION = 2.0
-# Each camera's own unknowns, after the pose's six: response shift, principal point x and y.
-CAMERA_MEAN = (RESPONSE_PX, 0.0, 0.0)
-CAMERA_SIGMA = (RESPONSE_SIGMA_PX, CALIBRATION_PX, CALIBRATION_PX)
+from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
+from vision.localisation.scene import Scene
 
 
 class EdgeIndex:
@@ -56,15 +29,17 @@ class EdgeIndex:
         self.strength = np.maximum(np.abs(edges.contrast), 1e-3)
         self.texture = float(np.median(self.strength)) if len(self.strength) else 1.0
 
-    def measure(self, pixel: Floats, direction: Floats, reach: float, scale: float) -> tuple[Floats, Ints]:
+    def measure(
+        self, pixel: Floats, direction: Floats, reach: float, scale: float, p: RefinementParameters
+    ) -> tuple[Floats, Ints]:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
-        from vision.localisation import _measure_kernels as kernels
+        from vision.localisation import measure_kernels
 
+        limits = np.array([reach, scale, p.min_cosine, p.max_beside_px])
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
-        run: Any = kernels.nearest_edges
-        run(
-            pixel, direction, reach, scale, MIN_COSINE, self.edges.position, self.edges.normal, self.strength,
-            self.start, self.order, self.columns, self.rows, self.edges.low, offset, found,
+        measure_kernels.nearest_edges(
+            pixel, direction, limits, self.edges.position, self.edges.normal, self.strength,
+            self.start, self.order, np.array([self.columns, self.rows]), self.edges.low, offset, found,
         )  # fmt: skip
         return offset, found
 
@@ -74,7 +49,7 @@ class Measurements:
     """Edge measurements of the samples of a prediction, as columns of equal length n.
 
     pixel (n, 2), direction (n, 2): predicted at the pose; offset (n,) px along (-dy, dx) to the edge element `found`
-    (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, nought where the sample's body has no vote;
+    (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, zero where the sample's component is excluded;
     jacobian (n, 6 + 3c) of the offset's prediction by the pose and the c cameras' own unknowns.
     """
 
@@ -91,7 +66,7 @@ class Measurements:
 class Refined:
     """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 3), and what it rests on.
 
-    silent (b,): which of the scene's bodies have no vote, for they do not stand where the model says.
+    excluded (b,): which of the scene's components are left out because they are not where the model says.
     """
 
     world_from_rig: Floats
@@ -99,75 +74,90 @@ class Refined:
     cameras: Floats
     prediction: Prediction
     measurements: Measurements
-    silent: Bools
+    excluded: Bools
 
 
-def refine(scene: Scene, rig: Rig, indexes: dict[str, EdgeIndex], prior: Prior, world_from_rig: Floats) -> Refined:
+def refine(
+    scene: Scene,
+    rig: Rig,
+    indexes: dict[str, EdgeIndex],
+    prior: Prior,
+    world_from_rig: Floats,
+    p: LocalisationParameters = DEFAULTS,
+) -> Refined:
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
-    Bodies of the model that stand elsewhere in the world pull the pose however robust the loss.  So a body that
-    contradicts the others is silenced, where the others fix the pose better than it does.
-    """
+    Components of the model that stand elsewhere in the world pull the pose however robust the loss.  So a component
+    that contradicts the others is excluded, where the others determine the pose better than it does."""
     cameras = [indexes[n] for n in rig.cameras]
-    refined = _fit(scene, rig, cameras, prior, world_from_rig, np.zeros(scene.body_count, bool))
-    while (suspect := _suspect(scene, refined, prior)) is not None:
-        silent = refined.silent.copy()
-        silent[suspect] = True
-        without = _fit(scene, rig, cameras, prior, refined.world_from_rig, silent)
+    refined = _fit(scene, rig, cameras, prior, world_from_rig, np.zeros(scene.component_count, bool), p)
+    while (suspect := _find_outlier(scene, refined, prior, p)) is not None:
+        excluded = refined.excluded.copy()
+        excluded[suspect] = True
+        without = _fit(scene, rig, cameras, prior, refined.world_from_rig, excluded, p)
         pull = perturbation(without.world_from_rig, refined.world_from_rig)
-        if pull @ np.linalg.solve(without.covariance, pull) < MAX_PULL_SIGMA**2:
+        if pull @ np.linalg.solve(without.covariance, pull) < p.refinement.max_pull_sigma**2:
             break
         refined = without
     return refined
 
 
 def _fit(
-    scene: Scene, rig: Rig, cameras: list[EdgeIndex], prior: Prior, world_from_rig: Floats, silent: Bools
+    scene: Scene,
+    rig: Rig,
+    cameras: list[EdgeIndex],
+    prior: Prior,
+    world_from_rig: Floats,
+    excluded: Bools,
+    p: LocalisationParameters,
 ) -> Refined:
-    """The best pose by the votes of all bodies but the silent."""
+    """The best pose from all components that are not excluded."""
     pose = world_from_rig
-    own = np.tile(CAMERA_MEAN, (len(cameras), 1))
-    for reach, scale in ROUNDS:
-        prediction = predict(scene, rig, pose, SAMPLES)
-        votes = ~silent[scene.body_of_arc[prediction.arc]]
+    own = np.tile(_camera_mean(p), (len(cameras), 1))
+    for reach, scale in p.refinement.rounds:
+        prediction = predict(scene, rig, pose, p.refinement.samples, p=p)
+        votes = ~excluded[scene.component_of_arc[prediction.arc]]
         delta = np.zeros(6)
-        if (reach, scale) != ROUNDS[0]:
-            m = measure(prediction, cameras, delta, own, reach, scale, votes)
-            delta = _consensus(m, prediction, prior, pose)
-        for _ in range(STEPS):
-            m = measure(prediction, cameras, delta, own, reach, scale, votes)
+        if (reach, scale) != p.refinement.rounds[0]:
+            m = measure(prediction, cameras, delta, own, reach, scale, votes, p)
+            delta = _find_consensus(m, prediction, prior, pose, p)
+        for _ in range(p.refinement.steps):
+            m = measure(prediction, cameras, delta, own, reach, scale, votes, p)
             here = perturb(pose, delta)
-            hessian, gradient = _normal_equations(m, prior, here, own)
+            hessian, gradient = _normal_equations(m, prior, here, own, p)
             step = np.asarray(np.linalg.solve(hessian, gradient), float)
             delta = perturbation(pose, perturb(here, step[:6]))
             own = own + step[6:].reshape(own.shape)
-            if step @ hessian @ step < 0.05**2:
+            if step @ hessian @ step < p.refinement.min_step_sigma**2:
                 break
         pose = perturb(pose, delta)
-    prediction = predict(scene, rig, pose, SAMPLES)
-    votes = ~silent[scene.body_of_arc[prediction.arc]]
-    m = measure(prediction, cameras, np.zeros(6), own, *ROUNDS[-1], votes)
-    hessian, _ = _normal_equations(m, prior, pose, own)
-    return Refined(pose, _covariance(m, prediction, hessian), own, prediction, m, silent)
+    prediction = predict(scene, rig, pose, p.refinement.samples, p=p)
+    votes = ~excluded[scene.component_of_arc[prediction.arc]]
+    m = measure(prediction, cameras, np.zeros(6), own, *p.refinement.rounds[-1], votes, p)
+    hessian, _ = _normal_equations(m, prior, pose, own, p)
+    return Refined(pose, _covariance(m, prediction, hessian, p), own, prediction, m, excluded)
 
 
-def _suspect(scene: Scene, refined: Refined, prior: Prior) -> int | None:
-    """The body that, to first order, pulls the pose furthest of those that know less of it than the others together."""
+def _find_outlier(scene: Scene, refined: Refined, prior: Prior, p: LocalisationParameters) -> int | None:
+    """The component that, to first order, pulls the pose furthest of those that know less of it than the others
+    together."""
     m = refined.measurements
-    body, group = np.unique(scene.body_of_arc[refined.prediction.arc], return_inverse=True)
-    if len(body) < 2:
+    component, group = np.unique(scene.component_of_arc[refined.prediction.arc], return_inverse=True)
+    if len(component) < 2:
         return None
-    hessian, _ = _normal_equations(m, prior, refined.world_from_rig, refined.cameras)
+    hessian, _ = _normal_equations(m, prior, refined.world_from_rig, refined.cameras, p)
     gradients, hessians = _by_group(m, group.ravel())
     priors = hessian - hessians.sum(axis=0)
     lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
     pulls = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
     sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls) * lesser
     worst = int(np.argmax(sigmas))
-    return int(body[worst]) if sigmas[worst] > SUSPECT_SIGMA**2 else None
+    return int(component[worst]) if sigmas[worst] > p.refinement.suspect_sigma**2 else None
 
 
-def _consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats) -> Floats:
+def _find_consensus(
+    m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats, p: LocalisationParameters
+) -> Floats:
     """The step (6,) on which most of the measured length agrees, of steps that few arcs make and of none.
 
     Where a structure of the model stands elsewhere in the world, least squares lies between it and the rest however
@@ -183,9 +173,9 @@ def _consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from
     np.add.at(hessians, group, jacobian[:, :, None] * jacobian[:, None, :])
     np.add.at(gradients, group, jacobian * offset[:, None])
     usable = np.flatnonzero(length > 0)
-    rng = np.random.default_rng(SEED)
-    size = min(DRAWN_ARCS, len(usable))
-    keys = rng.exponential(size=(DRAWS, len(usable))) / length[usable]
+    rng = np.random.default_rng(p.refinement.seed)
+    size = min(p.refinement.drawn_arcs, len(usable))
+    keys = rng.exponential(size=(p.refinement.draws, len(usable))) / length[usable]
     # The smallest of exponentials with these rates: a draw without replacement in proportion to length.
     drawn = usable[np.argsort(keys, axis=1)[:, :size]]
     information = np.linalg.inv(prior.covariance)
@@ -194,8 +184,19 @@ def _consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from
         hessians[drawn].sum(axis=1) + information, (gradients[drawn].sum(axis=1) - information @ away)[..., None]
     )[..., 0]
     steps = np.concatenate([np.zeros((1, 6)), steps])
-    left = (offset[:, None] - jacobian @ steps.T) / CONSENSUS_PX
+    left = (offset[:, None] - jacobian @ steps.T) / p.refinement.consensus_px
     return np.asarray(steps[int(np.argmax(w @ np.maximum(1 - left**2, 0)))])
+
+
+def _camera_mean(p: LocalisationParameters) -> tuple[float, float, float]:
+    """Expected values of a camera's own unknowns: response shift, principal point x and y."""
+    return p.refinement.response_px, 0.0, 0.0
+
+
+def _camera_sigma(p: LocalisationParameters) -> tuple[float, float, float]:
+    """Their standard deviations."""
+    r = p.refinement
+    return r.response_sigma_px, r.calibration_px, r.calibration_px
 
 
 def _units(prediction: Prediction) -> Ints:
@@ -212,11 +213,12 @@ def measure(
     reach: float,
     scale: float,
     votes: Bools,
+    p: LocalisationParameters = DEFAULTS,
 ) -> Measurements:
     """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own`, and which
     samples vote (n,)."""
-    pixel, jacobian = image_jacobians(prediction, delta)
-    direction = image_directions(prediction, delta)
+    pixel, jacobian = project_with_jacobians(prediction, delta)
+    direction = project_directions(prediction, delta)
     normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
     offset, found = np.zeros(len(pixel)), np.full(len(pixel), -1)
     sigma = np.ones(len(pixel))
@@ -224,12 +226,20 @@ def measure(
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(prediction.view == number)
         offset[rows], found[rows] = index.measure(
-            np.ascontiguousarray(pixel[rows]), np.ascontiguousarray(direction[rows]), reach, scale
+            np.ascontiguousarray(pixel[rows]),
+            np.ascontiguousarray(direction[rows]),
+            reach,
+            scale,
+            p.refinement,
         )
         hit = rows[found[rows] >= 0]
         edge, edges = found[hit], index.edges
         contrast = np.abs(edges.contrast[edge])
-        sigma[hit] = np.sqrt(edges.sigma[edge] ** 2 + SYSTEMATIC_PX**2 + (TEXTURE_PX * index.texture / contrast) ** 2)
+        sigma[hit] = np.sqrt(
+            edges.sigma[edge] ** 2
+            + p.refinement.systematic_px**2
+            + (p.refinement.texture_px * index.texture / contrast) ** 2
+        )
         polarity = np.sign(np.einsum("ni,ni->n", edges.normal[edge], normal[hit]))
         by_camera[hit, number, 0] = -polarity * contrast / edges.grey_range
         by_camera[hit, number, 1:] = normal[hit]
@@ -241,7 +251,9 @@ def measure(
     return Measurements(pixel, direction, offset, found, sigma, weight, derivative)
 
 
-def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
+def _normal_equations(
+    m: Measurements, prior: Prior, world_from_rig: Floats, own: Floats, p: LocalisationParameters
+) -> tuple[Floats, Floats]:
     """Hessian and gradient by (t, r, each camera's own unknowns), the priors of all included."""
     scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
     hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
@@ -251,13 +263,13 @@ def _normal_equations(m: Measurements, prior: Prior, world_from_rig: Floats, own
     information = turn.T @ np.linalg.inv(prior.covariance)
     hessian[:6, :6] += information @ turn
     gradient[:6] -= information @ away
-    precision = np.tile(np.power(CAMERA_SIGMA, -2), len(own))
+    precision = np.tile(np.power(_camera_sigma(p), -2), len(own))
     hessian[6:, 6:] += np.diag(precision)
-    gradient[6:] -= precision * (own - CAMERA_MEAN).ravel()
+    gradient[6:] -= precision * (own - _camera_mean(p)).ravel()
     return hessian, gradient
 
 
-def _covariance(m: Measurements, prediction: Prediction, hessian: Floats) -> Floats:
+def _covariance(m: Measurements, prediction: Prediction, hessian: Floats, p: LocalisationParameters) -> Floats:
     """Covariance (6, 6) of a pose from its measurements: the jackknife with an arc's image as the unit.
 
     Neighbours along an arc err together (texture, shading, a clipped edge, an arc that is not where the model says), so
@@ -269,7 +281,7 @@ def _covariance(m: Measurements, prediction: Prediction, hessian: Floats) -> Flo
     bread = np.linalg.inv(hessian)
     # The priors err as they say.
     meat = hessian - hessians.sum(axis=0)
-    return np.asarray((INFLATION * moves.T @ moves + bread @ meat @ bread)[:6, :6])
+    return np.asarray((p.refinement.inflation * moves.T @ moves + bread @ meat @ bread)[:6, :6])
 
 
 def _by_group(m: Measurements, group: Ints) -> tuple[Floats, Floats]:

@@ -7,14 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
-
-# A dihedral under 20 degrees is a blend's rim: it shows as shading, not as an edge.
-SMOOTH_COSINE = float(np.cos(np.radians(20)))
+from relmodel.arrays import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -22,16 +16,13 @@ class Scene:
     """The world's surfaces and arcs as columns, everything in the world frame, mm.
 
     vertices (v, 3), vertex_normals (v, 3): the exact outward normals, for silhouettes; a mesh without exact normals
-    gives each facet its own vertices.
-    triangles (f, 3), triangle_surface (f,): indices of vertices and of the surface that each triangle belongs to.
-    surface_occurrence (s,): the occurrence of each surface.
-    sample_point, sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points
-    along arcs, the unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of
-    an arc stand together.  An arc with one face only (an open mesh) repeats its normal.
-    arc_occurrence (a,): the occurrence of each arc.
-    surface_body (s,), arc_body (a,): which connected body each belongs to, counted from 0: what is rigid for sure.
-    inspected (o,): which occurrences are the reference for the pose; all of them occlude.
-    """
+    gives each facet its own vertices. triangles (f, 3), triangle_surface (f,): indices of vertices and of the surface
+    that each triangle belongs to. surface_occurrence (s,): the occurrence of each surface. sample_point,
+    sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points along arcs, the
+    unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of an arc stand
+    together.  An arc with one face only (an open mesh) repeats its normal. arc_occurrence (a,): the occurrence of each
+    arc. surface_component (s,), arc_component (a,): which connected component each belongs to, counted from 0: what is
+    rigid for sure. inspected (o,): which occurrences are the reference for the pose; all of them occlude."""
 
     vertices: Floats
     vertex_normals: Floats
@@ -45,24 +36,23 @@ class Scene:
     sample_arc: Ints
     sample_length: Floats
     arc_occurrence: Ints
-    surface_body: Ints
-    arc_body: Ints
+    surface_component: Ints
+    arc_component: Ints
     inspected: Bools
 
     @cached_property
-    def body_of_arc(self) -> Ints:
-        """Bodies of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
-        return np.concatenate([self.arc_body, self.surface_body])
+    def component_of_arc(self) -> Ints:
+        """Components of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
+        return np.concatenate([self.arc_component, self.surface_component])
 
     @property
-    def body_count(self) -> int:
-        return int(self.body_of_arc.max(initial=-1)) + 1
+    def component_count(self) -> int:
+        return int(self.component_of_arc.max(initial=-1)) + 1
 
     @cached_property
-    def sample_smooth(self) -> Bools:
-        """Samples (n,) where the two faces meet smoothly."""
-        cosine = np.einsum("ij,ij->i", self.sample_normal_a, self.sample_normal_b)
-        return np.asarray(cosine > SMOOTH_COSINE)
+    def sample_cosine(self) -> Floats:
+        """Cosine (n,) of the angle between the two faces at the samples."""
+        return np.asarray(np.einsum("ij,ij->i", self.sample_normal_a, self.sample_normal_b))
 
     @cached_property
     def reference_samples(self) -> Ints:
@@ -71,7 +61,7 @@ class Scene:
 
     @cached_property
     def curved_triangles(self) -> Ints:
-        """Triangles of inspected, curved surfaces: only those can hold a silhouette."""
+        """Triangles of inspected, curved surfaces: only those can have a silhouette."""
         n = self.vertex_normals[self.triangles]
         bend = np.minimum(np.einsum("fi,fi->f", n[:, 0], n[:, 1]), np.einsum("fi,fi->f", n[:, 1], n[:, 2]))
         inspected = self.inspected[self.surface_occurrence[self.triangle_surface]]
@@ -89,7 +79,7 @@ class Scene:
             sample_arc=self.sample_arc[samples],
             sample_length=lengths,
         )
-        # Cached properties of the whole that hold for the part: the same triangles occlude.
+        # Cached properties of the whole that are those of the part: the same triangles occlude.
         part.__dict__["rays"] = self.rays
         part.__dict__["curved_triangles"] = triangles
         return part

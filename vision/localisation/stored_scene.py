@@ -1,4 +1,4 @@
-"""The scene of a world as the store holds it, and what each of its columns is called there."""
+"""The scene of a world as the store has it, and what each of its columns is called there."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from vision.localisation.scene import Scene
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -34,12 +33,10 @@ class StoredScene:
     shape_id: Ints
     arc_no: Ints
     surface_no: Ints
-    sample_parameter: NDArray[np.float64]
+    sample_parameter: Floats
 
 
-def scene_from_store(
-    store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None
-) -> StoredScene:
+def read_scene(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:
     """Scene of the placed parts of a world; `among` names the occurrences that matter, all where it is None.
 
     Raises InputError where no part is the reference (role inspected).
@@ -65,7 +62,7 @@ def scene_from_store(
         if shape in arcs_of:
             arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
     mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
-    surface_body, arc_body = _bodies(mesh, arc)
+    surface_component, arc_component = _find_components(mesh, arc)
     scene = Scene(
         vertices=mesh["vertices"],
         vertex_normals=mesh["normals"],
@@ -79,8 +76,8 @@ def scene_from_store(
         sample_arc=arc["sample_arc"],
         sample_length=arc["length"],
         arc_occurrence=arc["arc_occurrence"],
-        surface_body=surface_body,
-        arc_body=arc_body,
+        surface_component=surface_component,
+        arc_component=arc_component,
         inspected=inspected,
     )
     return StoredScene(
@@ -149,8 +146,8 @@ def _or_none(numbers: NDArray[Any]) -> Ints:
     return np.array([-1 if n is None or n != n else int(n) for n in numbers.tolist()], np.int64)
 
 
-def _bodies(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:
-    """The connected body of each surface and of each arc: surfaces that arcs join are one."""
+def _find_components(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:
+    """The connected component of each surface and of each arc: surfaces that arcs join are one."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
@@ -165,8 +162,8 @@ def _bodies(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tupl
     ends = count + np.repeat(np.arange(arcs), 2)[link], number[surfaces:][link]
     graph = coo_matrix((np.ones(int(link.sum())), ends), shape=(count + arcs, count + arcs))
     component = connected_components(graph, directed=False)[1]
-    body = np.unique(np.concatenate([component[number[:surfaces]], component[count:]]), return_inverse=True)[1]
-    return body[:surfaces].astype(np.int64), body[surfaces:].astype(np.int64)
+    number = np.unique(np.concatenate([component[number[:surfaces]], component[count:]]), return_inverse=True)[1]
+    return number[:surfaces].astype(np.int64), number[surfaces:].astype(np.int64)
 
 
 def _lengths(points: NDArray[Any], arc: Ints) -> NDArray[Any]:

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.cameras import Camera
-from vision.localisation.hypotheses import Prediction, image_jacobians
+from relmodel.arrays import Floats, Ints
+from vision.cameras.cameras import Camera
+from vision.localisation.hypotheses import Prediction, project_with_jacobians
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import EdgeIndex, Refined
-from vision.localisation.scene import Floats, Ints, Scene
-from vision.localisation.visibility import VisibleArcs, visible_arcs
+from vision.localisation.scene import Scene
+from vision.localisation.visibility import VisibleArcs, find_visible_arcs
 
 SHARP, SMOOTH, SILHOUETTE = range(3)
 KINDS = ("sharp", "smooth", "silhouette")
-# Hidden stretches shorter than this many samples do not break a run: rays graze.
-BRIDGED_SAMPLES = 3
 
 
 @dataclass(frozen=True)
@@ -40,12 +40,14 @@ class ViewArcs:
     run: Ints
 
 
-def view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> ViewArcs:
+def find_view_arcs(
+    scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
+) -> ViewArcs:
     """The runs of arcs that a camera sees; silhouettes of a surface are parted where they do not touch."""
-    seen = visible_arcs(scene, camera, world_from_camera)
+    seen = find_visible_arcs(scene, camera, world_from_camera, p=p)
     arcs = len(scene.arc_occurrence)
     silhouette = seen.arc >= arcs
-    gap = np.diff(seen.sample, prepend=-BRIDGED_SAMPLES - 2) > BRIDGED_SAMPLES + 1
+    gap = np.diff(seen.sample, prepend=-p.visibility.bridged_samples - 2) > p.visibility.bridged_samples + 1
     first = (np.diff(seen.arc, prepend=-1) != 0) | (gap & ~silhouette)
     run = np.cumsum(first) - 1
     strand = _strands(seen, np.flatnonzero(silhouette))
@@ -87,7 +89,7 @@ def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
     return out
 
 
-def pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
+def propagate_pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
     """Standard deviation (n,) px of a camera's samples along their normals that the pose's covariance makes."""
     p, rig_from_world = refined.prediction, np.linalg.inv(refined.world_from_rig)
     n = len(samples.arc)
@@ -99,7 +101,7 @@ def pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
         view=np.full(n, camera),
         arc=samples.arc,
     )
-    _, jacobian = image_jacobians(there)
+    _, jacobian = project_with_jacobians(there)
     normal = np.stack([-samples.direction[:, 1], samples.direction[:, 0]], axis=1)
     along = np.einsum("ni,nij->nj", normal, jacobian)
     return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", along, refined.covariance, along)))
@@ -123,7 +125,7 @@ class EdgeMeasurements:
     residual: Floats
 
 
-def edge_measurements(refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
+def collect_edge_measurements(refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
     """What the last round of a refinement measured in one camera (by number), by the runs of its view."""
     p, m = refined.prediction, refined.measurements
     rows = np.flatnonzero((p.view == camera) & (m.found >= 0))

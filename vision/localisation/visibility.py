@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision.cameras import Camera
-from vision.localisation.scene import Bools, Floats, Ints, Scene
-
-# How far a ray starts off the surface; at a tessellation of 0.05 mm this agrees with exact hidden-line removal.
-RAY_OFFSET_MM = 0.1
+from relmodel.arrays import Bools, Floats, Ints
+from vision.cameras.cameras import Camera
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
+from vision.localisation.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,13 @@ class VisibleArcs:
         return VisibleArcs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
-def visible_arcs(
-    scene: Scene, camera: Camera, world_from_camera: Floats, margin_px: float = 0.0, count: int | None = None
+def find_visible_arcs(
+    scene: Scene,
+    camera: Camera,
+    world_from_camera: Floats,
+    margin_px: float = 0.0,
+    count: int | None = None,
+    p: LocalisationParameters = DEFAULTS,
 ) -> VisibleArcs:
     """The visible samples of the reference's arcs and silhouettes whose pixels lie within `margin_px` of the picture.
 
@@ -48,19 +52,19 @@ def visible_arcs(
     """
     eye = world_from_camera[:3, 3]
     reference = scene.reference_samples
-    reference = reference[in_picture(scene.sample_point[reference], camera, world_from_camera, margin_px)]
+    reference = reference[are_in_picture(scene.sample_point[reference], camera, world_from_camera, margin_px)]
     to_eye = eye - scene.sample_point[reference]
     faces = [np.einsum("ij,ij->i", n[reference], to_eye) > 0 for n in (scene.sample_normal_a, scene.sample_normal_b)]
     # Where one of two smoothly joined faces turns away, their arc is an outline: a facet mesh has no other.
-    smooth = scene.sample_smooth[reference] & (faces[0] == faces[1])
+    smooth = (scene.sample_cosine[reference] > np.cos(p.visibility.smooth_angle)) & (faces[0] == faces[1])
     front = faces[0] | faces[1]
     reference, smooth = reference[front], smooth[front]
-    outline = silhouettes(scene, eye)
-    inside = np.flatnonzero(in_picture(outline.point, camera, world_from_camera, margin_px))
+    outline = find_silhouettes(scene, eye)
+    inside = np.flatnonzero(are_in_picture(outline.point, camera, world_from_camera, margin_px))
 
     point = np.concatenate([scene.sample_point[reference], outline.point[inside]])
     tangent = np.concatenate([scene.sample_tangent[reference], outline.tangent[inside]])
-    pixel, direction, scale = project_directions(camera, world_from_camera, point, tangent)
+    pixel, direction, scale = project_tangents(camera, world_from_camera, point, tangent)
     none = np.full(len(inside), -1)
     arcs = VisibleArcs(
         point=point,
@@ -80,11 +84,11 @@ def visible_arcs(
         rows, times = np.unique(np.minimum(np.searchsorted(along, marks), len(along) - 1), return_counts=True)
         arcs = replace(arcs.take(rows), length_px=times * (along[-1] / count))
         normal, other = normal[rows], other[rows]
-    seen = _free(scene, arcs.point, _unit(normal + other), eye)
+    seen = _free(scene, arcs.point, _unit(normal + other), eye, p.visibility.ray_offset_mm)
     to_eye = _unit(eye - arcs.point)
     for n in (normal, other):
         left = np.flatnonzero(~seen & (np.einsum("ij,ij->i", n, to_eye) > 0))
-        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye)
+        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye, p.visibility.ray_offset_mm)
     return arcs.take(seen)
 
 
@@ -100,7 +104,7 @@ class Silhouettes:
     length: Floats
 
 
-def silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
+def find_silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
     """Where curved, inspected surfaces turn away from the eye: n . v = 0, linear in each triangle's exact normals."""
     rows = scene.curved_triangles
     corners = scene.vertices[scene.triangles[rows]]
@@ -133,7 +137,7 @@ def silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
     )
 
 
-def project_directions(
+def project_tangents(
     camera: Camera, world_from_camera: Floats, point: Floats, tangent: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Pixels (n, 2) in the camera without distortion, unit image directions (n, 2) and px per mm along them (n,)."""
@@ -148,7 +152,7 @@ def project_directions(
     return xy @ k.T + camera.matrix[:2, 2], direction, scale
 
 
-def in_picture(point: Floats, camera: Camera, world_from_camera: Floats, margin_px: float) -> Bools:
+def are_in_picture(point: Floats, camera: Camera, world_from_camera: Floats, margin_px: float) -> Bools:
     """Which world points (n, 3) lie in front of a camera and within `margin_px` of its picture."""
     uv, front = camera.project((point - world_from_camera[:3, 3]) @ world_from_camera[:3, :3])
     low, high = -0.5 - margin_px, (camera.width - 0.5 + margin_px, camera.height - 0.5 + margin_px)
@@ -156,8 +160,8 @@ def in_picture(point: Floats, camera: Camera, world_from_camera: Floats, margin_
     return np.asarray(front & inside)
 
 
-def _free(scene: Scene, point: Floats, off: Floats, eye: Floats) -> Bools:
-    return ~scene.rays.blocked(point + RAY_OFFSET_MM * off, eye)
+def _free(scene: Scene, point: Floats, off: Floats, eye: Floats, offset_mm: float) -> Bools:
+    return ~scene.rays.blocked(point + offset_mm * off, eye)
 
 
 def _unit(v: Floats) -> Floats:

@@ -9,27 +9,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from vision.stereo.rectification import Floats, Rectification, View
-
-Integers = npt.NDArray[np.int64]
+from relmodel.arrays import Bools, Floats, Ints
+from vision.stereo.parameters import EpipolarParameters
+from vision.stereo.rectification import Rectification, View
 
 
 @dataclass(frozen=True)
 class StereoArcs:
-    """What stereo takes of the arcs of one picture: their courses, packed, and what is known of each.
+    """What stereo takes of the arcs of one picture: their polylines, packed, and what is known of each.
 
     Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
     step there, grey levels, positive where the bright side lies left of the walk.  `sigma` (n,): lateral standard
     deviation, px.  `straight` (n,): whether it is a line.
     """
 
-    offsets: Integers
+    offsets: Ints
     points: Floats
     contrast: Floats
     sigma: Floats
-    straight: npt.NDArray[np.bool_]
+    straight: Bools
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -68,14 +67,14 @@ class Crossings:
     the row; `position`: index of the arc's point before the crossing, plus the share of the way to the next.
     """
 
-    arc: Integers
-    row: Integers
+    arc: Ints
+    row: Ints
     x: Floats
     angle: Floats
     contrast: Floats
     sigma: Floats
     position: Floats
-    start: Integers
+    start: Ints
 
 
 @dataclass(frozen=True)
@@ -87,46 +86,24 @@ class Votes:
     `left_crossing`, `right_crossing`, ordered by pair and row; those of pair k stand from `start[k]` to `start[k + 1]`.
     """
 
-    left: Integers
-    right: Integers
-    votes: Integers
-    overlap: Integers
+    left: Ints
+    right: Ints
+    votes: Ints
+    overlap: Ints
     disparity: Floats
-    left_extent: Integers
-    right_extent: Integers
-    left_crossing: Integers
-    right_crossing: Integers
-    start: Integers
-
-
-@dataclass(frozen=True)
-class EpipolarParameters:
-    """`least_rise`: sine of the angle to the rows below which a crossing says nothing of disparity; `angle_sigma` rad;
-    `contrast_sigma`: of the signed logarithm of the step; `skip`: price of a crossing left alone; `layers`: how often
-    what could not keep the order along a row is matched anew.
-
-    On rendered metal true pairs differ by 0.05 rad and 0.25 in the median, by 0.2 rad and 0.8 at the 95th percentile,
-    and one in fifteen changes sign.  Between half and twice these values precision and recall move by a few hundredths.
-    A second layer lifts the recall on random wireframes, where order means little, from .86 to .96.
-    """
-
-    least_rise: float = 0.2
-    angle_sigma: float = 0.25
-    contrast_sigma: float = 0.7
-    skip: float = 2.0
-    layers: int = 2
+    left_extent: Ints
+    right_extent: Ints
+    left_crossing: Ints
+    right_crossing: Ints
+    start: Ints
 
 
 def cross_rows(
-    rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, least_rise: float
+    rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, p: EpipolarParameters
 ) -> Crossings:
     """Crossings of the arcs of one picture with rows first_row .. first_row + rows - 1."""
-    from vision.stereo import _epipolar_kernels
-
     points = rectification.points(view, arcs.points)
-    arc, row, at = _epipolar_kernels.row_crossings(
-        arcs.offsets, np.ascontiguousarray(points[:, 0]), np.ascontiguousarray(points[:, 1]), _TANGENT_REACH, least_rise
-    )
+    arc, row, at = row_crossings(arcs.offsets, points[:, 0], points[:, 1], p.tangent_reach, p.least_rise)
     inside = (row >= first_row) & (row < first_row + rows)
     arc, row, at = arc[inside], row[inside] - first_row, at[inside]
     order = np.lexsort((at[:, 0], row))
@@ -145,10 +122,31 @@ def cross_rows(
     )
 
 
-_TANGENT_REACH = 4  # points to both sides whose chord is the tangent at a crossing
+def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: float) -> tuple[Ints, Ints, Floats]:
+    """Where polylines cross the whole rows: (arc, row, [x, slope, rise, position]) of each crossing.
+
+    The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
+    dy/length (negative where the arc runs up); crossings with |rise| below `least_rise` are left out.  `position` is
+    the index of the point before the crossing plus the share of the way to the next.
+    """
+    arc = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    p = np.flatnonzero(arc[1:] == arc[:-1])
+    a, b = np.maximum(offsets[arc[p]], p - reach), np.minimum(offsets[arc[p] + 1] - 1, p + 1 + reach)
+    dx, dy = x[b] - x[a], y[b] - y[a]
+    length = np.hypot(dx, dy)
+    # Rows in [lower, higher): a row through a point counts once, and not at all at a turning point.
+    first = np.ceil(np.minimum(y[p], y[p + 1])).astype(np.int64)
+    count = np.ceil(np.maximum(y[p], y[p + 1])).astype(np.int64) - first
+    count[(length == 0.0) | (np.abs(dy) < least_rise * length)] = 0
+    which = np.repeat(np.arange(len(p)), count)
+    row = first[which] + np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    p = p[which]
+    t = (row - y[p]) / (y[p + 1] - y[p])
+    dx, dy, length = dx[which], dy[which], length[which]
+    return arc[p], row, np.column_stack([x[p] + t * (x[p + 1] - x[p]), dx / dy, dy / length, p + t])
 
 
-def common_row_range(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
+def find_common_rows(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
     """First row and number of rows that arcs of both pictures reach."""
     spans = []
     for view, arcs in ((rectification.left, left), (rectification.right, right)):
@@ -158,9 +156,9 @@ def common_row_range(rectification: Rectification, left: StereoArcs, right: Ster
     return (int(first), int(last - first) + 1) if last >= first else (0, 0)
 
 
-def signed_log(contrast: Floats) -> Floats:
-    """Contrast on a scale on which its logarithm counts and its sign stays; steps below 8 grey levels count little."""
-    return np.asarray(np.arcsinh(contrast / 8.0))
+def compress_contrast(contrast: Floats, scale: float) -> Floats:
+    """Contrast on a scale on which its logarithm counts and its sign stays; steps below `scale` grey count little."""
+    return np.asarray(np.arcsinh(contrast / scale))
 
 
 def vote(
@@ -173,13 +171,12 @@ def vote(
     parameters: EpipolarParameters,
 ) -> Votes:
     """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
-    from vision.stereo import _epipolar_kernels
+    from vision.stereo import epipolar_kernels
 
-    match = _epipolar_kernels.match_rows(
-        left.start, left.x, left.angle, signed_log(left.contrast), low, high,
-        right.start, right.x, right.angle, signed_log(right.contrast),
-        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
-    )  # fmt: skip
+    columns = [
+        np.column_stack([c.x, c.angle, compress_contrast(c.contrast, parameters.contrast_scale)]) for c in (left, right)
+    ]
+    match = match_rows(left.start, columns[0], np.column_stack([low, high]), right.start, columns[1], parameters)
     i = np.flatnonzero(match >= 0)
     j = match[i]
     order = np.lexsort((left.row[i], right.arc[j], left.arc[i]))
@@ -190,11 +187,13 @@ def vote(
     pair_left, pair_right = left.arc[i[first]], right.arc[j[first]]
     left_start, left_row, left_extent = _by_arc(left, left_count)
     right_start, right_row, right_extent = _by_arc(right, right_count)
+    overlap = np.zeros(len(pair_left), np.int64)
+    epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row, overlap)
     return Votes(
         left=pair_left,
         right=pair_right,
         votes=votes.astype(np.int64),
-        overlap=_epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row),
+        overlap=overlap,
         disparity=_group_medians(left.x[i] - right.x[j], start),
         left_extent=left_extent,
         right_extent=right_extent,
@@ -204,14 +203,40 @@ def vote(
     )
 
 
-def _by_arc(crossings: Crossings, count: int) -> tuple[Integers, Integers, Integers]:
+def match_rows(
+    left_start: Ints,
+    left: Floats,
+    bounds: Floats,
+    right_start: Ints,
+    right: Floats,
+    parameters: EpipolarParameters,
+) -> Ints:
+    """The right crossing matched to each left one, -1 for none.
+
+    left, right (n, 3): x, angle and contrast of crossings, those of a row between two of left_start, right_start
+    (rows + 1), by ascending x; bounds (n, 2): the disparities that each left crossing may have.
+    """
+    from vision.stereo import epipolar_kernels
+
+    most = max(int(np.diff(start).max(initial=0)) for start in (left_start, right_start))
+    match, partner = np.full(len(left), -1, np.int64), np.full(len(right), -1, np.int64)
+    epipolar_kernels.match_rows(
+        left_start, left, bounds, right_start, right,
+        parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
+        np.empty((2, most), np.int64), np.empty((most + 1, most + 1)), np.empty((most + 1, most + 1), np.int64),
+        match, partner,
+    )  # fmt: skip
+    return match
+
+
+def _by_arc(crossings: Crossings, count: int) -> tuple[Ints, Ints, Ints]:
     """Start of each arc's crossings, their rows ascending within the arc, and how many each arc has."""
     order = np.argsort(crossings.arc, kind="stable")
     extent = np.bincount(crossings.arc, minlength=count).astype(np.int64)
     return np.concatenate([[0], np.cumsum(extent)]).astype(np.int64), crossings.row[order], extent
 
 
-def _group_medians(values: Floats, start: Integers) -> Floats:
+def _group_medians(values: Floats, start: Ints) -> Floats:
     """Median of each run of values, start[k] .. start[k + 1]; none is empty."""
     group = np.repeat(np.arange(len(start) - 1), np.diff(start))
     ordered = values[np.lexsort((values, group))]

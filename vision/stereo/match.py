@@ -1,41 +1,25 @@
 """Stereo by arcs: steps 1 and 2 of Pong's matcher, and the matched arcs in space.
 
-Step 3, the relational distance over arcs and regions together, starts from what step 2 leaves: `candidates` with their
-similarity S, whose unary cost there is round(2 (1 - S)).
-"""
+Step 3, the relational distance over arcs and regions together, starts from what step 2 leaves: `select_candidates` with
+their similarity S, whose unary cost there is round(2 (1 - S))."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Ints
 from relmodel.matching.assignment import Assignment
-from vision.cameras import Rig
+from vision.cameras.cameras import Rig
 from vision.extraction.arcs import KINDS
 from vision.extraction.extract import Extraction
-from vision.stereo.epipolar import (
-    DepthRange,
-    EpipolarParameters,
-    Integers,
-    StereoArcs,
-    Votes,
-    common_row_range,
-    cross_rows,
-    vote,
-)
+from vision.stereo.epipolar import DepthRange, StereoArcs, Votes, cross_rows, find_common_rows, vote
+from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
-from vision.stereo.segments import Candidates, SegmentParameters, assign, candidates
+from vision.stereo.segments import Candidates, assign, select_candidates
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
-
-Flags = npt.NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class StereoParameters:
-    epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
-    segments: SegmentParameters = field(default_factory=SegmentParameters)
 
 
 @dataclass(frozen=True)
@@ -53,12 +37,12 @@ class StereoMatches:
     candidates: Candidates
     assignment: Assignment
     reason: npt.NDArray[np.str_]
-    left_votable: Flags
-    right_votable: Flags
+    left_votable: Bools
+    right_votable: Bools
     triangulated: Triangulated
 
     @property
-    def left_unmatched(self) -> Flags:
+    def left_unmatched(self) -> Bools:
         """Left arcs that should have found a counterpart and did not: highlights, texture, what one camera alone sees.
 
         A fragment whose rows vote for an arc that goes to another fragment has a counterpart, though no partner.
@@ -66,13 +50,13 @@ class StereoMatches:
         return self._unmatched(self.votes.left, self.votes.left_extent, self.assignment.label >= 0, self.left_votable)
 
     @property
-    def right_unmatched(self) -> Flags:
+    def right_unmatched(self) -> Bools:
         """Right arcs that should have found a counterpart and did not."""
         taken = np.zeros(len(self.right_votable), bool)
         taken[self.assignment.label[self.assignment.label >= 0]] = True
         return self._unmatched(self.votes.right, self.votes.right_extent, taken, self.right_votable)
 
-    def _unmatched(self, arc: Integers, extent: Integers, matched: Flags, votable: Flags) -> Flags:
+    def _unmatched(self, arc: Ints, extent: Ints, matched: Bools, votable: Bools) -> Bools:
         most = np.zeros(len(extent), np.int64)
         np.maximum.at(most, arc, self.votes.votes)
         return votable & ~matched & (2 * most < extent)
@@ -83,17 +67,17 @@ def match_stereo(
     left: Extraction,
     right: Extraction,
     depth_range: DepthRange,
-    parameters: StereoParameters | None = None,
+    parameters: StereoParameters = DEFAULTS,
 ) -> StereoMatches:
     """Match the arcs of two extractions: pictures of the cameras `left` and `right` of the rig, taken together.
 
     `depth_range` bounds how far off the things seen may be; maps from a predicted view match more, and more rightly,
     than two numbers.  Raises InputError where the cameras make no stereo pair.
     """
-    return match_arcs(rig, stereo_arcs(left), stereo_arcs(right), depth_range, parameters)
+    return match_arcs(rig, pack_arcs(left, parameters), pack_arcs(right, parameters), depth_range, parameters)
 
 
-def stereo_arcs(extraction: Extraction) -> StereoArcs:
+def pack_arcs(extraction: Extraction, parameters: StereoParameters = DEFAULTS) -> StereoArcs:
     """The arcs of an extraction as stereo takes them."""
     arcs = extraction.arcs
     straight = arcs.kind == KINDS.index("line")
@@ -102,14 +86,9 @@ def stereo_arcs(extraction: Extraction) -> StereoArcs:
         offsets=arcs.offsets.astype(np.int64),
         points=np.column_stack([arcs.x, arcs.y]),
         contrast=np.where(arcs.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(arcs.offsets)),
-        sigma=np.hypot(own, _LIGHT_SIGMA),
+        sigma=np.hypot(own, parameters.light_sigma),
         straight=straight,
     )
-
-
-# px: how far light that falls otherwise on the metal shifts an edge between the two pictures; on rendered metal half of
-# the true pairs are off by more than 0.2 px in disparity, a fifth by more than 0.5, whatever their noise.
-_LIGHT_SIGMA = 0.2
 
 
 def match_arcs(
@@ -117,15 +96,13 @@ def match_arcs(
     left: StereoArcs,
     right: StereoArcs,
     depth_range: DepthRange,
-    parameters: StereoParameters | None = None,
+    parameters: StereoParameters = DEFAULTS,
 ) -> StereoMatches:
     """Match the arcs of the cameras `left` and `right` of the rig, for things seen within `depth_range`."""
-    parameters = parameters or StereoParameters()
     rectification = rectify(rig)
-    first_row, rows = common_row_range(rectification, left, right)
-    rise = parameters.epipolar.least_rise
-    left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, rise)
-    right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, rise)
+    first_row, rows = find_common_rows(rectification, left, right)
+    left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, parameters.epipolar)
+    right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, parameters.epipolar)
     pixels = left.points[left_crossings.position.astype(np.int64)]
     camera = rectification.left.camera
     near, far = depth_range.at(pixels, camera.width, camera.height)
@@ -138,7 +115,7 @@ def match_arcs(
         len(right),
         parameters.epipolar,
     )
-    found = candidates(votes, parameters.segments)
+    found = select_candidates(votes, parameters.segments)
     assignment, reason = assign(found, len(left), len(right), parameters.segments)
     made = assignment.label[found.left] == found.right
     least = parameters.segments.least_votes

@@ -1,6 +1,6 @@
 """Epipolar geometry of two cameras of a rig: points of both pictures in coordinates whose rows are epipolar lines.
 
-Both cameras are turned, in thought, to look the same way, square to the baseline, with one focal length (Fusiello,
+Both cameras are rotated virtually to look the same way, square to the baseline, with one focal length (Fusiello,
 Trucco and Verri, Machine Vision and Applications 12, 2000).  Only points are mapped, never pictures, so nothing is
 resampled, and lens distortion and toe-in cost no accuracy.
 """
@@ -10,12 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from vision.cameras import Camera, Rig
-
-Floats = npt.NDArray[np.float64]
+from vision.cameras.cameras import Camera, Rig
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
     base = rig_from_right[:3, 3] - rig_from_left[:3, 3]
     baseline = float(np.linalg.norm(base))
     if baseline < 1e-6:
-        raise InputError(f"the cameras '{left}' and '{right}' stand in one place: correct rig_from_camera in the rig")
+        raise InputError(f"the cameras '{left}' and '{right}' are at one place: correct rig_from_camera in the rig")
     forward = rig_from_left[:3, 2] + rig_from_right[:3, 2]
     x = base / baseline
     z = forward - (forward @ x) * x
@@ -85,7 +83,7 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
     rig_from_rectified[:3, 3] = rig_from_left[:3, 3]
     rectified_from_rig = rig_from_rectified[:3, :3].T
     views = [View(rig.cameras[n], rectified_from_rig @ rig.rig_from_camera[n][:3, :3]) for n in (left, right)]
-    if min(_least_forward(view) for view in views) < _LEAST_FORWARD:
+    if min(_compute_least_forward(view) for view in views) < _LEAST_FORWARD:
         raise InputError(
             f"the cameras '{left}' and '{right}' look along their baseline or away from each other: "
             "correct rig_from_camera in the rig, or inspect with one camera"
@@ -102,7 +100,7 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
 _LEAST_FORWARD = 0.1  # of a ray in the rectified frame: beyond it coordinates run away
 
 
-def _least_forward(view: View) -> float:
+def _compute_least_forward(view: View) -> float:
     """Least z, in the rectified frame, of the unit rays through the corners and the middle of a picture."""
     w, h = view.camera.width - 1.0, view.camera.height - 1.0
     rays = view.directions(np.array([[0, 0], [w, 0], [0, h], [w, h], [w / 2, h / 2]]))

@@ -7,44 +7,36 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.matching.assignment import Assignment, solve_assignment
-from vision.stereo.epipolar import Integers, Votes
-from vision.stereo.rectification import Floats
+from vision.stereo.epipolar import Votes
+from vision.stereo.parameters import SegmentParameters
 
 # Why an arc has the partner it has, or none; the words of the table `assignment`.
 MATCHED, NO_CANDIDATE, NULL_CHEAPER, TAKEN = "matched", "no_candidate", "null_cheaper", "taken"
 
 
 @dataclass(frozen=True)
-class SegmentParameters:
-    """`least_votes`: rows that a pair needs to be looked at; `null_cost`: price of an arc without partner, where a pair
-    costs 1 - S; so a pair below S = 1 - null_cost is never made."""
-
-    least_votes: int = 3
-    null_cost: float = 0.7
-
-
-@dataclass(frozen=True)
 class Candidates:
     """Pairs of arcs that may be one, with S in 0..1 and the cost 1 - S; `pair` is their place among the votes."""
 
-    pair: Integers
-    left: Integers
-    right: Integers
+    pair: Ints
+    left: Ints
+    right: Ints
     similarity: Floats
     cost: Floats
 
 
-def similarity(votes: Votes) -> Floats:
+def compute_similarity(votes: Votes) -> Floats:
     """S = votes/overlap * overlap/longer extent of each pair, 0..1: the share of the longer arc's rows that agree."""
     longer = np.maximum(votes.left_extent[votes.left], votes.right_extent[votes.right])
     return np.asarray(votes.votes / votes.overlap * (votes.overlap / longer))
 
 
-def candidates(votes: Votes, parameters: SegmentParameters) -> Candidates:
+def select_candidates(votes: Votes, parameters: SegmentParameters) -> Candidates:
     """The pairs with votes enough."""
     pair = np.flatnonzero(votes.votes >= parameters.least_votes)
-    s = similarity(votes)[pair]
+    s = compute_similarity(votes)[pair]
     return Candidates(pair, votes.left[pair], votes.right[pair], s, 1 - s)
 
 

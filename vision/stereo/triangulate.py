@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision.stereo.epipolar import Crossings, Integers, StereoArcs, Votes
-from vision.stereo.rectification import Floats, Rectification
+from relmodel.arrays import Floats, Ints
+from vision.stereo.epipolar import Crossings, StereoArcs, Votes
+from vision.stereo.rectification import Rectification
 
 
 @dataclass(frozen=True)
@@ -15,16 +16,16 @@ class Triangulated:
     """Matched arcs in the rig's frame, mm, in the order of `left`, the arcs of the left picture.
 
     `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the left arc; `sigma` (k,): standard
-    deviation of the ends along the line of sight (the greater of the two).  The course between them is packed:
+    deviation of the ends along the line of sight (the greater of the two).  The polyline between them is packed:
     points[offsets[i] .. offsets[i + 1]] (m, 3) with `point_sigma` (m,).
     """
 
-    left: Integers
-    right: Integers
+    left: Ints
+    right: Ints
     start: Floats
     end: Floats
     sigma: Floats
-    offsets: Integers
+    offsets: Ints
     points: Floats
     point_sigma: Floats
 
@@ -33,7 +34,7 @@ def triangulate_pairs(
     rectification: Rectification,
     first_row: int,
     votes: Votes,
-    pair: Integers,
+    pair: Ints,
     left: tuple[StereoArcs, Crossings],
     right: tuple[StereoArcs, Crossings],
 ) -> Triangulated:
@@ -71,7 +72,7 @@ def triangulate_pairs(
     )
 
 
-def _linear(t: Floats, value: Floats, group: Integers, groups: int) -> Floats:
+def _linear(t: Floats, value: Floats, group: Ints, groups: int) -> Floats:
     """Least-squares line value(t) of each group, at each t; a group of one t keeps its mean."""
     n = np.bincount(group, minlength=groups)
     mean_t = np.bincount(group, t, groups) / np.maximum(n, 1)

@@ -21,13 +21,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     import os
 
+    from relmodel.compiled import compile_ahead
     from relmodel.errors import InputError, UsageError
     from relmodel.loading.load import load
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
-    from vision.demonstration import PoseError, pose_error, read_truth
-    from vision.inspection import inspect
+    from vision.inspection import KERNELS, inspect
+    from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
 
     source = resource_dir("demo")
     truth_file = source / f"pair_{args.pair}_truth.json"
@@ -47,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
         report = load(store, source / f"bulkhead_{truth.variant}.step.gz", name="bulkhead", variant=truth.variant)
         say(f"  {report.status}: {report.parts} parts, {report.occurrences} placed, {report.faces_loaded} faces")
         world = place_world(store, source / ("world.yaml" if truth.variant == "A" else f"world_{truth.variant}.yaml"))
+        compile_ahead(KERNELS, say)
         say(f"inspecting stereo pair {args.pair} ...")
         answer = inspect(
             store,
@@ -61,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
     print_rows(("in view", "level", "visible"), parts, "table")
     print(f"\nverdict   {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
-        off: PoseError = pose_error(answer.world_from_rig, truth)
+        off: PoseError = measure_pose_error(answer.world_from_rig, truth)
         print(f"pose      {off.target_mm:.3f} mm and {off.rotation_deg:.4f} degrees off the truth at the target point")
     print(f"time      {sum(answer.timings_s.values()):.1f} s for the inspection")
     print(f"store     {target}")

@@ -16,8 +16,9 @@ from relmodel.cli.options import add_format
 from relmodel.cli.output import print_rows, say
 
 if TYPE_CHECKING:
+    from vision.cameras.images import Picture
     from vision.extraction.extract import Extraction
-    from vision.images import Picture
+    from vision.extraction.parameters import ExtractionParameters
 
 EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
 
@@ -55,19 +56,24 @@ def _scales(text: str) -> tuple[float, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
-    from vision.extraction.extract import ExtractionParameters, extract
+    from relmodel.compiled import compile_ahead
+    from vision.cameras.drawing import check_writable, save_side_by_side
+    from vision.cameras.images import read_mask, read_picture
+    from vision.extraction.extract import KERNELS, extract
+    from vision.extraction.parameters import EdgeParameters, ExtractionParameters, RegionParameters
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
-    from vision.images import read_mask, read_picture
-    from vision.overlay import check_writable, save_side_by_side
 
     if args.picture:
         check_writable(args.picture)
     mask = read_mask(args.mask) if args.mask else None
     pictures = [read_picture(path) for path in args.images]
-    parameters = ExtractionParameters(scales=args.scales, regions=args.regions)
+    compile_ahead(KERNELS, say)
+    parameters = ExtractionParameters(
+        edges=EdgeParameters(scales=args.scales), regions=RegionParameters(kind=args.regions)
+    )
     found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
     if args.store:
-        _keep(args.store, pictures, found, keep_bytes=not args.no_keep_images)
+        _keep(args.store, pictures, found, parameters, keep_bytes=not args.no_keep_images)
     if args.picture:
         drawn = [draw_stage(p.grey, extraction, args.stage) for p, extraction in zip(pictures, found, strict=True)]
         save_side_by_side(args.picture, drawn)
@@ -81,16 +87,25 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _keep(target: str, pictures: list[Picture], extractions: list[Extraction], *, keep_bytes: bool) -> None:
+def _keep(
+    target: str,
+    pictures: list[Picture],
+    extractions: list[Extraction],
+    parameters: ExtractionParameters,
+    *,
+    keep_bytes: bool,
+) -> None:
     """Write the rows of all extractions in one run."""
+    from dataclasses import asdict
+
     from relmodel.store import Run, Store
+    from vision.cameras.record import record_picture
     from vision.extraction.record import record_extraction
-    from vision.input_rows import record_picture
 
     inputs = {f"image {i}": (picture.file_name, picture.sha256) for i, picture in enumerate(pictures)}
     with (
         Store.open(target) as store,
-        Run.begin(store, "extract", {}, inputs=inputs) as stored,
+        Run.begin(store, "extract", {"extraction": asdict(parameters)}, inputs=inputs) as stored,
         stored.write() as connection,
     ):
         for picture, extraction in zip(pictures, extractions, strict=True):

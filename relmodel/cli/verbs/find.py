@@ -15,7 +15,7 @@ from relmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from relmodel.find.volumes import Volume
-    from vision.cameras import Prior, Rig
+    from vision.cameras.cameras import Prior, Rig
 
 EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
 
@@ -60,13 +60,14 @@ def run(args: argparse.Namespace) -> int:
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         if rig and prior:
-            from vision.view_volume import SAMPLED_POSES, select
+            from vision.cameras.view_volume import SelectionParameters, select_in_view
 
             level = args.level or "part"
-            held = select(store, rig, prior, args.near, args.far, level=level, world=args.world)
+            parameters = SelectionParameters(near_mm=args.near, far_mm=args.far)
+            selection = select_in_view(store, rig, prior, parameters, level=level, world=args.world)
             say(
-                f"the widened view holds {len(held.shown)} {level}s by their boxes; "
-                f"none of {SAMPLED_POSES} sampled poses shows {held.superfluous} of them"
+                f"the widened view contains {len(selection.shown)} {level}s by their boxes; "
+                f"none of {parameters.sampled_poses} sampled poses shows {selection.superfluous} of them"
             )
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
@@ -80,21 +81,22 @@ def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:
         return None, None
     if (args.at is None) == (args.prior is None):
         raise UsageError("--camera needs --at POSE.yaml, which says where the rig is, or --prior PRIOR.yaml")
-    from vision.cameras import read_prior, read_rig
+    from vision.cameras.files import read_prior, read_rig
 
     return read_rig(args.camera), read_prior(args.prior) if args.prior else None
 
 
 def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volume]:
     """The view of each camera of the rig."""
-    from vision.cameras import read_pose
-    from vision.view_volume import view_volume, widened_view_volume
+    from vision.cameras.files import read_pose
+    from vision.cameras.view_volume import SelectionParameters, build_view_volume, widen_view_volume
 
+    p = SelectionParameters(near_mm=args.near, far_mm=args.far)
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
     if prior:
-        return [widened_view_volume(camera, pose, prior, args.near, args.far) for camera, pose in cameras]
+        return [widen_view_volume(camera, pose, prior, p) for camera, pose in cameras]
     world_from_rig = read_pose(args.at)
-    return [view_volume(camera, world_from_rig @ pose, args.near, args.far) for camera, pose in cameras]
+    return [build_view_volume(camera, world_from_rig @ pose, p) for camera, pose in cameras]
 
 
 def _volume(args: argparse.Namespace) -> Volume:

@@ -38,9 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.compiled import compile_ahead
     from relmodel.store import Store
-    from vision.inspection import inspect
+    from vision.inspection import KERNELS, inspect
 
+    compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store:
         answer = inspect(
             store,

@@ -71,7 +71,7 @@ def _correction(rig: MountedRig, args: argparse.Namespace) -> dict[str, Any]:
     import numpy as np
 
     from relmodel.world.kinematics import correct_base
-    from vision.cameras import read_found
+    from vision.cameras.files import read_found
 
     sigmas = _assigned(args.joint_sigma, "--joint-sigma")
     for name in [name for name in sigmas if name.endswith("_deg") and name not in rig.joints]:

@@ -19,8 +19,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.cli.progress import shown
     from relmodel.store import Store
     from relmodel.world.placement import place_world
-    from vision.cameras import read_rig
-    from vision.input_rows import record_rig
+    from vision.cameras.files import read_rig
+    from vision.cameras.record import record_rig
 
     with Store.open(store_target(args)) as store, shown() as progress:
         report = place_world(

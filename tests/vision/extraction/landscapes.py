@@ -3,11 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from vision.extraction.topography import LABELS
-
-FloatArray = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -15,10 +13,10 @@ class Landscape:
     """Sum of elliptic Gaussian hills (n,) on a slope: heights (grey), centres (px), inverse covariances (n, 2, 2)."""
 
     base: float
-    slope: FloatArray
-    height: FloatArray
-    centre: FloatArray
-    covariance: FloatArray
+    slope: Floats
+    height: Floats
+    centre: Floats
+    covariance: Floats
 
     def smoothed(self, sigma: float) -> "Landscape":
         """The same after smoothing by a Gaussian of `sigma` px: hills widen and sink, planes stay."""
@@ -26,7 +24,7 @@ class Landscape:
         sink = np.sqrt(np.linalg.det(self.covariance) / np.linalg.det(wider))
         return Landscape(self.base, self.slope, self.height * sink, self.centre, wider)
 
-    def jet(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def jet(self, points: Floats) -> tuple[Floats, Floats, Floats]:
         """Value (m,), gradient (m, 2) and Hessian (m, 2, 2) at points (m, 2) as x, y."""
         inverse = np.linalg.inv(self.covariance)
         away = points[:, None, :] - self.centre
@@ -48,9 +46,7 @@ def random_landscape(rng: np.random.Generator, size: int) -> Landscape:
     return Landscape(120.0, rng.normal(0, 0.2, 2), height, rng.uniform(0, size, (n, 2)), covariance)
 
 
-def labels_of(
-    land: Landscape, size: int, min_slope: float, min_bend: float, margin: float
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+def labels_of(land: Landscape, size: int, min_slope: float, min_bend: float, margin: float) -> tuple[Ints, Bools]:
     """Labels of the pixels of a smoothed landscape and which of them are clear: no decision within `margin` (relative
     for thresholds, px for the place of an extremum).
 
@@ -64,7 +60,7 @@ def labels_of(
     m = len(points)
     signs, hills, clear = np.zeros((m, 2), int), np.zeros((m, 2), int), np.ones(m, bool)
 
-    def near(quantity: FloatArray, threshold: float) -> npt.NDArray[np.bool_]:
+    def near(quantity: Floats, threshold: float) -> Bools:
         return np.asarray(np.abs(np.abs(quantity) / threshold - 1.0) < margin)
 
     for side in range(2):

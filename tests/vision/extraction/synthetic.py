@@ -5,10 +5,9 @@ import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, owens_t
 
+from relmodel.arrays import Floats
 from vision.extraction.edges import EdgeElements
 from vision.extraction.linking import Chains, link
-
-FloatArray = npt.NDArray[np.float64]
 
 # Layouts of `sectors`: rays (degrees), greys from each on to the next; the steps are 50 to 150 high.
 JUNCTIONS = {
@@ -23,7 +22,7 @@ JUNCTIONS = {
 _SUB = (np.arange(5) - 2) / 5.0
 
 
-def render(signed_distance: object, shape: tuple[int, int], blur: float, dark: float, bright: float) -> FloatArray:
+def render(signed_distance: object, shape: tuple[int, int], blur: float, dark: float, bright: float) -> Floats:
     """Grey picture of an edge: dark where `signed_distance(x, y)` is negative, Gaussian blur, then the pixel's box."""
     rows, columns = shape
     y, x = np.mgrid[:rows, :columns].astype(np.float64)
@@ -41,7 +40,7 @@ def step(
     blur: float = 0.7,
     dark: float = 60,
     bright: float = 160,
-) -> FloatArray:
+) -> Floats:
     """Straight step, bright towards (cos, sin) of `angle`, at `offset` px from the middle of the picture."""
     cy, cx = (shape[0] - 1) / 2, (shape[1] - 1) / 2
     return render(lambda x, y: (x - cx) * np.cos(angle) + (y - cy) * np.sin(angle) - offset, shape, blur, dark, bright)
@@ -55,7 +54,7 @@ def disc(
     blur: float = 0.7,
     dark: float = 60,
     bright: float = 160,
-) -> FloatArray:
+) -> Floats:
     """Bright disc, drawn eight times as large, blurred there in two dimensions, and averaged over the pixels."""
     times = 8
     y, x = ((np.arange(times * n) - (times - 1) / 2) / times for n in shape)
@@ -77,7 +76,7 @@ def sectors(
     greys: npt.ArrayLike,
     shape: tuple[int, int] = (96, 96),
     blur: float = 0.7,
-) -> FloatArray:
+) -> Floats:
     """Sectors about `place` (x, y): grey `greys[i]` from the ray at `turns[i]` (rad, from x towards y, ascending within
     one turn) on to the next, none wider than pi unless there are two; blurred by a Gaussian, averaged over the pixels.
 
@@ -103,7 +102,7 @@ def sectors(
     return out
 
 
-def _sector(u: FloatArray, v: FloatArray, turn: float, following: float) -> FloatArray:
+def _sector(u: Floats, v: Floats, turn: float, following: float) -> Floats:
     """What a unit Gaussian about (u, v) sees of the sector from one ray of the origin on to the other, at most pi."""
     h = v * np.cos(turn) - u * np.sin(turn)
     k = u * np.sin(following) - v * np.cos(following)

@@ -5,24 +5,25 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from tests.vision.extraction.synthetic import FloatArray, disc, linked, render, step
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import disc, linked, render, step
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
-from vision.extraction.cutting import fit_arcs
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
 from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.extract import extract
 from vision.extraction.linking import Chains, fill_gaps
+from vision.extraction.segmentation import fit_arcs
 
 ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])
 
 
-def arcs_of(image: FloatArray) -> Arcs:
-    edges = edge_elements(image)
+def arcs_of(image: Floats) -> Arcs:
+    edges = detect_edges(image)
     chains = linked(edges, image.shape)
     return fit_arcs(edges, fill_gaps(edges, chains, image), scale=1.4)
 
 
-def noisy(image: FloatArray, sigma: float, seed: int = 7) -> FloatArray:
+def noisy(image: Floats, sigma: float, seed: int = 7) -> Floats:
     return image + np.random.default_rng(seed).normal(0, sigma, image.shape)
 
 
@@ -78,8 +79,8 @@ def test_a_line_that_light_draws_aside_halfway_is_one_line_and_a_kink_two() -> N
 @pytest.mark.parametrize(("waver", "kind"), [(0.0, CIRCULAR), (0.35, LINE)])
 def test_an_edge_that_wavers_as_much_as_it_bows_is_no_curve(waver: float, kind: int) -> None:
     y, x = np.mgrid[:100, :200] - np.array([49.5, 99.5])[:, None, None]
-    course = 1.1 * (1 - (x / 100.0) ** 2) + waver * np.sin(x / 6.0)
-    arcs = arcs_of(noisy(60 + 100 * ndtr((y - course) / 0.8), 2.0))
+    polyline = 1.1 * (1 - (x / 100.0) ** 2) + waver * np.sin(x / 6.0)
+    arcs = arcs_of(noisy(60 + 100 * ndtr((y - polyline) / 0.8), 2.0))
     assert set(arcs.kind.tolist()) == {kind}
     assert arcs.length.sum() > 150
 
@@ -150,7 +151,7 @@ def test_ellipse_through_part_of_its_course() -> None:
 def test_a_rounded_square_is_four_lines_and_four_quarter_circles() -> None:
     half, corner = 50.0, 15.0
 
-    def inside(x: FloatArray, y: FloatArray) -> FloatArray:
+    def inside(x: Floats, y: Floats) -> Floats:
         dx, dy = np.abs(x - 80) - (half - corner), np.abs(y - 80) - (half - corner)
         outside = np.hypot(np.maximum(dx, 0), np.maximum(dy, 0))
         return np.asarray(corner - outside - np.minimum(np.maximum(dx, dy), 0))
@@ -183,7 +184,7 @@ def test_a_square_corner_parts_two_lines() -> None:
 
 def test_a_circular_arc_that_lost_its_bow_is_a_line() -> None:
     """Eight elements on a vertical line, as trimming may leave them, determine no circle; nor do they spoil others."""
-    edges = edge_elements(step(0.0, 0.25, (40, 40)))
+    edges = detect_edges(step(0.0, 0.25, (40, 40)))
     rows = np.flatnonzero(np.abs(edges.x - 19.75) < 0.1).astype(np.int32)[10:18]
     arcs = measure_arcs(
         edges,
@@ -236,7 +237,7 @@ def test_parameters_scatter_as_their_covariance_says(shape: str) -> None:
     assert 0.5 < np.median(squares) / 0.8 < 2.0
 
 
-def _known(shape: str) -> tuple[FloatArray, FloatArray]:
+def _known(shape: str) -> tuple[Floats, Floats]:
     if shape == "line":
         return step(0.4, 0.0, (91, 91)), np.array([45.0, 45.0, 0.4 + np.pi / 2])
     if shape == "circle":
@@ -244,7 +245,7 @@ def _known(shape: str) -> tuple[FloatArray, FloatArray]:
     return 220 - _ellipse((64.2, 61.8), (48, 33), 0.4, 130), np.array([64.2, 61.8, 48.0, 33.0, 0.4])
 
 
-def _ellipse(centre: tuple[float, float], axes: tuple[float, float], angle: float, size: int) -> FloatArray:
+def _ellipse(centre: tuple[float, float], axes: tuple[float, float], angle: float, size: int) -> Floats:
     """A bright ellipse (160 on 60), drawn six times as large, blurred there, and averaged over the pixels."""
     times = 6
     y, x = (np.mgrid[: times * size, : times * size] - (times - 1) / 2) / times

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from vision.cameras.images import read_picture
 from vision.extraction.extract import Extraction, extract
-from vision.images import read_picture
 
 pytestmark = pytest.mark.data
 

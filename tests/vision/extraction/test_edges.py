@@ -5,9 +5,10 @@ import pytest
 
 from relmodel.errors import InputError
 from tests.vision.extraction.synthetic import disc, step
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.noise import noise_curve
+from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import EdgeParameters
 
 ANGLES = np.deg2rad([0, 10, 22.5, 33, 45, 60, 80, 90, 135, 200, 290])
 
@@ -17,7 +18,7 @@ ANGLES = np.deg2rad([0, 10, 22.5, 33, 45, 60, 80, 90, 135, 200, 290])
 def test_clean_step_is_found_where_it_is(sigma: float, blur: float) -> None:
     for angle in ANGLES:
         for offset in (0.05, 0.3, 0.5):
-            found = edge_elements(step(angle, offset, blur=blur), sigma)
+            found = detect_edges(step(angle, offset, blur=blur), sigma)
             distance = (found.x - 31.5) * np.cos(angle) + (found.y - 31.5) * np.sin(angle) - offset
             assert np.abs(distance).max() < 0.012
             # The normal points to the bright side; height and blur are the step's own.
@@ -31,7 +32,7 @@ def test_edges_are_true_up_to_near_the_border(sigma: float) -> None:
     least = 64
     for angle in ANGLES:
         for offset in (-24.0, 0.2, 24.0):
-            found = edge_elements(step(angle, offset), sigma)
+            found = detect_edges(step(angle, offset), sigma)
             distance = (found.x - 31.5) * np.cos(angle) + (found.y - 31.5) * np.sin(angle) - offset
             assert np.abs(distance).max(initial=0.0) < 0.02
             row, column = np.divmod(found.pixel, 64)
@@ -41,7 +42,7 @@ def test_edges_are_true_up_to_near_the_border(sigma: float) -> None:
 
 @pytest.mark.parametrize("angle", ANGLES)
 def test_one_element_for_every_row_or_column(angle: float) -> None:
-    found = edge_elements(step(angle, 0.2), 1.4)
+    found = detect_edges(step(angle, 0.2), 1.4)
     along = found.pixel % 64 if abs(np.sin(angle)) > abs(np.cos(angle)) else found.pixel // 64
     assert len(np.unique(along)) == len(along)
     assert np.ptp(along) == len(along) - 1 >= 40
@@ -53,7 +54,7 @@ def test_predicted_sigma_is_the_scatter(snr: float, limit: float) -> None:
     distances, sigmas = [], []
     for angle in ANGLES:
         image = step(angle, 0.2, (96, 96)) + rng.normal(0, 100.0 / snr, (96, 96))
-        found = edge_elements(image, 1.4, min_contrast=40)
+        found = detect_edges(image, 1.4, EdgeParameters(min_contrast=40))
         distance = (found.x - 47.5) * np.cos(angle) + (found.y - 47.5) * np.sin(angle) - 0.2
         near = np.abs(distance) < 1.5
         distances.append(distance[near])
@@ -69,19 +70,19 @@ def test_noise_is_measured_beside_edges() -> None:
     rng = np.random.default_rng(4)
     image = np.where(step(0.4, 0.0, (256, 256)) > 110, 180.0, 60.0)
     noisy = image + rng.normal(0, np.where(image > 110, 6.0, 3.0))
-    curve = noise_curve(noisy)
+    curve = estimate_noise(noisy)
     assert curve[60] == pytest.approx(3.0, rel=0.08)
     assert curve[180] == pytest.approx(6.0, rel=0.08)
 
 
 def test_pure_noise_gives_few_elements() -> None:
     image = 120 + np.random.default_rng(5).normal(0, 5.0, (200, 200))
-    assert len(edge_elements(image, 1.4)) < 0.002 * image.size
+    assert len(detect_edges(image, 1.4)) < 0.002 * image.size
 
 
 def test_disc_is_a_closed_ring_of_elements() -> None:
     image = disc(60.3, 58.8, 30.0, (120, 120))
-    found = edge_elements(image, 1.4)
+    found = detect_edges(image, 1.4)
     radius = np.hypot(found.x - 60.3, found.y - 58.8)
     # Smoothing and blur together pull a curved edge in by S^2 / 2R.
     assert radius.mean() - 30.0 == pytest.approx(-(1.4**2 + 0.7**2) / 60.0, abs=0.005)
@@ -90,25 +91,25 @@ def test_disc_is_a_closed_ring_of_elements() -> None:
 
 def test_sixteen_bits_give_what_eight_bits_give() -> None:
     image = step(0.3, 0.1)
-    deep = edge_elements(np.round(image * 257).astype(np.uint16))
-    np.testing.assert_allclose(deep.x, edge_elements(image).x, atol=0.01)
+    deep = detect_edges(np.round(image * 257).astype(np.uint16))
+    np.testing.assert_allclose(deep.x, detect_edges(image).x, atol=0.01)
 
 
 def test_border_constant_and_wrong_images() -> None:
-    assert len(edge_elements(np.zeros((5, 5), np.uint8))) == 0
-    assert len(edge_elements(np.full((80, 80), 255, np.uint8))) == 0
-    with pytest.raises(InputError, match="not a grey picture"):
-        edge_elements(np.zeros((4, 4, 3)))
+    assert len(detect_edges(np.zeros((5, 5), np.uint8))) == 0
+    assert len(detect_edges(np.full((80, 80), 255, np.uint8))) == 0
+    with pytest.raises(InputError, match="not a grey image"):
+        detect_edges(np.zeros((4, 4, 3)))
     with pytest.raises(InputError, match="not finite"):
-        edge_elements(np.full((40, 40), np.nan))
-    for what, said in ((np.full((9, 9), 1 + 2j), "complex128"), (np.full((9, 9), "a"), "hand in numbers")):
+        detect_edges(np.full((40, 40), np.nan))
+    for what, said in ((np.full((9, 9), 1 + 2j), "complex128"), (np.full((9, 9), "a"), "give numbers")):
         with pytest.raises(InputError, match=said):
-            edge_elements(what)
+            detect_edges(what)
     for beyond in (np.inf, -np.inf, 1e30, 65535.0):
         image = np.full((40, 40), 100.0)
         image[7, 9] = beyond
-        with pytest.raises(InputError, match=r"finite|hand in grey"):
-            edge_elements(image)
+        with pytest.raises(InputError, match=r"finite|give grey"):
+            detect_edges(image)
 
 
 def test_the_same_picture_in_any_form_of_array() -> None:
@@ -128,4 +129,4 @@ def test_the_same_picture_in_any_form_of_array() -> None:
     found = extract(grey)
     for form in forms:
         np.testing.assert_array_equal(extract(form).arcs.x, found.arcs.x)
-    np.testing.assert_array_equal(edge_elements(two > 100).x, edge_elements(two).x)
+    np.testing.assert_array_equal(detect_edges(two > 100).x, detect_edges(two).x)

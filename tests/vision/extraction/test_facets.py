@@ -3,22 +3,15 @@
 import numpy as np
 import pytest
 
+from relmodel.arrays import Floats, Floats32
 from relmodel.errors import UsageError
 from vision.extraction import facets
-from vision.extraction.facets import (
-    FacetKernels,
-    FloatArray,
-    SingleArray,
-    facet_coefficients,
-    gaussian_kernels,
-    in_bands,
-    plain_kernels,
-)
+from vision.extraction.facets import FacetKernels, facet_coefficients, gaussian_kernels, in_bands, plain_kernels
 
 ALL_KERNELS = [plain_kernels(n) for n in (5, 7, 9, 11)] + [gaussian_kernels(s) for s in (1.0, 1.4, 2.0, 2.8)]
 
 
-def least_squares(window: FloatArray, kernels: FacetKernels) -> FloatArray:
+def least_squares(window: Floats, kernels: FacetKernels) -> Floats:
     k = kernels.radius
     r, c = (axis.ravel().astype(float) for axis in np.mgrid[-k : k + 1, -k : k + 1])
     design = np.stack([r**0, r, c, r**2, r * c, c**2, r**3, r**2 * c, r * c**2, c**3], axis=1)
@@ -65,7 +58,7 @@ def test_moments_of_bands_are_those_of_the_picture(band: int, monkeypatch: pytes
         for pair in ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (3, 0))
     ]
 
-    def moments_and_noise(first: int, moments: SingleArray, noise: SingleArray) -> tuple[int, SingleArray, SingleArray]:
+    def moments_and_noise(first: int, moments: Floats32, noise: Floats32) -> tuple[int, Floats32, Floats32]:
         return first, moments.copy(), noise
 
     firsts, moments, noise = zip(*in_bands(image, kernels, curve, moments_and_noise), strict=True)

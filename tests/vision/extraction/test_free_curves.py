@@ -6,19 +6,21 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 from scipy.special import ndtr
 
-from tests.vision.extraction.synthetic import FloatArray, linked
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import linked
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
-from vision.extraction.courses import Deviations
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import fill_gaps
-from vision.extraction.local_curves import local_curves
+from vision.extraction.osculating_circles import find_osculating_circles
+from vision.extraction.parameters import FittingParameters, JunctionParameters
+from vision.extraction.refined_polylines import Deviations
 
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
 
 
-def _wave() -> FloatArray:
+def _wave() -> Floats:
     """70 x 130, bright below the wave, drawn eight times as large, blurred there and averaged over the pixels."""
     times = 8
     y, x = (np.mgrid[: times * 70, : times * 130] - (times - 1) / 2) / times
@@ -28,14 +30,14 @@ def _wave() -> FloatArray:
     return np.asarray(60 + 100 * share.reshape(70, times, 130, times).mean(axis=(1, 3)))
 
 
-def _free_curve(image: FloatArray) -> Arcs:
-    edges = edge_elements(image)
+def _free_curve(image: Floats) -> Arcs:
+    edges = detect_edges(image)
     chains = fill_gaps(edges, linked(edges, image.shape), image)
     chains = chains.take(np.arange(len(chains)) == np.argmax(chains.counts))
     return measure_arcs(edges, chains, np.array([FREE], np.int32), np.zeros(len(edges), np.bool_), scale=1.4)
 
 
-def _offsets(x: FloatArray, y: FloatArray) -> FloatArray:
+def _offsets(x: Floats, y: Floats) -> Floats:
     """How far to the right of the wave, walked as the points (x, y) are, these lie."""
     dense = np.linspace(-3, 133, 40000)
     wave = np.column_stack([dense, _MIDDLE + _HIGH * np.sin(2 * np.pi * dense / _LONG)])
@@ -107,7 +109,7 @@ def test_a_spline_through_points_of_a_parabola_is_that_parabola() -> None:
     x = np.linspace(0.0, 40.0, 41)
     y = 0.01 * (x - 20.0) ** 2
     one = np.ones(41)
-    found, covariance = fit_free_curves(x, y, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4)
+    found, covariance = fit_free_curves(x, y, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4, FittingParameters())
     assert isinstance(found, Deviations)
     np.testing.assert_allclose(found.distance, 0.0, atol=1e-3)
     slope = 0.02 * (x - 20.0)
@@ -123,7 +125,8 @@ def test_the_ends_of_a_free_curve_lead_on_along_it() -> None:
     clean = _wave()
     for seed in range(3):
         arcs = _free_curve(clean + np.random.default_rng(seed).normal(0, 5, clean.shape))
-        ends = local_curves(arcs, np.array([0, len(arcs.x) - 1]), arcs.x[[0, -1]], arcs.y[[0, -1]])
+        at = np.array([0, len(arcs.x) - 1])
+        ends = find_osculating_circles(arcs, at, arcs.x[at], arcs.y[at], JunctionParameters())
         beyond = ends.points(np.array([[-4.0], [4.0]]))[:, 0]
         assert np.abs(_offsets(*beyond.T)).max() < 0.7
         assert np.all(ends.curvature * [-1, 1] > 0.02)  # 0.04 at the one, falling to nothing at the other

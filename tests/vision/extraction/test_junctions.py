@@ -4,27 +4,29 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from tests.vision.extraction.synthetic import JUNCTIONS, FloatArray, linked, render, sectors
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import JUNCTIONS, linked, render, sectors
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
-from vision.extraction.closing import close_ends, closed_courses
-from vision.extraction.cutting import fit_arcs
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
+from vision.extraction.end_points import snap_end_points, snap_polylines
 from vision.extraction.extract import extract
-from vision.extraction.junctions import COURSE, END, KINDS, START, Junctions, find_junctions
+from vision.extraction.junctions import KINDS, Junctions, find_junctions
 from vision.extraction.linking import fill_gaps
+from vision.extraction.meetings import END, INTERIOR, START
+from vision.extraction.segmentation import fit_arcs
 
 _SEEDS = 10
 
 
-def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, FloatArray]:
+def _found(name: str, seed: int, noise: float) -> tuple[Arcs, Junctions, Floats]:
     rng = np.random.default_rng(seed)
     place, turn = 33.5 + rng.uniform(-2, 2, 2), rng.uniform(0, 2 * np.pi)
     turns, greys = JUNCTIONS[name]
     image = sectors((place[0], place[1]), np.deg2rad(turns) + turn, greys, (68, 68)) + rng.normal(0, noise, (68, 68))
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     arcs = fit_arcs(edges, fill_gaps(edges, linked(edges, image.shape), image), scale=1.4)
     junctions = find_junctions(image, arcs)
-    return close_ends(arcs, junctions), junctions, place
+    return snap_end_points(arcs, junctions), junctions, place
 
 
 def test_sectors_are_what_blurring_and_averaging_a_finer_picture_gives() -> None:
@@ -58,15 +60,15 @@ def test_a_junction_is_found_where_it_is_as_surely_as_it_says(name: str) -> None
 
 def test_courses_run_from_junction_to_junction() -> None:
     arcs, junctions, place = _found("T", 3, 3.0)
-    course, offsets = closed_courses(arcs, junctions)
-    which = int(np.flatnonzero(junctions.at != COURSE)[0])
+    polyline, offsets = snap_polylines(arcs, junctions)
+    which = int(np.flatnonzero(junctions.at != INTERIOR)[0])
     arc, at = junctions.arc[which], junctions.at[which]
-    own = np.column_stack([course.x, course.y])[offsets[arc] : offsets[arc + 1]]
+    own = np.column_stack([polyline.x, polyline.y])[offsets[arc] : offsets[arc + 1]]
     own = own if at == START else own[::-1]
     np.testing.assert_allclose(own[0], [junctions.x[0], junctions.y[0]])
     assert np.all(np.diff(np.hypot(*(own - place).T))[1:] > 0.0)
-    assert offsets[-1] == len(course.x) == len(course.sigma)
-    assert np.all((course.sigma > 0) & (course.sigma < 0.5))
+    assert offsets[-1] == len(polyline.x) == len(polyline.sigma)
+    assert np.all((polyline.sigma > 0) & (polyline.sigma < 0.5))
 
 
 def test_a_circle_closes_on_its_chord() -> None:
@@ -91,13 +93,13 @@ def test_an_end_is_not_prolonged_where_the_picture_shows_nothing(gap: float, clo
     image = render(lambda x, y: 60.3 - x, (100, 120), 0.7, 60, 160)
     image += render(lambda x, y: np.minimum(60.3 - gap - x, y - 45.2), (100, 120), 0.7, 0, 60)
     found = extract(image + np.random.default_rng(2).normal(0, 2, image.shape))
-    met = (found.junctions.at == COURSE).any()
+    met = (found.junctions.at == INTERIOR).any()
     assert met == closed
 
 
 def test_no_arcs_make_no_junctions() -> None:
     found = extract(np.full((40, 40), 90.0))
     assert len(found.junctions) == len(found.junctions.arc) == 0
-    course, offsets = closed_courses(found.arcs, found.junctions)
-    assert len(course.x) == 0
+    polyline, offsets = snap_polylines(found.arcs, found.junctions)
+    assert len(polyline.x) == 0
     assert offsets.tolist() == [0]

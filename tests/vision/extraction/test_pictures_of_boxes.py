@@ -6,14 +6,12 @@ import json
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 import trimesh
 
+from relmodel.arrays import Floats
+from vision.cameras.images import read_picture
 from vision.extraction.extract import Extraction, extract
-from vision.images import read_picture
-
-Floats = npt.NDArray[np.float64]
 
 
 def seen_edges(mesh: trimesh.Trimesh, camera_from_object: Floats, matrix: Floats, outline: bool) -> Floats:

@@ -1,22 +1,26 @@
 """An extraction in the store: what was found is what is read back."""
 
-from dataclasses import replace
+import json
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import sqlalchemy as sa
 from scipy.ndimage import gaussian_filter
 
+from relmodel.arrays import Floats
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.vision.extraction.synthetic import disc, sectors
+from vision.cameras.images import Picture
+from vision.cameras.record import record_picture
 from vision.extraction.arcs import FREE
 from vision.extraction.extract import extract
-from vision.extraction.record import record_extraction
-from vision.images import Picture
-from vision.input_rows import record_picture
+from vision.extraction.parameters import ExtractionParameters
+from vision.extraction.record import content_key, record_extraction
 
 MEGABYTE = 1_000_000
 
@@ -95,12 +99,12 @@ def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
         with store.read() as connection:
             points = connection.execute(sa.select(store.table("image_arc_point")).order_by("point_no")).all()
     assert [point.point_no for point in points] == list(range(len(found.arcs.x)))
-    course = np.array([(point.x, point.y, point.sigma) for point in points], float)
-    np.testing.assert_allclose(np.hypot(*(course[:, :2] - (60.3, 58.8)).T), 30.0, atol=0.05)
-    assert (course[:, 2] < 0.1).all()
+    polyline = np.array([(point.x, point.y, point.sigma) for point in points], float)
+    np.testing.assert_allclose(np.hypot(*(polyline[:, :2] - (60.3, 58.8)).T), 30.0, atol=0.05)
+    assert (polyline[:, 2] < 0.1).all()
 
 
-def crowded_picture() -> npt.NDArray[np.float64]:
+def crowded_picture() -> Floats:
     """1280x960 pixels with discs and tilted squares in turn: as many edge elements, arcs and regions as a bulkhead."""
     y, x = np.mgrid[:80, :80] - 39.5
     shapes = np.hypot(x, y) < 28, (abs(x + 0.3 * y) < 26) & (abs(y - 0.3 * x) < 26)
@@ -129,3 +133,27 @@ def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
     grown = np.diff(sizes) / MEGABYTE
     assert grown.max() <= 3, grown
     assert grown.mean() <= 2.5, grown
+
+
+def _changed(parameters: Any) -> Iterator[Any]:
+    """The parameters with one number or word changed, each of them in turn."""
+    for field in fields(parameters):
+        value = getattr(parameters, field.name)
+        if is_dataclass(value):
+            yield from (replace(parameters, **{field.name: other}) for other in _changed(value))
+        elif isinstance(value, tuple):
+            yield replace(parameters, **{field.name: (*value[:-1], value[-1] + 0.125)})
+        elif isinstance(value, str):
+            yield replace(parameters, **{field.name: "plain" if value else "0123"})
+        else:
+            yield replace(parameters, **{field.name: value / 2})
+
+
+def test_the_key_of_an_extraction_depends_on_each_of_its_parameters() -> None:
+    plain = ExtractionParameters()
+    others = list(_changed(plain))
+    assert len(others) > 100
+    assert len({content_key("ab", p) for p in [plain, *others]}) == 1 + len(others)
+    recorded = json.loads(plain.to_json())
+    assert recorded["edges"]["scales"] == [1.4]
+    assert list(recorded) == sorted(recorded)

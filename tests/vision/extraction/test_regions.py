@@ -9,18 +9,20 @@ import pytest
 import scipy.ndimage
 from scipy.ndimage import gaussian_filter
 
+from relmodel.arrays import Bools, Floats, Ints, Ints32
 from tests.vision.extraction.synthetic import disc, linked, render
-from vision.extraction import _region_kernels
+from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
-from vision.extraction.cutting import fit_arcs
-from vision.extraction.edges import edge_elements
+from vision.extraction.edge_mask import draw_edge_mask
+from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
 from vision.extraction.linking import fill_gaps, link
-from vision.extraction.regions import BoolArray, FloatArray, border_sums, edge_mask, leak_proof_regions, plain_regions
+from vision.extraction.regions import find_leak_proof_regions, find_plain_regions, sum_borders
+from vision.extraction.segmentation import fit_arcs
 
 
-def frame(gap: int) -> tuple[FloatArray, BoolArray]:
+def frame(gap: int) -> tuple[Floats, Bools]:
     """120 x 160, parted at column 80 by a wall of edge pixels with a hole of `gap` px; the right is brighter."""
     mask = np.zeros((120, 160), np.bool_)
     mask[:, 80] = True
@@ -31,8 +33,8 @@ def frame(gap: int) -> tuple[FloatArray, BoolArray]:
 
 def test_the_plain_step_leaks_and_the_default_does_not() -> None:
     grey, mask = frame(6)
-    assert len(plain_regions(grey, mask)) == 1
-    regions = leak_proof_regions(grey, mask)
+    assert len(find_plain_regions(grey, mask)) == 1
+    regions = find_leak_proof_regions(grey, mask)
     assert len(regions) == 2
     left = regions.labels[10, 10]
     assert (regions.labels == left)[:, :78].mean() > 0.999
@@ -42,7 +44,7 @@ def test_the_plain_step_leaks_and_the_default_does_not() -> None:
 def test_one_surface_crossed_by_a_stray_edge_stays_one() -> None:
     mask = np.zeros((120, 160), np.bool_)
     mask[30:70, 80] = True
-    assert len(leak_proof_regions(np.full((120, 160), 90.0), mask)) == 1
+    assert len(find_leak_proof_regions(np.full((120, 160), 90.0), mask)) == 1
 
 
 def test_attributes_of_a_rectangle_on_a_grey_plane() -> None:
@@ -51,7 +53,7 @@ def test_attributes_of_a_rectangle_on_a_grey_plane() -> None:
     y, x = np.mgrid[:100, :140].astype(float)
     grey = 50 + 0.5 * x - 0.25 * y
     grey[30:35, 40:50] = 255.0
-    regions = plain_regions(grey, mask)
+    regions = find_plain_regions(grey, mask)
     inner = regions.labels[40, 60]
     assert len(regions) == 2
     assert regions.area[inner] == 59 * 49
@@ -73,15 +75,17 @@ def test_attributes_of_a_rectangle_on_a_grey_plane() -> None:
 
 def test_a_disc_and_its_surround() -> None:
     image = disc(60.3, 58.8, 30.0, (120, 120)) + np.random.default_rng(1).normal(0, 2, (120, 120))
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     chains = linked(edges, image.shape)
     arcs = fit_arcs(edges, chains, scale=1.4)
-    regions = leak_proof_regions(image, edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape))
+    regions = find_leak_proof_regions(
+        image, draw_edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape)
+    )
     assert len(regions) == 2
     assert regions.area[regions.labels[59, 60]] == pytest.approx(np.pi * 900, rel=0.05)
 
 
-def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> FloatArray:
+def _overlap(labels: Ints32, truth: Ints) -> Floats:
     """(true regions,): the intersection of each with the region that fits it best over their union."""
     shared = np.zeros((truth.max() + 1, labels.max() + 1))
     np.add.at(shared, (truth, labels), 1.0)
@@ -89,9 +93,7 @@ def _overlap(labels: npt.NDArray[np.int32], truth: npt.NDArray[np.int64]) -> Flo
     return np.asarray((shared / union).max(axis=1))
 
 
-def _drawn(
-    truth: Callable[[FloatArray, FloatArray], npt.NDArray[np.int64]], greys: list[float], seed: int
-) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+def _drawn(truth: Callable[[Floats, Floats], Ints], greys: list[float], seed: int) -> tuple[Floats, Ints]:
     """160 x 160 of regions `truth(x, y)`, drawn five times as large, blurred there, noise 3; and where they are."""
     times, n = 5, 160
     x, y = np.meshgrid(*2 * [(np.arange(times * n) - (times - 1) / 2) / times])
@@ -103,7 +105,7 @@ def _drawn(
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 3.0, 8))
 def test_a_plate_with_holes_is_one_region_whatever_its_necks(turn: float) -> None:
-    def truth(x: FloatArray, y: FloatArray) -> npt.NDArray[np.int64]:
+    def truth(x: Floats, y: Floats) -> Ints:
         u, v = (x - 80) * np.cos(turn) + (y - 80) * np.sin(turn), (y - 80) * np.cos(turn) - (x - 80) * np.sin(turn)
         parts = [np.hypot(u + 25, v + 3) < 18, np.hypot(u - 25, v) < 9, np.hypot(u - 25, v) < 18]
         parts.append((np.abs(u) < 55) & (np.abs(v) < 35))
@@ -123,12 +125,12 @@ def test_holes_part_nothing_though_they_leave_but_necks() -> None:
     for middle in (30, 90):
         away = np.hypot(x - 80, y - middle)
         mask |= (away < 20.5) & (away > 19.0)
-    regions = leak_proof_regions(np.full((120, 160), 90.0), mask)
+    regions = find_leak_proof_regions(np.full((120, 160), 90.0), mask)
     assert len(regions) == 3
     assert regions.labels[60, 5] == regions.labels[60, 155]
     # an edge that ends is another matter: what it leaves open may be a gap in it
     mask[:11, 80] = mask[50:55, 80] = mask[66:71, 80] = mask[109:, 80] = True
-    assert len(leak_proof_regions(np.full((120, 160), 90.0), mask)) == 4
+    assert len(find_leak_proof_regions(np.full((120, 160), 90.0), mask)) == 4
 
 
 def test_edge_pixels_go_to_the_side_that_they_lie_on() -> None:
@@ -144,7 +146,7 @@ def test_edge_pixels_go_to_the_side_that_they_lie_on() -> None:
 
 @pytest.mark.parametrize("width", [2.0, 3.0, 4.0])
 def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
-    def distance(x: FloatArray, y: FloatArray) -> FloatArray:
+    def distance(x: Floats, y: Floats) -> Floats:
         return np.asarray(0.5 * width - np.abs((x - 80) * np.sin(0.5) - (y - 80) * np.cos(0.5)))
 
     grey = render(distance, (160, 160), 0.7, 60, 160) + np.random.default_rng(2).normal(0, 3, (160, 160))
@@ -156,19 +158,19 @@ def test_a_thin_line_parts_what_lies_on_its_sides(width: float) -> None:
 
 def test_free_ends_reach_the_border() -> None:
     image = render(lambda x, y: x - 40.0, (90, 90), 0.7, 60, 160)
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     chains = fill_gaps(edges, link(edges, image.shape), image)
     arcs = fit_arcs(edges, chains, scale=1.4)
-    mask = edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape)
+    mask = draw_edge_mask(edges, chains, arcs, find_junctions(image, arcs), image.shape)
     assert mask[:, 39:42].any(axis=1).all()
-    assert len(plain_regions(image, mask)) == 2
+    assert len(find_plain_regions(image, mask)) == 2
 
 
 def test_no_edges_is_one_region_and_all_edges_is_one() -> None:
     grey = np.full((30, 40), 80.0)
-    assert len(leak_proof_regions(grey, np.zeros((30, 40), np.bool_))) == 1
-    assert len(leak_proof_regions(grey, np.ones((30, 40), np.bool_))) == 1
-    assert len(plain_regions(grey, np.ones((30, 40), np.bool_))) == 0
+    assert len(find_leak_proof_regions(grey, np.zeros((30, 40), np.bool_))) == 1
+    assert len(find_leak_proof_regions(grey, np.ones((30, 40), np.bool_))) == 1
+    assert len(find_plain_regions(grey, np.ones((30, 40), np.bool_))) == 0
 
 
 @pytest.mark.parametrize(
@@ -194,17 +196,17 @@ def test_a_line_runs_on_to_the_next_edge_where_it_has_no_contrast() -> None:
     y, x = np.mgrid[:120, :120].astype(float)
     fading = 60.0 * np.clip((75.0 - y) / 20.0, 0.0, 1.0)
     image = np.where(y < 100, 90.0 + np.where(x > 60, fading, 0.0), 40.0)
-    edges = edge_elements(gaussian_filter(image, 0.8))
+    edges = detect_edges(gaussian_filter(image, 0.8))
     chains = linked(edges, image.shape)
     arcs = fit_arcs(edges, chains, scale=1.4)
     upright = (np.abs(arcs.direction[:, 0]) < 0.1) & (arcs.kind == LINE)
     ahead = slice(78, 96), slice(58, 63)
     for some, reached in ((arcs, True), (arcs.take(~upright), False)):
-        mask = edge_mask(edges, chains, some, find_junctions(image, some), image.shape)
+        mask = draw_edge_mask(edges, chains, some, find_junctions(image, some), image.shape)
         assert (mask[ahead].any(axis=1) == reached).all()
 
 
-def _corners_shared(labels: npt.NDArray[np.int32], edge: BoolArray) -> Counter[tuple[int, int]]:
+def _corners_shared(labels: Ints32, edge: Bools) -> Counter[tuple[int, int]]:
     """Of pairs of labels: corners at which two of their sides off the edges meet."""
     shared: Counter[tuple[int, int]] = Counter()
     for r, c in np.ndindex(labels.shape[0] - 1, labels.shape[1] - 1):
@@ -221,7 +223,7 @@ def test_borders_are_those_of_all_neighbours(kinds: int) -> None:
     shape = (12, 17) if kinds == 3 else (60, 50)
     labels = rng.integers(-1, kinds, shape).astype(np.int32)
     edge, loose = rng.random(shape) < 0.3, rng.random(shape) < 0.2
-    expected: dict[tuple[int, int], npt.NDArray[np.int64]] = {}
+    expected: dict[tuple[int, int], Ints] = {}
     for r, c in np.ndindex(shape):
         for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
             other = r + down, c + right
@@ -238,7 +240,7 @@ def test_borders_are_those_of_all_neighbours(kinds: int) -> None:
     for pair, number in _corners_shared(labels, edge).items():
         if pair in expected:
             expected[pair][4] -= number
-    a, b, found = border_sums(labels, edge, loose)
+    a, b, found = sum_borders(labels, edge, loose)
     pairs = list(zip(a.tolist(), b.tolist(), strict=True))
     assert pairs == sorted(pair for pair, sums in expected.items() if sums[0])
     assert all(np.array_equal(sums, expected[pair]) for pair, sums in zip(pairs, found, strict=True))
@@ -254,7 +256,7 @@ def test_trapped_balls_are_the_connected_parts_that_hold_no_label(share: float) 
     cells = np.full((42, 35), -1, np.int32)
     cells[1:-1, 1:-1] = np.where(rng.random((40, 33)) < 0.02, 256, 0)
     marked = cells[1:-1, 1:-1] > 0
-    count = _region_kernels.trap(runs, 35, cells.reshape(-1), 7)
+    count = region_kernels.trap(runs, 35, cells.reshape(-1), 7, np.empty((2, len(runs) // 2), np.int64))
     found = cells[1:-1, 1:-1] >> 8
     parts, number = scipy.ndimage.label(deep)
     new = [part for part in range(1, number + 1) if not marked[parts == part].any()]

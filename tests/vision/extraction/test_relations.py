@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
-from tests.vision.extraction.synthetic import FloatArray, disc, render
+from tests.vision.extraction.synthetic import disc, render
 from vision.extraction.arcs import LINE
-from vision.extraction.extract import Extraction, ExtractionParameters, extract
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters, RegionParameters
 from vision.extraction.relations import (
     ADJACENT,
     BOUNDS,
@@ -22,7 +24,7 @@ from vision.extraction.relations import (
 )
 
 
-def square(half: float) -> FloatArray:
+def square(half: float) -> Floats:
     """Bright inside an axis-parallel square about (100, 100) of half side `half`."""
     return render(lambda x, y: half - np.maximum(np.abs(x - 100), np.abs(y - 100)), (200, 200), 0.7, 0, 1)
 
@@ -64,7 +66,7 @@ def test_adjacent_regions_share_the_perimeter(ring: Extraction) -> None:
 
 @pytest.mark.parametrize("turn", [0.0, 0.2, 0.4, np.pi / 4])
 def test_borders_are_as_long_as_they_are_however_they_run(turn: float) -> None:
-    def inside(x: FloatArray, y: FloatArray) -> FloatArray:
+    def inside(x: Floats, y: Floats) -> Floats:
         u, v = (x - 80) * np.cos(turn) + (y - 80) * np.sin(turn), (y - 80) * np.cos(turn) - (x - 80) * np.sin(turn)
         return np.asarray(np.minimum(40 - np.abs(u), 25 - np.abs(v)))
 
@@ -134,7 +136,7 @@ def test_equal_input_gives_equal_columns(ring: Extraction) -> None:
 
 
 @pytest.mark.parametrize("image", [np.zeros((4, 4), np.uint8), np.full((60, 60), 255, np.uint8), np.zeros((1, 300))])
-def test_pictures_without_content(image: FloatArray) -> None:
+def test_pictures_without_content(image: Floats) -> None:
     found = extract(image)
     assert len(found.arcs) == 0
     assert len(found.regions) <= 1
@@ -142,9 +144,9 @@ def test_pictures_without_content(image: FloatArray) -> None:
 
 def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> None:
     image = 60 + 120 * square(70.2)
-    assert len(extract(image, ExtractionParameters(regions="plain")).regions) == 2
+    assert len(extract(image, ExtractionParameters(regions=RegionParameters(kind="plain"))).regions) == 2
     with pytest.raises(UsageError, match="leak-proof or plain"):
-        ExtractionParameters(regions="round")
+        RegionParameters(kind="round")
 
 
 def test_corners_meet_at_right_angles(ring: Extraction) -> None:
@@ -210,10 +212,10 @@ def test_masks_of_another_shape_and_parameters_that_are_none_are_refused() -> No
     for mask in (np.ones((20, 30), np.bool_), np.ones((20, 20, 3), np.bool_), np.ones(20, np.bool_)):
         with pytest.raises(InputError, match="same size"):
             extract(np.zeros((20, 20)), mask=mask)
-    with pytest.raises(UsageError, match="min_contrast is nan"):
-        ExtractionParameters(min_contrast=float("nan"))
+    with pytest.raises(UsageError, match=r"edges\.min_contrast is nan"):
+        ExtractionParameters(edges=EdgeParameters(min_contrast=float("nan")))
     for significance in (0.0, -1.0, 2.0):
         with pytest.raises(UsageError, match="no probability"):
-            ExtractionParameters(significance=significance)
+            EdgeParameters(significance=significance)
     with pytest.raises(UsageError, match="outside"):
-        extract(np.zeros((20, 20)), ExtractionParameters(scales=(0.5,)))
+        extract(np.zeros((20, 20)), ExtractionParameters(edges=EdgeParameters(scales=(0.5,))))

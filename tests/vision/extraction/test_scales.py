@@ -3,22 +3,24 @@
 import numpy as np
 import pytest
 
+from relmodel.arrays import Floats
 from relmodel.errors import UsageError
-from tests.vision.extraction.synthetic import FloatArray, step
+from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import EdgeElements
-from vision.extraction.noise import noise_curve
-from vision.extraction.scales import elements_over_scales
+from vision.extraction.noise import estimate_noise
+from vision.extraction.parameters import EdgeParameters
+from vision.extraction.scales import detect_edges_over_scales
 
 _ANGLE = 0.4
 
 
-def _elements(image: FloatArray, *scales: float) -> EdgeElements:
-    return elements_over_scales(
-        image, scales, min_contrast=5.0, significance=1e-3, max_sigma=1.0, noise=noise_curve(image)
+def _elements(image: Floats, *scales: float) -> EdgeElements:
+    return detect_edges_over_scales(
+        image, EdgeParameters(scales=scales, min_contrast=5.0, max_sigma=1.0), noise=estimate_noise(image)
     )
 
 
-def _distance(found: EdgeElements) -> FloatArray:
+def _distance(found: EdgeElements) -> Floats:
     return np.asarray((found.x - 63.5) * np.cos(_ANGLE) + (found.y - 63.5) * np.sin(_ANGLE))
 
 

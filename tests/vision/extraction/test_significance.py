@@ -4,14 +4,15 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 from scipy.stats import chi2
 
-from tests.vision.extraction.synthetic import FloatArray, step
-from vision.extraction.edges import edge_elements
+from relmodel.arrays import Floats
+from tests.vision.extraction.synthetic import step
+from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.linking import link
-from vision.extraction.significance import significance, surprises
+from vision.extraction.significance import compute_false_alarm_terms, compute_significance
 
 
-def streaks(shape: tuple[int, int], strength: float, seed: int = 3) -> FloatArray:
+def streaks(shape: tuple[int, int], strength: float, seed: int = 3) -> Floats:
     """Brushed metal: noise smoothed along x far more than along y, of standard deviation `strength`."""
     lay = gaussian_filter(np.random.default_rng(seed).normal(size=shape), (1.2, 25.0))
     return np.asarray(120.0 + strength * lay / lay.std())
@@ -35,9 +36,9 @@ def test_noise_alone_gives_no_more_arcs_than_its_number_of_false_alarms() -> Non
 
 def test_surprise_is_the_share_of_higher_steps_around() -> None:
     image = streaks((200, 200), 12.0)
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     which = np.flatnonzero((edges.contrast > 20) & (np.abs(edges.ny) > 0.99))[::7]
-    got = surprises(image, edges, which)[which]
+    got = compute_false_alarm_terms(image, edges, which)[which]
     row, column = np.round(edges.y[which]).astype(int), np.round(edges.x[which]).astype(int)
     ahead, behind = np.minimum(row + 4, 199), np.maximum(row - 4, 0)
     height = np.where(edges.ny[which] > 0, 1, -1) * (image[ahead, column] - image[behind, column])
@@ -50,9 +51,9 @@ def test_surprise_is_the_share_of_higher_steps_around() -> None:
 
 def test_significance_joins_tails_as_fisher_does() -> None:
     image = step(0.3, 0.0, (96, 96))
-    edges = edge_elements(image)
+    edges = detect_edges(image)
     chains = link(edges, image.shape)
-    surprise = np.linspace(0.5, 3.0, len(edges))
+    terms = np.linspace(0.5, 3.0, len(edges))
     observations = 1 + chains.counts / 20
-    by_hand = chi2.sf(2 * observations * chains.mean(surprise), 2 * observations)
-    assert np.allclose(significance(surprise, chains), -np.log10(1000 * by_hand))
+    by_hand = chi2.sf(2 * observations * chains.mean(terms), 2 * observations)
+    assert np.allclose(compute_significance(terms, chains), -np.log10(1000 * by_hand))

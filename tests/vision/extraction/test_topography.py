@@ -5,9 +5,10 @@ import pytest
 
 from tests.vision.extraction.landscapes import labels_of, random_landscape
 from tests.vision.extraction.synthetic import step
-from vision.extraction.edges import edge_elements
+from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.topography import LABELS, crest_arcs, label_histogram, mark_inflections, topographic_labels
+from vision.extraction.parameters import EdgeParameters, ExtractionParameters, TopographyParameters
+from vision.extraction.topography import LABELS, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0
 QUIET = np.full(256, 0.01)
@@ -30,30 +31,30 @@ U, V = np.cos(0.5) * X + np.sin(0.5) * Y, -np.sin(0.5) * X + np.cos(0.5) * Y
     ],
 )
 def test_the_middle_pixel_has_the_label_of_its_surface(surface: np.ndarray, label: str) -> None:
-    labels, _ = topographic_labels(surface, QUIET)
+    labels, _ = label_topography(surface, QUIET)
     assert LABELS[labels[20, 20]] == label
 
 
 def test_a_ridge_is_a_line_one_pixel_wide() -> None:
-    labels, _ = topographic_labels(100 - 0.9 * (X - 0.2) ** 2, QUIET)
+    labels, _ = label_topography(100 - 0.9 * (X - 0.2) ** 2, QUIET)
     assert np.all(labels[12:29, 20] == LABELS.index("ridge"))
     assert not np.any(labels[12:29, 14:20] == LABELS.index("ridge"))
 
 
 def test_edges_are_inflections_and_noise_stays_flat() -> None:
     image = step(0.4, 0.0) + np.random.default_rng(0).normal(0, 2.0, (64, 64))
-    edges = edge_elements(image, min_contrast=30)
-    labels, _ = topographic_labels(image, np.full(256, 2.0))
+    edges = detect_edges(image, p=EdgeParameters(min_contrast=30))
+    labels, _ = label_topography(image, np.full(256, 2.0))
     mark_inflections(labels, edges.pixel)
     assert np.mean(labels.reshape(-1)[edges.pixel] == LABELS.index("inflection")) > 0.9
     noise = 100 + np.random.default_rng(1).normal(0, 2.0, (100, 100))
-    assert np.mean(topographic_labels(noise, np.full(256, 2.0))[0] == LABELS.index("flat")) > 0.95
+    assert np.mean(label_topography(noise, np.full(256, 2.0))[0] == LABELS.index("flat")) > 0.95
 
 
 def test_histogram_counts_by_region() -> None:
     labels = np.array([[6, 6, 7], [5, 7, 7]], np.uint8)
     regions = np.array([[0, 0, 1], [-1, 1, 1]], np.int32)
-    histogram = label_histogram(labels, regions, 2)
+    histogram = count_labels(labels, regions, 2)
     assert histogram[0, 6] == 2
     assert histogram[1, 7] == 3
     assert histogram.sum() == 5
@@ -61,16 +62,16 @@ def test_histogram_counts_by_region() -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 2, 2.5])
-def test_a_crest_is_one_straight_arc_at_its_place(sign: float, angle: float) -> None:
+def test_a_ridge_is_one_straight_arc_at_its_place(sign: float, angle: float) -> None:
     y, x = np.mgrid[:80, :80] - 39.5
     across = x * np.cos(angle) + y * np.sin(angle) - 3.3
     image = 100 + sign * 60 * np.exp(-(across**2) / (2 * 2.5**2))
     image += np.random.default_rng(2).normal(0.0, 1.0, image.shape)
-    _, crests = topographic_labels(image, np.full(256, 1.0))
-    arcs = crest_arcs(crests, (80, 80), scale=2.0, min_height=10.0, min_elements=20)
+    _, ridges = label_topography(image, np.full(256, 1.0))
+    arcs = fit_ridge_arcs(ridges, (80, 80), ExtractionParameters(topography=TopographyParameters(min_height=10.0)))
     assert len(arcs) == 1
-    assert crests.ravine[arcs.elements].all() == (sign < 0)
-    found = crests.elements.take(arcs.elements)
+    assert ridges.ravine[arcs.elements].all() == (sign < 0)
+    found = ridges.elements.take(arcs.elements)
     inner = (np.abs(found.x - 39.5) < 30) & (np.abs(found.y - 39.5) < 30)  # the picture's mirror image bends the rest
     off = ((found.x - 39.5) * np.cos(angle) + (found.y - 39.5) * np.sin(angle) - 3.3)[inner]
     assert abs(off.mean()) < 0.02
@@ -83,10 +84,10 @@ def test_a_fillet_gives_a_ridge_and_a_sharp_step_none() -> None:
     x = np.arange(120) - 60.0
     fillet = np.tile(100 + 50 / (1 + (x / 6) ** 2), (100, 1))
     noise = np.random.default_rng(3).normal(0.0, 1.0, fillet.shape)
-    ridge = extract(fillet + noise).crest_arcs
+    ridge = extract(fillet + noise).ridge_arcs
     assert len(ridge) == 1
     assert np.allclose([ridge.start_x[0], ridge.end_x[0]], 60.0, atol=0.1)
-    assert len(extract(step(0.3, 0.0, fillet.shape) + noise).crest_arcs) == 0
+    assert len(extract(step(0.3, 0.0, fillet.shape) + noise).ridge_arcs) == 0
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -96,7 +97,7 @@ def test_labels_of_hills_are_those_of_their_exact_derivatives(seed: int) -> None
     y, x = np.mgrid[:size, :size].astype(np.float64)
     image = land.jet(np.column_stack([x.ravel(), y.ravel()]))[0].reshape(size, size)
     truth, clear = labels_of(land.smoothed(sigma), size, min_slope=0.5, min_bend=0.3, margin=0.1)
-    labels, _ = topographic_labels(image, np.full(256, 1e-3), sigma=sigma, min_bend=0.3)
+    labels, _ = label_topography(image, np.full(256, 1e-3), TopographyParameters(scale=sigma, min_bend=0.3))
     clear[:10] = clear[-10:] = clear[:, :10] = clear[:, -10:] = False  # the facets there see beyond the border
     assert len(np.unique(truth[clear])) >= 6
     assert np.mean(labels[clear] == truth[clear]) >= 0.98

@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vision.cameras import Camera, Prior, Rig, perturb
+from relmodel.arrays import Bytes, Floats, Floats32, Ints
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
 from vision.localisation.scene import Scene
-
-Floats = NDArray[np.float64]
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 
@@ -27,7 +25,7 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
     tangents: list[Floats] = []
     normals_a: list[Floats] = []
     normals_b: list[Floats] = []
-    arcs: list[NDArray[np.int64]] = []
+    arcs: list[Ints] = []
     lengths: list[Floats] = []
     for number, (low, size) in enumerate(boxes):
         for axis in range(3):
@@ -67,8 +65,8 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
         np.concatenate(arcs),
         np.concatenate(lengths),
         arc_occurrence=np.repeat(np.arange(len(boxes)), 12),
-        surface_body=np.repeat(np.arange(len(boxes)), 6),
-        arc_body=np.repeat(np.arange(len(boxes)), 12),
+        surface_component=np.repeat(np.arange(len(boxes)), 6),
+        arc_component=np.repeat(np.arange(len(boxes)), 12),
         inspected=np.ones(len(boxes), bool),
     )
 
@@ -109,7 +107,7 @@ def above(x: float, y: float, distance: float) -> Floats:
     return turn
 
 
-def picture(scene: Scene, camera: Camera, world_from_camera: Floats, seed: int) -> NDArray[np.uint8]:
+def picture(scene: Scene, camera: Camera, world_from_camera: Floats, seed: int) -> Bytes:
     """The scene by ray casting: each surface one grey, the mean of nine rays a pixel, PSF 0.7 px, noise of 2 grey."""
     from scipy.ndimage import gaussian_filter
 
@@ -151,7 +149,7 @@ def bulkhead(folder: Path) -> Scene:
     length = np.linalg.norm(way, axis=1) / np.maximum(before.astype(int) + after, 1)
     keep = length > 1e-6
 
-    def turned(v: NDArray[np.float32]) -> Floats:
+    def turned(v: Floats32) -> Floats:
         v = v.astype(float)
         return np.asarray(v / np.linalg.norm(v, axis=1)[:, None] @ pose[:3, :3].T)
 

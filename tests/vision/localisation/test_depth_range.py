@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.vision.stereo.scenes import toed_in_rig
-from vision.cameras import perturb
-from vision.localisation.depth_range import predicted_depth_range
+from vision.cameras.cameras import perturb
+from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.scene import Scene
 
 
@@ -31,7 +31,7 @@ def test_true_depth_lies_within() -> None:
     pixels = rng.uniform([20, 20], [1260, 940], (200, 2))
     rays = np.column_stack([camera.undistort(pixels), np.ones(200)]) @ np.linalg.inv(camera.matrix).T
     tilt = perturb(np.eye(4), np.array([0, 0, 0, 0.3, -0.2, 0.1]))
-    predicted = predicted_depth_range(plate(3000.0, z), rig, tilt, covariance)
+    predicted = predict_depth_range(plate(3000.0, z), rig, tilt, covariance)
     near, far = predicted.at(pixels, camera.width, camera.height)
     inside = []
     for _ in range(400):
@@ -44,7 +44,7 @@ def test_true_depth_lies_within() -> None:
 
 def test_a_certain_pose_gives_the_depth_itself() -> None:
     rig = toed_in_rig()
-    found = predicted_depth_range(plate(3000.0, 700.0), rig, np.eye(4), np.zeros((6, 6)))
+    found = predict_depth_range(plate(3000.0, 700.0), rig, np.eye(4), np.zeros((6, 6)))
     camera = rig.cameras["left"]
     pose = rig.rig_from_camera["left"]
     pixels = np.array([[640.0, 480.0], [100.0, 900.0]])
@@ -57,7 +57,7 @@ def test_a_certain_pose_gives_the_depth_itself() -> None:
 
 @pytest.mark.parametrize("z", [700.0, -700.0])
 def test_beside_the_model_the_range_is_that_of_the_view(z: float) -> None:
-    found = predicted_depth_range(plate(40.0, z), toed_in_rig(), np.eye(4), np.diag([1.0] * 3 + [1e-6] * 3))
+    found = predict_depth_range(plate(40.0, z), toed_in_rig(), np.eye(4), np.diag([1.0] * 3 + [1e-6] * 3))
     near, far = found.at(np.array([[5.0, 5.0]]), 1280, 960)
     if z > 0:
         assert 650 < near[0] < 700 < far[0] < 750

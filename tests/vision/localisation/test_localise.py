@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from relmodel.arrays import Bytes, Floats
 from tests.vision.localisation.scenes import (
     above,
     blocks,
@@ -20,10 +20,10 @@ from tests.vision.localisation.scenes import (
     picture,
     stereo_rig,
 )
-from vision.cameras import Camera, Prior, Rig, perturbation
+from vision.cameras.cameras import Camera, Prior, Rig, perturbation
 from vision.extraction.extract import Extraction, extract
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.scene import Floats, Scene
+from vision.localisation.scene import Scene
 
 
 @cache
@@ -35,7 +35,7 @@ def shown(name: str) -> tuple[Scene, Floats]:
 
 
 @cache
-def seen(name: str) -> tuple[dict[str, NDArray[np.uint8]], dict[str, Extraction]]:
+def seen(name: str) -> tuple[dict[str, Bytes], dict[str, Extraction]]:
     """Pictures of a scene and what they hold, by camera."""
     (scene, truth), rig = shown(name), stereo_rig()
     images = {n: picture(scene, c, truth @ rig.rig_from_camera[n], 0) for n, c in rig.cameras.items()}
@@ -124,7 +124,7 @@ def test_arcs_taken_lie_where_the_truth_projects_them() -> None:
         assert np.sqrt(np.average(view.measurements.residual**2, weights=view.measurements.weight)) < 0.3
 
 
-def halved(rig: Rig, images: dict[str, NDArray[np.uint8]]) -> tuple[Rig, dict[str, NDArray[np.uint8]]]:
+def halved(rig: Rig, images: dict[str, Bytes]) -> tuple[Rig, dict[str, Bytes]]:
     """Pictures of half the size, two by two pixels in one, and their cameras: centres (0, 0) and (1, 1) meet at 0."""
     cameras = {}
     for name, camera in rig.cameras.items():

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
-from vision.cameras import perturb, perturbation
-from vision.localisation.evidence import EdgePoints, evidence
-from vision.localisation.hypotheses import evidence_at, image_directions, image_jacobians, predict
+from vision.cameras.cameras import perturb, perturbation
+from vision.localisation.evidence import EdgePoints, build_evidence
+from vision.localisation.hypotheses import look_up_evidence, predict, project_directions, project_with_jacobians
 from vision.localisation.refine import EdgeIndex, refine
-from vision.localisation.scene import Floats, Scene
-from vision.localisation.visibility import visible_arcs
+from vision.localisation.scene import Scene
+from vision.localisation.visibility import find_visible_arcs
 
 SIGMA = 0.1
 
@@ -28,11 +29,11 @@ def exact_edges(
     scene, rig = scene or blocks(), stereo_rig()
     out = {}
     for name, camera in rig.cameras.items():
-        seen = visible_arcs(scene, camera, truth @ rig.rig_from_camera[name])
+        seen = find_visible_arcs(scene, camera, truth @ rig.rig_from_camera[name])
         normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
         position = seen.pixel + normal * rng.normal(0, SIGMA, len(normal))[:, None]
         if shift is not None:
-            position[np.isin(scene.body_of_arc[seen.arc], shifted)] += shift
+            position[np.isin(scene.component_of_arc[seen.arc], shifted)] += shift
         clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
         angle = rng.uniform(0, 2 * np.pi, 3000)
         contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
@@ -88,11 +89,11 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
     d = perturbation(found.world_from_rig, truth)
     assert np.abs(d[:3]).max() < 0.2
     assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
-    block = scene.body_of_arc[found.prediction.arc] == 1
+    block = scene.component_of_arc[found.prediction.arc] == 1
     votes = found.measurements.weight[block].sum() / block.sum()
     if shift == (0.0, 0.0):
         assert votes > 0.9
-        assert not found.silent.any()
+        assert not found.excluded.any()
     else:
         assert votes < 0.05
 
@@ -100,11 +101,15 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
 def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     edges = exact_edges(truth, np.random.default_rng(2))
-    fields = [evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
+    fields = [build_evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
 
     def mean(pose: Floats) -> float:
         p = predict(scene, rig, pose, 2000)
-        return float(np.average(evidence_at(p, fields, image_jacobians(p)[0], image_directions(p)), weights=p.weight))
+        return float(
+            np.average(
+                look_up_evidence(p, fields, project_with_jacobians(p)[0], project_directions(p)), weights=p.weight
+            )
+        )
 
     assert mean(truth) > 0.7
     assert mean(perturb(truth, np.array([12.0, 9, 0, 0, 0, 0.02]))) < 0.3 * mean(truth)
@@ -122,7 +127,7 @@ def test_parallel_texture_is_worth_little() -> None:
         points = EdgePoints(
             position, np.tile(up, (n, 1)), np.full(n, 50.0), np.full(n, 0.1), np.zeros(2), np.array([639.0, 479]), 200.0
         )
-        e = evidence(points, 2.0, 3.0, 1)
+        e = build_evidence(points, 2.0, 3.0, 1)
         at = np.rint((line - e.origin) / e.cell).astype(int)
         return float(e.field[0, at[:, 1], at[:, 0]].mean())
 
@@ -135,10 +140,10 @@ def test_jacobians_are_derivatives(turned: float) -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     p = predict(scene, rig, truth, 100)
     at = np.full(6, turned) * np.repeat([10.0, 0.1], 3)
-    _, jacobian = image_jacobians(p, at)
+    _, jacobian = project_with_jacobians(p, at)
     h = 1e-6
     for k in range(6):
         # A right perturbation on top of `at`: compose as poses, read the sum off as one perturbation.
         moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
-        numeric = (image_jacobians(p, moved)[0] - image_jacobians(p, at)[0]) / h
+        numeric = (project_with_jacobians(p, moved)[0] - project_with_jacobians(p, at)[0]) / h
         assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)

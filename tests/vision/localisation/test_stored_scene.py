@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
+from relmodel.arrays import Floats, Ints
 from relmodel.find.find import world_named
 from relmodel.store import Store
 from relmodel.world.placement import place_world
 from tests.reading import load
-from vision.localisation.scene import Floats, Ints
-from vision.localisation.stored_scene import scene_from_store
+from vision.localisation.stored_scene import read_scene
 
 _FACES = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))
 
@@ -32,16 +32,16 @@ def test_bodies_of_one_file_are_told_apart(fresh_store: str, tmp_path: Path) -> 
         place_world(store, tmp_path / "world.yaml")
         with store.read() as connection:
             world, _ = world_named(store, connection, None)
-            scene = scene_from_store(store, connection, world).scene
-    assert scene.body_count == 4
-    assert np.bincount(scene.surface_body).tolist() == [6] * 4
-    assert np.bincount(scene.arc_body).tolist() == [12] * 4
+            scene = read_scene(store, connection, world).scene
+    assert scene.component_count == 4
+    assert np.bincount(scene.surface_component).tolist() == [6] * 4
+    assert np.bincount(scene.arc_component).tolist() == [12] * 4
 
     def cube(points: Floats) -> Ints:
         return np.asarray((points[:, 0] > 200) + 2 * (points[:, 1] > 500), np.int64)
 
-    pairs = [(scene.arc_body[scene.sample_arc], cube(scene.sample_point))]
+    pairs = [(scene.arc_component[scene.sample_arc], cube(scene.sample_point))]
     corners = scene.vertices[scene.triangles].mean(axis=1)
-    pairs.append((scene.surface_body[scene.triangle_surface], cube(corners)))
+    pairs.append((scene.surface_component[scene.triangle_surface], cube(corners)))
     both = {(int(b), int(c)) for body, where in pairs for b, c in zip(body, where, strict=True)}
     assert len(both) == len({b for b, _ in both}) == len({c for _, c in both}) == 4

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
-from vision.cameras import Camera
-from vision.localisation.alternatives import arc_shapes, displacements
-from vision.localisation.scene import Floats, Scene
-from vision.localisation.visibility import silhouettes, visible_arcs
+from vision.cameras.cameras import Camera
+from vision.localisation.alternatives import describe_arc_shapes, find_displacements
+from vision.localisation.scene import Scene
+from vision.localisation.visibility import find_silhouettes, find_visible_arcs
 
 CAMERA = Camera(640, 480, np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]))
 
@@ -29,7 +30,7 @@ def looking(eye: Floats, at: Floats) -> Floats:
 
 def test_corner_view_of_a_box_shows_nine_edges() -> None:
     scene = box_scene([(np.zeros(3), np.array([100.0, 80, 60]))])
-    seen = visible_arcs(scene, CAMERA, looking(np.array([400.0, 350, 300]), np.array([50.0, 40, 30])))
+    seen = find_visible_arcs(scene, CAMERA, looking(np.array([400.0, 350, 300]), np.array([50.0, 40, 30])))
     assert len(np.unique(seen.arc)) == 9
     # The hidden three meet in the corner at the origin.
     assert np.linalg.norm(seen.point, axis=1).min() > 30
@@ -40,7 +41,7 @@ def test_a_box_in_front_hides_what_lies_in_its_shadow() -> None:
     front = np.array([-10.0, 100, -200]), np.array([20.0, 10, 400])
     scene = box_scene([back, front])
     eye = np.array([0.0, -300, 0])
-    seen = visible_arcs(scene, CAMERA, looking(eye, np.array([0.0, 200, 0])))
+    seen = find_visible_arcs(scene, CAMERA, looking(eye, np.array([0.0, 200, 0])))
     near_face = (seen.arc < 12) & (np.abs(seen.point[:, 1] - 200) < 1e-9)
     # The bar's front, 20 wide at y 100, casts a shadow of 25 on y 200: x beyond 12.5 is seen, nothing within.
     assert np.abs(seen.point[near_face, 0]).min() == pytest.approx(12.5, abs=2.0)
@@ -49,7 +50,7 @@ def test_a_box_in_front_hides_what_lies_in_its_shadow() -> None:
 def test_thinned_samples_stand_for_the_same_length() -> None:
     scene = box_scene([(np.zeros(3), np.array([100.0, 80, 60]))])
     pose = looking(np.array([400.0, 350, 300]), np.array([50.0, 40, 30]))
-    every, some = visible_arcs(scene, CAMERA, pose), visible_arcs(scene, CAMERA, pose, count=60)
+    every, some = find_visible_arcs(scene, CAMERA, pose), find_visible_arcs(scene, CAMERA, pose, count=60)
     assert len(some.arc) < 0.5 * len(every.arc)
     assert some.length_px.sum() == pytest.approx(every.length_px.sum(), rel=0.05)
 
@@ -67,7 +68,7 @@ def test_silhouette_of_a_cylinder() -> None:
         none, none, none, none, empty, np.zeros(0), empty, np.zeros(1, np.int64), empty, np.ones(1, bool),
     )  # fmt: skip
     eye = np.array([200.0, 0, 50])
-    s = silhouettes(scene, eye)
+    s = find_silhouettes(scene, eye)
     # Two lines along the axis, where the radius is at right angles to the view: cos = radius / distance.
     assert np.allclose(np.abs(s.tangent[:, 2]), 1, atol=1e-6)
     assert np.allclose(np.arctan2(np.abs(s.point[:, 1]), s.point[:, 0]), np.arccos(radius / 200), atol=0.02)
@@ -80,7 +81,7 @@ def test_displacements_of_a_grid_are_its_pitches() -> None:
     ]
     scene = box_scene(boxes)
     middle = np.isin(scene.arc_occurrence[scene.sample_arc], [5, 6, 9, 10])
-    found = displacements(arc_shapes(scene), scene.sample_arc[middle], scene.sample_length[middle], 120.0)
+    found = find_displacements(describe_arc_shapes(scene), scene.sample_arc[middle], scene.sample_length[middle], 120.0)
     wanted = {(dx, dy) for dx in (-90, 0, 90) for dy in (-70, 0, 70)} - {(0, 0)}
     flat = {tuple(np.rint(d).astype(int).tolist()) for d in found}
     assert {(*w, 0) for w in wanted} <= flat
@@ -97,7 +98,7 @@ def test_visible_samples_of_rendered_pairs(data_dir: Path, part: str, pair: int)
     for side in rig.cameras:
         edges = np.load(folder / "pairs" / f"pair_{pair:02d}_{side}_edges.npz")
         wanted = edges["xyz_part"].astype(float) @ world_from_part[:3, :3].T + world_from_part[:3, 3]
-        seen = visible_arcs(scene, rig.cameras[side], pose @ rig.rig_from_camera[side])
+        seen = find_visible_arcs(scene, rig.cameras[side], pose @ rig.rig_from_camera[side])
         sharp = edges["kind"] == 0
         missed = np.asarray(cKDTree(seen.point).query(wanted[sharp])[0]) > 2.5
         extra = np.asarray(cKDTree(wanted).query(seen.point[(seen.sample >= 0) & ~seen.smooth])[0]) > 2.5

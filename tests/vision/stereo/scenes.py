@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
-from vision.cameras import Camera, Rig
+from vision.cameras.cameras import Camera, Rig
 from vision.stereo.epipolar import StereoArcs
-
-Floats = npt.NDArray[np.float64]
 
 DISTORTION = np.array([-0.12, 0.05, 0.001, -0.0005, -0.01])
 
@@ -49,32 +48,32 @@ def circle(centre: npt.ArrayLike, radius: float, count: int = 240) -> Floats:
 
 @dataclass(frozen=True)
 class Scene:
-    """`partner` (left arcs,): right arc of each, -1 for clutter; `course` (left arcs,): points in the rig's frame."""
+    """`partner` (left arcs,): right arc of each, -1 for clutter; `polyline` (left arcs,): points in the rig's frame."""
 
     left: StereoArcs
     right: StereoArcs
-    partner: npt.NDArray[np.int64]
-    course: list[Floats | None]
+    partner: Ints
+    polyline: list[Floats | None]
 
 
 def wireframe_scene(rig: Rig, seed: int, arcs: int = 60, clutter: int = 40, noise: float = 0.15) -> Scene:
     """`arcs` lines and circles between 560 and 760 mm, none along the rows, and lines of clutter in each picture."""
     rng = np.random.default_rng(seed)
-    courses: list[Floats] = []
-    while len(courses) < arcs:
+    polylines: list[Floats] = []
+    while len(polylines) < arcs:
         centre = np.array([rng.uniform(-170, 170), rng.uniform(-140, 140), rng.uniform(560, 760)])
         if rng.random() < 0.25:
-            courses.append(circle(centre, float(rng.uniform(8, 25))))
+            polylines.append(circle(centre, float(rng.uniform(8, 25))))
             continue
         angle, half = rng.uniform(0.5, np.pi - 0.5), rng.uniform(10, 45)
         way = half * np.array([np.cos(angle), np.sin(angle), rng.uniform(-0.3, 0.3)])
-        courses.append(segment(centre - way, centre + way))
+        polylines.append(segment(centre - way, centre + way))
     contrast = rng.uniform(15, 90, arcs) * rng.choice([-1, 1], arcs)
 
-    def picture(name: str) -> tuple[StereoArcs, npt.NDArray[np.int64]]:
-        drawn = [pixels(rig, name, c) + rng.normal(0, noise, (len(c), 2)) for c in courses]
+    def picture(name: str) -> tuple[StereoArcs, Ints]:
+        drawn = [pixels(rig, name, c) + rng.normal(0, noise, (len(c), 2)) for c in polylines]
         size = contrast * rng.uniform(0.8, 1.25, arcs)
-        closed = np.array([bool(np.allclose(c[0], c[-1])) for c in courses])
+        closed = np.array([bool(np.allclose(c[0], c[-1])) for c in polylines])
         for _ in range(clutter):
             start = np.array([rng.uniform(50, 1230), rng.uniform(50, 910)])
             way, length = rng.uniform(0, 2 * np.pi), rng.uniform(20, 60)
@@ -101,5 +100,5 @@ def wireframe_scene(rig: Rig, seed: int, arcs: int = 60, clutter: int = 40, nois
         left=left,
         right=right,
         partner=np.array([place[k] if k < arcs else -1 for k in left_order]),
-        course=[courses[k] if k < arcs else None for k in left_order],
+        polyline=[polylines[k] if k < arcs else None for k in left_order],
     )

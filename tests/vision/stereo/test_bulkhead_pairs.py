@@ -8,17 +8,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import pytest
 from scipy.spatial import cKDTree
 
+from relmodel.arrays import Bytes, Floats
 from relmodel.geometry.transforms import apply, inverse
-from vision.cameras import Camera, Rig
+from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.stereo.epipolar import DepthRange, StereoArcs
-from vision.stereo.match import StereoMatches, match_stereo, stereo_arcs
-
-Floats = npt.NDArray[np.float64]
+from vision.stereo.match import StereoMatches, match_stereo, pack_arcs
 
 
 @dataclass(frozen=True)
@@ -27,7 +25,7 @@ class Score:
     recall: float
 
 
-def read_pair(folder: Path, pair: int) -> tuple[Rig, list[npt.NDArray[np.uint8]], Floats, Floats, Floats]:
+def read_pair(folder: Path, pair: int) -> tuple[Rig, list[Bytes], Floats, Floats, Floats]:
     """Rig (its frame is the left camera's), pictures, pixels and depths of visible left edges, left depth map."""
     stem = f"pair_{pair:02d}"
     truth = json.loads((folder / f"{stem}_truth.json").read_text())
@@ -85,7 +83,7 @@ def test_arcs_on_metal_find_their_partners(data_dir: Path, part: str, pair: int)
     rig, pictures, uv, z, depth = read_pair(data_dir / "bulkhead" / part / "pairs", pair)
     left, right = (extract(picture) for picture in pictures)
     found = match_stereo(rig, left, right, depth_maps(depth, 60.0))
-    got = score(rig, stereo_arcs(left), stereo_arcs(right), found, uv, z)
+    got = score(rig, pack_arcs(left), pack_arcs(right), found, uv, z)
     print(f"{part}{pair}: precision {got.precision:.3f}, recall {got.recall:.3f}")
     assert found.assignment.cost == pytest.approx(found.assignment.bound, abs=1e-9)
     assert got.precision > 0.75

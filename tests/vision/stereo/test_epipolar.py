@@ -5,18 +5,17 @@ from __future__ import annotations
 from itertools import combinations, pairwise
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from vision.stereo import _epipolar_kernels
-
-Floats = npt.NDArray[np.float64]
+from relmodel.arrays import Floats
+from vision.stereo.epipolar import match_rows, row_crossings
+from vision.stereo.parameters import EpipolarParameters
 
 
 def test_a_circle_is_crossed_twice_a_row() -> None:
     t = np.linspace(0, 2 * np.pi, 400)
     x, y = 100 + 30 * np.cos(t), 50.25 + 30 * np.sin(t)
-    arc, row, at = _epipolar_kernels.row_crossings(np.array([0, 400]), x, y, 4, 0.2)
+    arc, row, at = row_crossings(np.array([0, 400]), x, y, 4, 0.2)
     assert np.all(arc == 0)
     height = np.abs(row - 50.25)
     assert np.all(height <= 30 * np.sqrt(1 - 0.2**2) + 0.1)  # its level parts are left out
@@ -29,7 +28,7 @@ def test_a_circle_is_crossed_twice_a_row() -> None:
 
 def test_level_arcs_cross_nothing() -> None:
     x = np.linspace(0, 100, 101)
-    _, row, _ = _epipolar_kernels.row_crossings(np.array([0, 101]), x, 20.3 + 0.1 * x, 4, 0.2)
+    _, row, _ = row_crossings(np.array([0, 101]), x, 20.3 + 0.1 * x, 4, 0.2)
     assert len(row) == 0
 
 
@@ -48,17 +47,13 @@ def least_by_enumeration(cost: Floats, skip: float) -> float:
 def test_a_later_layer_matches_what_reverses_the_order() -> None:
     """A rib before a wall: right of a mark on the wall in one picture, left of it in the other."""
     rows = np.array([0, 2])
-    left, right = np.array([100.0, 110.0]), np.array([30.0, 60.0])  # the wall at 100 -> 60, the rib at 110 -> 30
-    angle, contrast = np.array([0.0, 0.5]), np.array([1.0, -1.0])
-    low, high = np.full(2, 30.0), np.full(2, 90.0)
+    # x, angle and contrast: the wall at 100 -> 60, the rib at 110 -> 30
+    left, right = np.array([[100.0, 0.0, 1.0], [110.0, 0.5, -1.0]]), np.array([[30.0, 0.5, -1.0], [60.0, 0.0, 1.0]])
+    bounds = np.array([[30.0, 90.0], [30.0, 90.0]])
 
     def match(layers: int) -> list[int]:
-        return list(
-            _epipolar_kernels.match_rows(
-                rows, left, angle, contrast, low, high, rows, right, angle[::-1].copy(), contrast[::-1].copy(),
-                0.1, 0.5, 2.0, layers,
-            )
-        )  # fmt: skip
+        parameters = EpipolarParameters(angle_sigma=0.1, contrast_sigma=0.5, layers=layers)
+        return list(match_rows(rows, left, bounds, rows, right, parameters))
 
     assert sorted(match(1)) in ([-1, 0], [-1, 1])
     assert match(2) == [1, 0]
@@ -77,7 +72,9 @@ def test_rows_are_matched_at_least_cost() -> None:
         side.append((x, angle, contrast))
     (lx, la, lc), (rx, ra, rc) = side
     low, high = rng.uniform(-25, -5, len(lx)), rng.uniform(5, 25, len(lx))
-    match = _epipolar_kernels.match_rows(start[0], lx, la, lc, low, high, start[1], rx, ra, rc, 0.3, 1.0, skip, 1)
+    parameters = EpipolarParameters(angle_sigma=0.3, contrast_sigma=1.0, skip=skip, layers=1)
+    left, right, bounds = (np.column_stack(c) for c in ((lx, la, lc), (rx, ra, rc), (low, high)))
+    match = match_rows(start[0], left, bounds, start[1], right, parameters)
     for row in range(rows):
         i, j = np.arange(*start[0][row : row + 2]), np.arange(*start[1][row : row + 2])
         d = lx[i, None] - rx[None, j]

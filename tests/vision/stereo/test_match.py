@@ -53,16 +53,16 @@ def test_arcs_lie_where_they_are_in_space(case: tuple[Scene, StereoMatches]) -> 
     space = found.triangulated
     lines = 0
     for k, left in enumerate(space.left.tolist()):
-        course = scene.course[left]
-        if course is None or scene.partner[left] != space.right[k] or not scene.left.straight[left]:
+        polyline = scene.polyline[left]
+        if polyline is None or scene.partner[left] != space.right[k] or not scene.left.straight[left]:
             continue
         lines += 1
-        way = (course[-1] - course[0]) / np.linalg.norm(course[-1] - course[0])
+        way = (polyline[-1] - polyline[0]) / np.linalg.norm(polyline[-1] - polyline[0])
         for end in (space.start[k], space.end[k]):
-            off = end - course[0]
+            off = end - polyline[0]
             off -= (off @ way) * way
             assert np.linalg.norm(off) < 4 * space.sigma[k]
-            assert -2 < (end - course[0]) @ way < np.linalg.norm(course[-1] - course[0]) + 2
+            assert -2 < (end - polyline[0]) @ way < np.linalg.norm(polyline[-1] - polyline[0]) + 2
         # The ends stand in the walk of the left arc.
         walk = scene.left.points[scene.left.offsets[left + 1] - 1] - scene.left.points[scene.left.offsets[left]]
         assert (space.end[k] - space.start[k])[:2] @ walk > 0

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 import pytest
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from tests.vision.stereo.scenes import pixels, toed_in_rig
-from vision.cameras import Rig
+from vision.cameras.cameras import Rig
 from vision.stereo.epipolar import DepthRange
 from vision.stereo.rectification import rectify
 
 
 @pytest.fixture
-def points() -> npt.NDArray[np.float64]:
+def points() -> Floats:
     rng = np.random.default_rng(1)
     return np.column_stack([rng.uniform(-150, 150, 300), rng.uniform(-120, 120, 300), rng.uniform(450, 900, 300)])
 
 
 @pytest.mark.parametrize("roll", [0.0, 1.5, np.pi])
-def test_points_come_back(points: npt.NDArray[np.float64], roll: float) -> None:
+def test_points_come_back(points: Floats, roll: float) -> None:
     """Same row in both, disparity positive, and the point in space again; also with cameras above each other."""
     rig = toed_in_rig()
     turn = np.eye(4)
@@ -39,7 +39,7 @@ def test_points_come_back(points: npt.NDArray[np.float64], roll: float) -> None:
     np.testing.assert_allclose(rectified.disparity(left_pixels, depth), disparity, rtol=1e-9)
 
 
-def test_equals_opencv_triangulation(points: npt.NDArray[np.float64]) -> None:
+def test_equals_opencv_triangulation(points: Floats) -> None:
     rig = toed_in_rig()
     rectified = rectify(rig)
     seen = {n: pixels(rig, n, points) for n in rig.cameras}

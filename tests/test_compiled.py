@@ -1,0 +1,174 @@
+"""The cache of compiled kernels: keyed by what kernels say, shared by processes that start cold, and never needed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from relmodel import compiled
+from vision.inspection import KERNELS
+
+CHECKOUT = Path(__file__).parent.parent
+
+_HELPER = """
+from relmodel.compiled import helper
+
+@helper
+def scaled(x):
+    return 2.0 * x
+"""
+_KERNEL = """
+from relmodel.compiled import kernel
+from relmodel.first_kernels import scaled
+
+@kernel("void(f8[::1])")
+def scale(values):
+    for i in range(len(values)):
+        values[i] = scaled(values[i])
+"""
+# Prints what the kernel makes of 0, 1, 2 and whether it came from the cache.
+_USE = """
+import numpy as np
+from relmodel.second_kernels import scale
+values = np.arange(3.0)
+scale(values)
+print(values.tolist(), sum(scale.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A folder that holds a package `relmodel` of two kernel modules, one of which calls the other."""
+    folder = tmp_path / "code" / "relmodel"
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").write_text("")
+    (folder / "first_kernels.py").write_text(_HELPER)
+    (folder / "second_kernels.py").write_text(_KERNEL)
+    shutil.copy(CHECKOUT / "relmodel" / "compiled.py", folder)
+    return folder.parent
+
+
+def started(package: Path, cache: Path, code: str = _USE) -> subprocess.Popen[str]:
+    environment = os.environ | {"PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(cache)}
+    pipe = subprocess.PIPE
+    return subprocess.Popen(
+        [sys.executable, "-c", code], cwd=package, env=environment, stdout=pipe, stderr=pipe, text=True
+    )
+
+
+def said(process: subprocess.Popen[str]) -> str:
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    return out
+
+
+def test_a_changed_kernel_has_another_folder(package: Path, tmp_path: Path) -> None:
+    """Numba alone would go on with what the caller was compiled with."""
+    cache = tmp_path / "cache"
+    assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 0\n"
+    assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 1\n"
+    (package / "relmodel" / "first_kernels.py").write_text(_HELPER.replace("2.0", "3.0"))
+    assert said(started(package, cache)) == "[0.0, 3.0, 6.0] 0\n"
+    (package / "relmodel" / "first_kernels.py").write_text(_HELPER)
+    assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 1\n"
+    assert len(list(cache.iterdir())) == 2
+
+
+def test_equal_code_elsewhere_has_the_same_folder(package: Path, tmp_path: Path) -> None:
+    said(started(package, tmp_path / "cache"))
+    other = shutil.copytree(package, tmp_path / "elsewhere")
+    assert said(started(other, tmp_path / "cache")) == "[0.0, 2.0, 4.0] 1\n"
+
+
+def test_few_folders_are_kept(package: Path, tmp_path: Path) -> None:
+    for number in range(12):
+        (tmp_path / "cache" / f"kernels-{number}").mkdir(parents=True)
+        os.utime(tmp_path / "cache" / f"kernels-{number}", (number, number))
+    (tmp_path / "cache" / "another").mkdir()
+    said(started(package, tmp_path / "cache"))
+    left = {path.name for path in (tmp_path / "cache").iterdir()}
+    assert {"another", *(f"kernels-{number}" for number in range(4, 12))} < left
+    assert len(left) == 10
+
+
+def test_eight_processes_that_start_cold_agree(package: Path, tmp_path: Path) -> None:
+    together = [started(package, tmp_path / "cache") for _ in range(8)]
+    assert {said(process).partition("]")[0] for process in together} == {"[0.0, 2.0, 4.0"}
+    assert said(started(package, tmp_path / "cache")) == "[0.0, 2.0, 4.0] 1\n"
+    assert not list((tmp_path / "cache").rglob("*.tmp.*"))
+
+
+def test_kernels_run_where_nothing_can_be_written(package: Path, tmp_path: Path) -> None:
+    """A file in the place of the folder stops root too, whom permissions do not."""
+    cache = tmp_path / "cache"
+    cache.write_text("")
+    assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 0\n"
+    ahead = "from relmodel.compiled import compile_ahead; compile_ahead(['relmodel.second_kernels'], print)"
+    assert "NUMBA_CACHE_DIR" in said(started(package, cache, ahead))
+    assert cache.read_text() == ""
+
+
+def test_a_folder_that_can_only_be_read_serves(package: Path, tmp_path: Path) -> None:
+    """As one that was filled when a container's image was made; what it lacks is compiled."""
+    cache = tmp_path / "cache"
+    refuse = f"""
+import sys
+def refuse(event, arguments):
+    if event == "open" and str(arguments[0]).startswith({str(cache)!r}) and "w" in (arguments[1] or ""):
+        raise PermissionError(arguments[0])
+sys.addaudithook(refuse)
+"""
+    said(started(package, cache))
+    assert said(started(package, cache, refuse + _USE)) == "[0.0, 2.0, 4.0] 1\n"
+    for file in cache.rglob("*.nb?"):
+        file.unlink()
+    assert said(started(package, cache, refuse + _USE)) == "[0.0, 2.0, 4.0] 0\n"
+    assert not list(cache.rglob("*.nb?"))
+
+
+@pytest.mark.parametrize("torn", ["*.nbi", "*.nbc"])
+def test_a_torn_file_is_compiled_anew(package: Path, tmp_path: Path, torn: str) -> None:
+    said(started(package, tmp_path / "cache"))
+    (file,) = (tmp_path / "cache").rglob(torn)
+    file.write_bytes(file.read_bytes()[:20])
+    assert said(started(package, tmp_path / "cache")) == "[0.0, 2.0, 4.0] 0\n"
+
+
+def test_kernels_are_compiled_ahead_once(package: Path, tmp_path: Path) -> None:
+    ahead = "from relmodel.compiled import compile_ahead; compile_ahead(['relmodel.second_kernels'], print)"
+    assert said(started(package, tmp_path / "cache", ahead)).startswith("compiling kernels, once")
+    assert said(started(package, tmp_path / "cache")) == "[0.0, 2.0, 4.0] 1\n"
+    assert said(started(package, tmp_path / "cache", ahead)) == ""
+
+
+def test_a_module_that_cannot_be_compiled_ahead_stops_nothing(package: Path, tmp_path: Path) -> None:
+    (package / "relmodel" / "third_kernels.py").write_text("raise OSError('no')")
+    modules = ["relmodel.third_kernels", "relmodel.second_kernels"]
+    said(started(package, tmp_path / "cache", f"from relmodel.compiled import *; compile_ahead({modules}, print)"))
+    assert said(started(package, tmp_path / "cache")).startswith("[0.0, 2.0, 4.0]")
+
+
+def test_the_kernels_of_an_inspection_are_those_of_its_packages() -> None:
+    assert all(find_spec(module) for module in KERNELS)
+    here = {".".join(file.relative_to(CHECKOUT).with_suffix("").parts) for file in modules("vision")}
+    assert here - set(KERNELS) == {"vision.extraction.scale_kernels"}  # of several scales only
+
+
+def test_only_kernel_modules_hold_kernels_and_by_one_decorator() -> None:
+    """Whose text the key of the cache is made of."""
+    of_kernels = {*modules("relmodel"), *modules("vision")}
+    for package in ("relmodel", "vision"):
+        for file in (CHECKOUT / package).rglob("*.py"):
+            text = file.read_text()
+            assert "njit" not in text or file.name == "compiled.py" or "mesh" in file.parts, file
+            assert "@kernel" not in text or file in of_kernels or file.name == "compiled.py", file
+
+
+def modules(package: str) -> list[Path]:
+    return [file for file in (CHECKOUT / package).rglob("*kernels.py") if file != Path(compiled.__file__)]

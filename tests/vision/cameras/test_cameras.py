@@ -1,0 +1,158 @@
+"""Cameras against OpenCV's own projection, poses against matrix exponentials, and files with every kind of mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from scipy.linalg import expm
+
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import rotation_matrix, rotation_vector, skew
+from vision.cameras.cameras import Camera, perturb, perturbation
+from vision.cameras.files import read_prior, read_rig
+
+MATRIX = np.array([[800.0, 0, 310], [0, 790, 245], [0, 0, 1]])
+COEFFICIENTS = [-0.2, 0.08, 0.001, -0.002, 0.01, 0.05, -0.02, 0.003, 0.001, -0.0005, 0.0004, 0.0002, 0.01, -0.02]
+
+
+@pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
+def test_projection_is_opencv_and_undistort_inverts_it(count: int) -> None:
+    camera = Camera(640, 480, MATRIX, np.array(COEFFICIENTS[:count]))
+    rng = np.random.default_rng(count)
+    points = np.column_stack([rng.uniform(-0.35, 0.35, (50, 2)), np.ones(50)]) * rng.uniform(200, 900, (50, 1))
+    pixels, front = camera.project(points)
+    wanted, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), MATRIX, np.array(COEFFICIENTS[:count] or [0.0] * 4))
+    assert front.all()
+    assert np.allclose(pixels, wanted.reshape(-1, 2), atol=1e-9)
+    assert np.allclose(
+        camera.undistort(pixels), points[:, :2] / points[:, 2:] @ MATRIX[:2, :2].T + MATRIX[:2, 2], atol=1e-6
+    )
+
+
+def test_points_behind_or_beyond_the_lens_are_not_in_front() -> None:
+    camera = Camera(640, 480, MATRIX, np.array([-0.3, 0, 0, 0]))
+    assert camera.project(np.array([[0, 0, -5.0], [30, 0, 1], [0, 0, 1]]))[1].tolist() == [False, False, True]
+
+
+def test_perturbation_inverts_perturb() -> None:
+    rng = np.random.default_rng(1)
+    pose = perturb(np.eye(4), rng.normal(0, 1, 6))
+    for scale in (1e-9, 1e-3, 1.0):
+        delta = rng.normal(0, scale, 6)
+        assert np.allclose(rotation_matrix(delta[3:]), expm(skew(delta[3:])), atol=1e-14)
+        assert np.allclose(perturbation(pose, perturb(pose, delta)), delta, atol=1e-12)
+    half_turn = np.array([0, np.pi, 0])
+    assert np.allclose(np.abs(rotation_vector(rotation_matrix(half_turn))), half_turn)
+
+
+def rig_data() -> dict[str, Any]:
+    camera = {
+        "width": 640,
+        "height": 480,
+        "matrix": MATRIX.tolist(),
+        "distortion": {"model": "opencv", "coefficients": [0.0] * 5},
+        "rig_from_camera": np.eye(4).tolist(),
+    }
+    return {
+        "cameras": {"left": camera, "right": {**camera, "rig_from_camera": perturb(np.eye(4), np.ones(6)).tolist()}}
+    }
+
+
+def prior_data() -> dict[str, Any]:
+    return {"world_from_rig": np.eye(4).tolist(), "sigma": {"translation_mm": 10, "rotation_deg": 1.5}}
+
+
+def write(tmp_path: Path, data: object) -> Path:
+    path = tmp_path / "file.yaml"
+    path.write_text(data if isinstance(data, str) else yaml.safe_dump(data))
+    return path
+
+
+def test_good_files(tmp_path: Path) -> None:
+    rig = read_rig(write(tmp_path, rig_data()))
+    assert list(rig.cameras) == ["left", "right"]
+    assert list(rig.only("right").cameras) == ["right"]
+    prior = read_prior(write(tmp_path, prior_data()))
+    assert np.allclose(np.diag(prior.covariance), [100] * 3 + [np.radians(1.5) ** 2] * 3)
+    with pytest.raises(InputError, match="no camera 'top'"):
+        rig.only("top")
+
+
+def test_rotation_with_round_off_is_made_exact(tmp_path: Path) -> None:
+    data = prior_data()
+    data["world_from_rig"] = np.round(perturb(np.eye(4), np.full(6, 0.3)), 6).tolist()
+    r = read_prior(write(tmp_path, data)).world_from_rig[:3, :3]
+    assert np.allclose(r.T @ r, np.eye(3), atol=1e-14)
+
+
+def put(data: dict[str, Any], path: str, value: object) -> dict[str, Any]:
+    *way, last = path.split(".")
+    at = data
+    for key in way:
+        at = at[key]
+    if value is None:
+        del at[last]
+    else:
+        at[last] = value
+    return data
+
+
+NOT_RIGID = [[1, 0, 0, 0], [0, 1.1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+MIRROR = np.diag([1.0, 1, -1, 1]).tolist()
+NAN = [[float("nan"), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("cameras", None, "'cameras' is missing"),
+        ("cameras", {}, "holds no camera"),
+        ("cameras.left", 3, "no mapping"),
+        ("cameras.left.width", None, "width' is missing"),
+        ("cameras.left.height", -3, "whole pixels"),
+        ("cameras.left.matrix", [[1, 0], [0, 1]], "size 2x2"),
+        ("cameras.left.matrix", [[800, 0, 1], [0, "x", 1], [0, 0, 1]], "not made of numbers"),
+        ("cameras.left.matrix", [[-800, 0, 1], [0, 800, 1], [0, 0, 1]], "no camera matrix"),
+        ("cameras.right.rig_from_camera", None, "rig_from_camera' is missing"),
+        ("cameras.right.rig_from_camera", NOT_RIGID, "no rigid transform"),
+        ("cameras.right.rig_from_camera", MIRROR, "no rigid transform"),
+        ("cameras.left.distortion.coefficients", [1, 2, 3], "4, 5, 8, 12 or 14"),
+        ("cameras.left.distortion.model", "fisheye", "opencv"),
+    ],
+)
+def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        read_rig(write(tmp_path, put(rig_data(), path, value)))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("world_from_rig", None, "'world_from_rig' is missing"),
+        ("world_from_rig", NAN, "not finite"),
+        ("world_from_rig", NOT_RIGID, "no rigid transform"),
+        ("sigma", None, "'sigma' is missing"),
+        ("sigma.translation_mm", None, "missing"),
+        ("sigma.translation_mm", 0, "above zero"),
+        ("sigma.rotation_deg", -1, "above zero"),
+        ("sigma.rotation_deg", [1, 2], "one number"),
+    ],
+)
+def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        read_prior(write(tmp_path, put(prior_data(), path, value)))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["- 1\n- 2\n", "a: [1\n", "\x00"])
+def test_files_that_hold_no_mapping(tmp_path: Path, text: str) -> None:
+    with pytest.raises(InputError):
+        read_prior(write(tmp_path, text))
+    with pytest.raises(InputError, match="cannot be read"):
+        read_rig(tmp_path / "none.yaml")

@@ -1,0 +1,103 @@
+"""What a camera sees, asked of a store: against points that OpenCV projects into the picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from relmodel.find.find import in_volume
+from relmodel.store import Run, Store
+from tests.find.test_find import PLACES, Oracle, fill
+from tests.find.test_sql_clients import rows_of
+from tests.synthetic_model import SyntheticModel
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.record import record_rig
+from vision.cameras.view_volume import SelectionParameters, build_view_volume, sample_views, select_in_view
+
+MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
+NEAR, FAR = 60.0, 900.0
+NEAR_TO_FAR = SelectionParameters(near_mm=NEAR, far_mm=FAR)
+LENSES = {
+    "barrel": [-0.28, 0.09, 0.001, -0.0008, -0.012],
+    "cushion": [0.22, 0.03, -0.002, 0.001, 0.004],
+    "tilted": [-0.15, 0.02, 0, 0, 0, 0, 0, 0, 0.002, 0, -0.003, 0, 0.03, -0.02],
+}
+
+
+def looking_around(count: int, seed: int) -> list[np.ndarray]:
+    rng = np.random.default_rng(seed)
+    at = np.eye(4)
+    at[:3, 3] = 100, -50, 30
+    return list(perturb(at, rng.normal(size=(count, 6)) * [250, 250, 250, 2, 2, 2]))
+
+
+def points_seen(camera: Camera, world_from_camera: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Which points (n, 3) OpenCV projects into the picture, and lie between the depths."""
+    rotation = world_from_camera[:3, :3].T
+    local = (points - world_from_camera[:3, 3]) @ rotation.T
+    between = (local[:, 2] > NEAR) & (local[:, 2] < FAR)
+    # Beyond what the lens was measured for the polynomial may fold back: the rays of the picture end before.
+    between &= np.hypot(local[:, 0], local[:, 1]) < camera.field_radius * local[:, 2]
+    zero = np.zeros(3)
+    pixels = cv2.projectPoints(local, zero, zero, camera.matrix, camera.distortion)[0].reshape(-1, 2)
+    inside = (pixels > -0.5).all(axis=1) & (pixels < [camera.width - 0.5, camera.height - 0.5]).all(axis=1)
+    return np.asarray(between & inside)
+
+
+@pytest.mark.parametrize("lens", LENSES)
+def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store: str, tmp_path: Path) -> None:
+    """In Python and in SQL, which give the same rows; a view without the lens's distortion would leave some out."""
+    camera = Camera(640, 480, MATRIX, np.array(LENSES[lens]))
+    rig = Rig({"only": camera}, {"only": np.eye(4)})
+    model = SyntheticModel(7)
+    rng = np.random.default_rng(1)
+    placed = [p for name, place in PLACES.items() for p in model.placed(name, place)]
+    within = np.concatenate([np.ones((1, 3)) / 2, rng.uniform(size=(80, 3))])
+    clouds = []
+    for part in placed:
+        low, high = np.split(model.shape_boxes[part.shape], 2)
+        clouds.append((low + within * (high - low)) @ part.world_from_part[:3, :3].T + part.world_from_part[:3, 3])
+    poses = looking_around(12, 2)
+    with Store.open(fresh_store) as store:
+        fill(store, tmp_path)
+        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+            record_rig(run, connection, rig)
+            camera_id = int(connection.execute(store.table("camera").select()).one().id)
+        found = [in_volume(store, build_view_volume(camera, pose, NEAR_TO_FAR)) for pose in poses]
+        plain = [in_volume(store, build_view_volume(Camera(640, 480, MATRIX), pose, NEAR_TO_FAR)) for pose in poses]
+    statements = []
+    for pose in poses:
+        numbers = ", ".join(f"CAST({x!r} AS DOUBLE PRECISION)" for x in [*pose[:3].ravel().tolist(), NEAR, FAR])
+        statements.append(f"SELECT path FROM parts_in_view({camera_id}, {numbers}) ORDER BY occurrence_id")  # noqa: S608
+    answers = rows_of(fresh_store, statements)
+    seen_at_all = missed_without = 0
+    for pose, answer, expected, undistorted in zip(poses, answers, found, plain, strict=True):
+        listed = [row[0] for row in answer]
+        assert listed == expected["path"].tolist()
+        seen = {p.path for p, cloud in zip(placed, clouds, strict=True) if points_seen(camera, pose, cloud).any()}
+        assert seen <= set(listed)
+        seen_at_all += len(seen)
+        missed_without += len(seen - set(undistorted["path"].tolist()))
+    assert seen_at_all > 50
+    assert missed_without > 0 or lens == "cushion"  # which shows less than a pinhole would
+
+
+def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, tmp_path: Path) -> None:
+    camera = Camera(640, 480, MATRIX, np.array(LENSES["barrel"]))
+    other = np.eye(4)
+    other[0, 3] = 120
+    rig = Rig({"left": camera, "right": Camera(640, 480, MATRIX)}, {"left": np.eye(4), "right": other})
+    with Store.open(fresh_store) as store:
+        oracle: Oracle = fill(store, tmp_path)
+        for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
+            prior = Prior(pose, sigma, sigma / 1000)
+            views = sample_views(rig, prior, NEAR_TO_FAR)
+            for level in ("part", "feature"):
+                selected = select_in_view(store, rig, prior, NEAR_TO_FAR, level=level)
+                union = set().union(*(oracle.in_view(view, level) for view in views))
+                assert selected.shown.sum() == len(union)
+                assert selected.superfluous == len(selected.shown) - len(union)
+                assert selected.superfluous <= 0.5 * len(selected.shown)

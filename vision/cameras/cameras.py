@@ -1,0 +1,155 @@
+"""Cameras, rigs and priors of a rig's pose.
+
+Conventions: mm and radians, OpenCV's camera frame (x right, y down, z forward), pixel (0, 0) at the centre of the
+top-left pixel, `a_from_b` takes coordinates in b to coordinates in a.  A pose is perturbed on its right, in the rig's
+frame, ordered (t, r): `world_from_rig' = world_from_rig @ [Exp(r), t]`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import rotation_matrix, rotation_vector
+
+
+def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
+    """`world_from_rig @ [Exp(r), t]` for perturbations `delta` (..., 6) = (t mm, r rad); (..., 4, 4)."""
+    delta = np.asarray(delta, float)
+    step = np.zeros((*delta.shape[:-1], 4, 4))
+    step[..., :3, :3] = rotation_matrix(delta[..., 3:])
+    step[..., :3, 3] = delta[..., :3]
+    step[..., 3, 3] = 1
+    return np.asarray(world_from_rig @ step)
+
+
+def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:
+    """The perturbation (6,) = (t mm, r rad) that takes pose a to pose b: `perturb(a, it) = b`."""
+    d = np.linalg.inv(world_from_a) @ world_from_b
+    return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])
+
+
+@dataclass(frozen=True)
+class Camera:
+    """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14)."""
+
+    width: int
+    height: int
+    matrix: Floats
+    distortion: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @cached_property
+    def is_pinhole(self) -> bool:
+        return not np.any(self.distortion)
+
+    @cached_property
+    def field_radius(self) -> float:
+        """Largest distance of a seen ray from the axis, as x/z; beyond it a distortion polynomial may fold back."""
+        return float(np.linalg.norm(self.normalise(self._undistorted_border), axis=1).max())
+
+    @cached_property
+    def undistorted_bounds(self) -> Floats:
+        """Bounds (4,) u0 v0 u1 v1, px, of the least picture of a pinhole camera of this matrix that holds all that this
+        one sees; whole pixels."""
+        edges = self._undistorted_border.reshape(4, -1, 2)
+        # An edge leaves the chord between two samples by an eighth of its second difference; twice that bounds it.
+        bend = 0.0 if self.is_pinhole else np.abs(np.diff(edges, 2, axis=1)).max() / 4
+        low = np.floor(self._undistorted_border.min(axis=0) - bend + 0.5)
+        high = np.ceil(self._undistorted_border.max(axis=0) + bend + 0.5)
+        return np.concatenate([low, high]) - 0.5
+
+    def undistorted_view(self) -> tuple[int, int, Floats]:
+        """Width, height and matrix of that picture, its own first pixel at (0, 0)."""
+        low, high = self.undistorted_bounds[:2] + 0.5, self.undistorted_bounds[2:] + 0.5
+        matrix = self.matrix.copy()
+        matrix[:2, 2] -= low
+        return int(high[0] - low[0]), int(high[1] - low[1]), matrix
+
+    @cached_property
+    def _undistorted_border(self) -> Floats:
+        """Points (n, 2) around the picture's border, freed of distortion."""
+        w, h = self.width - 0.5, self.height - 0.5
+        x, y = np.linspace(-0.5, w, 33), np.linspace(-0.5, h, 33)
+        border = np.concatenate(
+            [np.stack([x, np.full(33, v)], 1) for v in (-0.5, h)]
+            + [np.stack([np.full(33, u), y], 1) for u in (-0.5, w)]
+        )
+        return self.undistort(border)
+
+    def project(self, points_camera: Floats) -> tuple[Floats, Bools]:
+        """Pixels (n, 2) of points (n, 3) in the camera's frame, and which of them lie in front and are modelled.
+
+        A point counts as in front when z > 0 and, for a camera with distortion, when its ray is within 1.2 times the
+        widest ray that the picture shows.  Pixels of the others are meaningless.
+        """
+        z = points_camera[:, 2]
+        front = z > 1e-9
+        xy = points_camera[:, :2] / np.where(front, z, 1.0)[:, None]
+        if not self.is_pinhole:
+            front = front & (np.linalg.norm(xy, axis=1) < 1.2 * self.field_radius)
+            xy = np.where(front[:, None], xy, 0.0)
+        return self.distort(xy), front
+
+    def undistort(self, pixels: Floats) -> Floats:
+        """Pixels (n, 2) of the same rays in a camera with this matrix and no distortion (Newton, to 1e-9 px)."""
+        if self.is_pinhole:
+            return pixels.copy()
+        xy, h = self.normalise(pixels), 1e-6
+        for _ in range(20):
+            value = self.distort(xy)
+            jacobian = np.stack([(self.distort(xy + step) - value) / h for step in h * np.eye(2)], axis=2)
+            step = np.linalg.solve(jacobian, (pixels - value)[..., None])[..., 0]
+            xy += step
+            if np.abs(step).max(initial=0.0) < 1e-12:
+                break
+        return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
+
+    def normalise(self, pixels: Floats) -> Floats:
+        """Directions (n, 2), x/z and y/z, of pixels (n, 2) in a camera of this matrix without distortion."""
+        return np.asarray((pixels - self.matrix[:2, 2]) @ np.linalg.inv(self.matrix[:2, :2]).T)
+
+    def distort(self, xy: Floats) -> Floats:
+        """Pixels (n, 2) of directions (n, 2), x/z and y/z, distortion included."""
+        if self.is_pinhole or not len(xy):
+            return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
+        import cv2
+
+        points = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
+        zero = np.zeros(3)
+        unit, _ = cv2.projectPoints(points, zero, zero, np.eye(3), self.distortion)
+        return np.asarray(unit.reshape(-1, 2) @ self.matrix[:2, :2].T + self.matrix[:2, 2], float)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Cameras by name, in the file's order, and where each sits in the rig (4, 4)."""
+
+    cameras: dict[str, Camera]
+    rig_from_camera: dict[str, Floats]
+
+    def only(self, *names: str) -> Rig:
+        """The rig with these cameras alone."""
+        for name in names:
+            if name not in self.cameras:
+                raise InputError(
+                    f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): add it to the rig"
+                )
+        return Rig({n: self.cameras[n] for n in names}, {n: self.rig_from_camera[n] for n in names})
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Where the rig is thought to be, with one standard deviation per axis of the rig's frame (mm, radians)."""
+
+    world_from_rig: Floats
+    sigma_translation_mm: float
+    sigma_rotation: float
+
+    @cached_property
+    def covariance(self) -> Floats:
+        """(6, 6), ordered (t mm, r rad), of a right perturbation in the rig's frame."""
+        return np.diag(np.repeat([self.sigma_translation_mm**2, self.sigma_rotation**2], 3))

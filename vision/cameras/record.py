@@ -1,0 +1,87 @@
+"""Rows of what an inspection is given: pictures and calibrated rigs, each kept once by its content."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+
+from sqlalchemy import Connection
+
+from relmodel.columns import Columns, Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run
+from vision.cameras.cameras import Camera, Rig
+from vision.cameras.images import Picture
+
+
+def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_bytes: bool) -> int:
+    """Identity of the picture's row, appended where it is new; its bytes too where they are to be kept."""
+    found = run.store.rows(connection, "image_by_sha256", sha256=picture.sha256)
+    if found:
+        return int(found[0].id)
+    image_id = int(run.store.new_ids(connection, "image", 1)[0])
+    columns: Columns = {
+        "id": [image_id],
+        "sha256": picture.sha256,
+        "file_name": picture.file_name,
+        "width": picture.width,
+        "height": picture.height,
+        "depth": picture.depth,
+        "channels": picture.channels,
+    }
+    run.append(connection, "image", columns)
+    if keep_bytes:
+        run.append(connection, "image_blob", {"image_id": [image_id], "bytes": [picture.data]})
+    return image_id
+
+
+def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
+    """Identity of the rig's row, appended with its cameras where they are new."""
+    camera_ids = {name: _record_camera(run, connection, camera) for name, camera in rig.cameras.items()}
+    content = {name: [camera_ids[name], rig.rig_from_camera[name].tolist()] for name in sorted(rig.cameras)}
+
+    def append(rig_id: int, key: str) -> None:
+        run.append(connection, "rig", {"id": [rig_id], "content_key": key})
+        for name, camera_id in camera_ids.items():
+            run.append(
+                connection,
+                "rig_camera",
+                {"rig_id": [rig_id], "name": name, "camera_id": camera_id, **matrix_columns(rig.rig_from_camera[name])},
+            )
+
+    return _once(run, connection, "rig", content, append)
+
+
+def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
+    content = [camera.width, camera.height, camera.matrix.tolist(), camera.distortion.tolist()]
+
+    def append(camera_id: int, key: str) -> None:
+        columns: Columns = {
+            "id": [camera_id],
+            "content_key": key,
+            "width": camera.width,
+            "height": camera.height,
+            "fx": float(camera.matrix[0, 0]),
+            "fy": float(camera.matrix[1, 1]),
+            "cx": float(camera.matrix[0, 2]),
+            "cy": float(camera.matrix[1, 2]),
+            "skew": float(camera.matrix[0, 1]),
+            "distortion_model": "opencv",
+            "distortion": Ragged.pack([camera.distortion]),
+            **dict(zip(("view_u0", "view_v0", "view_u1", "view_v1"), camera.undistorted_bounds.tolist(), strict=True)),
+        }
+        run.append(connection, "camera", columns)
+
+    return _once(run, connection, "camera", content, append)
+
+
+def _once(run: Run, connection: Connection, table: str, content: object, append: Callable[[int, str], None]) -> int:
+    """Identity of the row with this content, made by `append` where there is none yet."""
+    key = hashlib.sha256(json.dumps(content).encode()).hexdigest()
+    found = run.store.rows(connection, f"{table}_by_key", content_key=key)
+    if found:
+        return int(found[0].id)
+    identity = int(run.store.new_ids(connection, table, 1)[0])
+    append(identity, key)
+    return identity

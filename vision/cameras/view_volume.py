@@ -1,0 +1,106 @@
+"""What a camera can see as a volume of the spatial index, widened by what a prior leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats
+from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.pairs import Integers
+from relmodel.find.volumes import Frustum, Polyhedron, boxes_met
+from relmodel.find.widening import widened
+from relmodel.geometry.transforms import matrices
+from relmodel.store import Store
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
+
+
+@dataclass(frozen=True)
+class SelectionParameters:
+    """What of a world is considered."""
+
+    near_mm: float = 1.0
+    """mm: depth from which things are looked for; nothing sharper than this stands before a lens"""
+    far_mm: float = 20_000.0
+    """mm: depth at which a cell ends"""
+    confidence: float = 1 - 1e-8
+    """the widened view contains what any pose within this ellipsoid of the prior would show: seven sigma"""
+    sampled_poses: int = 200
+    """poses sampled to say how much more than any of them the widened view contains"""
+    seed: int = 0
+    """of these"""
+
+
+DEFAULTS = SelectionParameters()
+
+
+def widen_view_volume(
+    camera: Camera, rig_from_camera: Floats, prior: Prior, p: SelectionParameters = DEFAULTS
+) -> Polyhedron:
+    """A polyhedron that contains the camera's view from any pose of the rig within `p.confidence` of the prior."""
+    view = build_view_volume(camera, prior.world_from_rig @ rig_from_camera, p)
+    return widened(view, prior.covariance, p.confidence, rig_from_camera)
+
+
+def build_view_volume(camera: Camera, world_from_camera: Floats, p: SelectionParameters = DEFAULTS) -> Frustum:
+    """A frustum that contains what the camera sees from a pose between two depths."""
+    width, height, matrix = camera.undistorted_view()
+    return Frustum(width, height, matrix, world_from_camera, p.near_mm, p.far_mm)
+
+
+def sample_views(rig: Rig, prior: Prior, p: SelectionParameters = DEFAULTS) -> list[Frustum]:
+    """Views of all cameras from the prior's pose and from `p.sampled_poses` on the surface of its ellipsoid."""
+    from scipy.special import chdtri
+
+    direction = np.random.default_rng(p.seed).normal(size=(p.sampled_poses, 6))
+    direction *= np.sqrt(chdtri(6, 1 - p.confidence)) / np.linalg.norm(direction, axis=1)[:, None]
+    moves = np.concatenate([np.zeros((1, 6)), direction @ np.linalg.cholesky(prior.covariance).T])
+    return [
+        build_view_volume(camera, world_from_rig @ rig.rig_from_camera[name], p)
+        for world_from_rig in perturb(prior.world_from_rig, moves)
+        for name, camera in rig.cameras.items()
+    ]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What the widened views of a rig contain: parts, or elements of a level, each once.
+
+    shown: (n,) whether one of the sampled views contains it too; the others are superfluous, as far as sampling tells.
+    """
+
+    occurrence_id: Integers
+    element_no: Integers
+    shown: Bools
+
+    @property
+    def superfluous(self) -> int:
+        return int((~self.shown).sum())
+
+
+def select_in_view(
+    store: Store,
+    rig: Rig,
+    prior: Prior,
+    p: SelectionParameters = DEFAULTS,
+    *,
+    level: str = "part",
+    world: str | None = None,
+) -> Selection:
+    """What of a world any pose that the prior leaves open could show to a camera of the rig."""
+    cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
+    whole = [widen_view_volume(camera, pose, prior, p) for camera, pose in cameras]
+    found = in_volumes(store, whole, level=level, world=world)
+    key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
+    rows = np.unique(key, axis=1, return_index=True)[1]
+    low, high = (np.stack([found[f"{axis}{end}"][rows] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
+    boxes = np.stack([found[f"shape_{name}"][rows] for name in BOX_COLUMNS], axis=1).astype(float)
+    pose = matrices(found)[rows]
+    shown = np.zeros(len(rows), bool)
+    for view in sample_views(rig, prior, p):
+        if shown.all():
+            break
+        rest = np.flatnonzero(~shown & (low <= view.bounds[3:]).all(axis=1) & (high >= view.bounds[:3]).all(axis=1))
+        shown[rest] = boxes_met(view, pose[rest], boxes[rest])
+    return Selection(key[0, rows], key[1, rows], shown)

@@ -1,0 +1,218 @@
+"""The main job: from a rig's pictures to the parts in view and the pose of the cameras, every step in the store."""
+
+from __future__ import annotations
+
+import hashlib
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from relmodel.arrays import Floats
+from relmodel.errors import InputError, UsageError
+from relmodel.find.find import world_named
+from relmodel.store import Run, Store
+from vision.cameras.cameras import Prior, Rig
+from vision.cameras.drawing import check_writable
+from vision.cameras.files import read_prior, read_rig
+from vision.cameras.images import Picture, read_picture
+from vision.cameras.view_volume import Selection, select_in_view
+from vision.clock import Clock
+from vision.extraction import extract as extraction
+from vision.extraction.extract import Extraction, extract
+from vision.extraction.parameters import ExtractionParameters
+from vision.inspection.overlay import draw_overlay
+from vision.inspection.parameters import DEFAULTS, InspectionParameters
+from vision.inspection.record import Inspected, record_inspection
+from vision.localisation.depth_range import predict_depth_range
+from vision.localisation.localise import Localisation, localise
+from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
+from vision.localisation.stored_scene import StoredScene, read_scene
+from vision.stereo.match import StereoMatches, match_stereo
+from vision.stereo.rectification import rectify
+
+# The kernels of an inspection.
+KERNELS = (
+    "relmodel.find.rtree_kernels",
+    *extraction.KERNELS,
+    "vision.stereo.epipolar_kernels",
+    "vision.localisation.search_kernels",
+    "vision.localisation.measure_kernels",
+    "vision.localisation.coverage_kernels",
+)
+PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """The answer of an inspection; transforms are 4x4, mm, and None where the verdict is refused.
+
+    covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
+    selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
+    hypotheses: (world_from_rig, cost) of the poses considered, the best first.
+    """
+
+    run: int
+    verdict: str
+    reason: str
+    world_from_rig: Floats | None
+    world_from_camera: dict[str, Floats | None]
+    covariance: Floats | None
+    parts_in_view: list[dict[str, Any]]
+    selection: Selection
+    hypotheses: list[tuple[Floats, float]]
+    timings_s: dict[str, float] = field(compare=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The answer in plain lists and numbers, under the names of the fields; of the selection, how many."""
+
+        def plain(matrix: Floats | None) -> list[list[float]] | None:
+            return None if matrix is None else matrix.tolist()
+
+        return {
+            "run": self.run,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "world_from_rig": plain(self.world_from_rig),
+            "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
+            "covariance": plain(self.covariance),
+            "parts_in_view": self.parts_in_view,
+            "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
+            "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
+            "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
+        }
+
+
+def inspect(
+    store: Store,
+    *,
+    rig: str | Path,
+    left: str | Path,
+    prior: str | Path,
+    right: str | Path | None = None,
+    world: str | None = None,
+    keep_images: bool = True,
+    overlay: str | Path | None = None,
+    parameters: InspectionParameters = DEFAULTS,
+) -> Inspection:
+    """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
+
+    rig, prior: YAML files; left, right: pictures; world: its name, where the store has several; overlay: a picture of
+    the model drawn over the images, to be written.  The run records the parameters, defaults included.  Raises
+    InputError for bad inputs, before anything is written.
+    """
+    clock = Clock()
+    if overlay is not None:
+        check_writable(overlay)
+    paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
+    cameras = read_rig(rig).only(*paths)
+    if right is not None:
+        rectify(cameras)  # refuses a pair that cannot be matched
+    believed = read_prior(prior)
+    pictures = {
+        name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
+        for name, path in paths.items()
+    }
+    clock.lap("read")
+    with store.read() as connection:
+        world_id, world_name = world_named(store, connection, world)
+    if world_id < 0:
+        raise UsageError("the store holds no world: place the objects with relmodel world FILE")
+    selection = select_in_view(store, cameras, believed, parameters.selection, world=world_name)
+    if not len(selection.shown):
+        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
+    with store.read() as connection:
+        stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
+    clock.lap("select")
+
+    inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
+    inputs |= {role: _digest(path) for role, path in (("rig", rig), ("prior", prior))}
+    with Run.begin(
+        store,
+        "inspect",
+        {"world": world_name, **asdict(parameters)},
+        inputs=inputs,
+        packages=PACKAGES,
+    ) as run:
+        extractions = _extract(pictures, parameters.extraction)
+        clock.lap("extract")
+        stereo = _stereo(stored, cameras, believed, extractions, parameters)
+        clock.lap("stereo")
+        found = localise(
+            stored.scene,
+            cameras,
+            {name: picture.grey for name, picture in pictures.items()},
+            extractions,
+            believed,
+            parameters.localisation,
+        )
+        clock.lap("localise")
+        parts = None
+        if found.best is not None and found.verdict != "refused":
+            with store.read() as connection:
+                parts = find_parts_in_view(
+                    store, connection, stored, cameras, found.best.refined.world_from_rig, parameters.localisation
+                )
+        clock.lap("view")
+        if overlay is not None:
+            draw_overlay(overlay, pictures, cameras, found)
+        with run.write() as connection:
+            record_inspection(
+                run,
+                connection,
+                Inspected(stored, selection, cameras, believed, pictures, extractions, stereo, found, parts),
+                keep_images=keep_images,
+            )
+            clock.lap("record")
+            run.steps(connection, clock.laps)
+            run.end("ok" if found.verdict == "accepted" else found.verdict, found.reason, connection)
+    return _answer(run.id, cameras, found, parts, selection, clock.laps)
+
+
+def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Extraction]:
+    """Extractions of all pictures, side by side: the kernels run without the interpreter's lock."""
+    with ThreadPoolExecutor(max_workers=len(pictures)) as pool:
+        work = {name: pool.submit(extract, picture.grey, parameters) for name, picture in pictures.items()}
+        return {name: task.result() for name, task in work.items()}
+
+
+def _stereo(
+    stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, Extraction], parameters: InspectionParameters
+) -> StereoMatches | None:
+    """Matches of a pair; None for one camera."""
+    if len(extractions) < 2:
+        return None
+    depths = predict_depth_range(
+        stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.localisation.depth_range
+    )
+    return match_stereo(rig, extractions["left"], extractions["right"], depths, parameters.stereo)
+
+
+def _answer(
+    run: int,
+    rig: Rig,
+    found: Localisation,
+    parts: PartsInView | None,
+    selection: Selection,
+    timings: dict[str, float],
+) -> Inspection:
+    best = found.best.refined if found.best is not None and found.verdict != "refused" else None
+    rows = [] if parts is None else parts.rows()
+    return Inspection(
+        run=run,
+        verdict=found.verdict,
+        reason=found.reason,
+        world_from_rig=best.world_from_rig if best else None,
+        world_from_camera={
+            name: best.world_from_rig @ rig.rig_from_camera[name] if best else None for name in rig.cameras
+        },
+        covariance=best.covariance if best else None,
+        parts_in_view=rows,
+        selection=selection,
+        hypotheses=[(h.refined.world_from_rig, h.cost) for h in found.hypotheses],
+        timings_s=timings,
+    )
+
+
+def _digest(path: str | Path) -> tuple[str, str]:
+    return Path(path).name, hashlib.sha256(Path(path).read_bytes()).hexdigest()

@@ -1,0 +1,21 @@
+"""The parameters of an inspection: those of all its stages, as a run records them."""
+
+from dataclasses import dataclass, field
+
+from vision.cameras.view_volume import SelectionParameters
+from vision.extraction.parameters import ExtractionParameters
+from vision.localisation.parameters import LocalisationParameters
+from vision.stereo.parameters import StereoParameters
+
+
+@dataclass(frozen=True)
+class InspectionParameters:
+    """What an inspection depends on besides its inputs and the world, a field a stage."""
+
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
+    extraction: ExtractionParameters = field(default_factory=ExtractionParameters)
+    stereo: StereoParameters = field(default_factory=StereoParameters)
+    localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
+
+
+DEFAULTS = InspectionParameters()

@@ -1,0 +1,212 @@
+"""Everything an inspection saw and decided, as rows of the store."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.arrays import Floats
+from relmodel.columns import Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run
+from vision.cameras.cameras import Prior, Rig
+from vision.cameras.images import Picture
+from vision.cameras.record import record_picture, record_rig
+from vision.cameras.view_volume import Selection
+from vision.extraction.extract import Extraction
+from vision.extraction.record import record_extraction
+from vision.localisation.correspondence import REASONS
+from vision.localisation.localise import Localisation, View
+from vision.localisation.parts_in_view import PART, PartsInView
+from vision.localisation.refine import Refined
+from vision.localisation.stored_scene import StoredScene
+from vision.localisation.verdict import Hypothesis
+from vision.localisation.views import KINDS, SILHOUETTE
+from vision.stereo.match import StereoMatches
+from vision.stereo.record import record_stereo
+
+BEST = 0  # number of the hypothesis that the views and correspondences belong to
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """What an inspection was given and found; pictures and extractions by camera, stereo and parts where there are."""
+
+    stored: StoredScene
+    selection: Selection
+    rig: Rig
+    prior: Prior
+    pictures: dict[str, Picture]
+    extractions: dict[str, Extraction]
+    stereo: StereoMatches | None
+    found: Localisation
+    parts: PartsInView | None
+
+
+def record_inspection(run: Run, connection: Connection, it: Inspected, *, keep_images: bool) -> None:
+    """Append all rows of an inspection within the transaction of `connection`."""
+    _record_inputs(run, connection, it)
+    units = {}
+    for name, picture in it.pictures.items():
+        image_id = record_picture(run, connection, picture, keep_bytes=keep_images)
+        recorded = record_extraction(run, connection, image_id, picture.sha256, it.extractions[name])
+        units[name] = recorded.unit_set_id
+        run.append(
+            connection,
+            "inspection_image",
+            {"run_id": [run.id], "camera": name, "image_id": image_id, "extraction_id": recorded.extraction_id},
+        )
+    if it.stereo is not None:
+        record_stereo(run, connection, 0, units["left"], units["right"], it.stereo)
+    _record_hypotheses(run, connection, it.found.hypotheses)
+    for number, (name, view) in enumerate(it.found.views.items()):
+        assert it.found.best is not None
+        pose = it.found.best.refined.world_from_rig @ it.rig.rig_from_camera[name]
+        _record_view(run, connection, number, name, pose, view, it.stored)
+    _record_pose(run, connection, it)
+    if it.parts is not None:
+        run.append(
+            connection,
+            "part_in_view",
+            {
+                "run_id": run.id,
+                "in_view_no": np.arange(len(it.parts.path)),
+                "occurrence_id": it.parts.occurrence_id,
+                "feature_no": np.ma.masked_equal(it.parts.feature_no, PART),
+                "level": it.parts.level,
+                "path": it.parts.path,
+                "visible_pixels": it.parts.visible,
+                "covered_pixels": it.parts.covered,
+            },
+        )
+
+
+def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
+    run.append(
+        connection,
+        "inspection",
+        {
+            "run_id": [run.id],
+            "world_id": it.stored.world_id,
+            "rig_id": record_rig(run, connection, it.rig),
+            **matrix_columns(it.prior.world_from_rig),
+            "sigma_translation_mm": it.prior.sigma_translation_mm,
+            "sigma_rotation": it.prior.sigma_rotation,
+            "selected_parts": len(it.selection.shown),
+            "superfluous_parts": it.selection.superfluous,
+        },
+    )
+
+
+def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Hypothesis]) -> None:
+    if not hypotheses:
+        return
+    run.append(
+        connection,
+        "hypothesis",
+        {
+            "run_id": run.id,
+            "hypothesis_no": np.arange(len(hypotheses)),
+            **matrix_columns([h.refined.world_from_rig for h in hypotheses]),
+            "cost": np.array([h.cost for h in hypotheses]),
+            "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
+            "distance": np.array([h.prior_sigma for h in hypotheses]),
+        },
+    )
+
+
+def _record_view(
+    run: Run, connection: Connection, number: int, camera: str, pose: Floats, view: View, stored: StoredScene
+) -> None:
+    arcs, pairs, measured = view.arcs, view.correspondences, view.measurements
+    key = {"run_id": run.id, "view_no": number}
+    run.append(connection, "view", {**key, "camera": [camera], **matrix_columns(pose)})
+    outline = arcs.kind == SILHOUETTE
+    t = np.stack([stored.sample_parameter[np.where(outline, 0, s)] for s in (arcs.first_sample, arcs.last_sample)])
+    t[:, outline] = np.nan
+    run.append(
+        connection,
+        "view_arc",
+        {
+            **key,
+            "view_arc_no": np.arange(len(arcs.kind)),
+            "occurrence_id": stored.occurrence_id[arcs.occurrence],
+            "kind": [KINDS[k] for k in arcs.kind],
+            # A silhouette is no arc of the model: it is of a surface, and has no interval.
+            "arc_no": np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
+            "surface_no": np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
+            "t0": t.min(axis=0),
+            "t1": t.max(axis=0),
+            "start_u": arcs.start[:, 0],
+            "start_v": arcs.start[:, 1],
+            "end_u": arcs.end[:, 0],
+            "end_v": arcs.end[:, 1],
+            "length": arcs.length,
+        },
+    )
+    run.append(
+        connection,
+        "correspondence",
+        {
+            "hypothesis_no": BEST,
+            **key,
+            "view_arc_no": pairs.view_arc,
+            "image_arc_no": pairs.image_arc,
+            "accepted": pairs.accepted,
+            "reason": [REASONS[r] for r in pairs.reason],
+            "residual": pairs.residual,
+            "angle": pairs.angle,
+            "overlap": pairs.overlap,
+        },
+    )
+    run.append(
+        connection,
+        "edge_measurement",
+        {
+            **key,
+            "measurement_no": np.arange(len(measured.view_arc)),
+            "view_arc_no": measured.view_arc,
+            "world_x": measured.world[:, 0],
+            "world_y": measured.world[:, 1],
+            "world_z": measured.world[:, 2],
+            "normal_u": measured.normal[:, 0],
+            "normal_v": measured.normal[:, 1],
+            "u": measured.position[:, 0],
+            "v": measured.position[:, 1],
+            "sigma": measured.sigma,
+            "weight": measured.weight,
+            "residual": measured.residual,
+        },
+    )
+
+
+def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
+    best, others = it.found.best, it.found.hypotheses[1:]
+    run.append(
+        connection,
+        "pose",
+        {
+            "run_id": [run.id],
+            "verdict": it.found.verdict,
+            "reason": it.found.reason,
+            **matrix_columns(best.refined.world_from_rig if best else it.prior.world_from_rig),
+            "covariance": Ragged.pack([best.refined.covariance if best else it.prior.covariance]),
+            "singular_values": Ragged.pack([_singular_values(best.refined) if best else []]),
+            "cost": best.cost if best else 0.0,
+            "margin": min(h.cost for h in others) - best.cost if best and others else None,
+            "evidence_ratio": _evidence_ratio(best) if best else 0.0,
+        },
+    )
+
+
+def _evidence_ratio(h: Hypothesis) -> float:
+    return float(h.support.found.sum() / max(float(h.support.expected.sum()), 1e-9))
+
+
+def _singular_values(refined: Refined) -> Floats:
+    """Singular values (6,) of what was measured, whitened, with a turn of 1 mrad scaled against a shift of 1 mm."""
+    m = refined.measurements
+    scaled = m.jacobian[:, :6] * (np.sqrt(m.weight) / m.sigma)[:, None] * np.repeat([1.0, 1e-3], 3)
+    return np.linalg.svd(scaled, compute_uv=False)

@@ -1,0 +1,261 @@
+"""The parameters of localisation, a class a stage: everything numeric that decides what pose and verdict come out.
+
+Pixels are those of the camera without distortion, lengths mm, angles rad, evidence in natural logarithms of odds.
+Values without a named source were chosen on rendered bulkheads with exact truth.
+"""
+
+from dataclasses import dataclass, field
+from math import radians
+
+
+@dataclass(frozen=True)
+class VisibilityParameters:
+    """What counts as seen, and how a view's arcs are put together."""
+
+    ray_offset_mm: float = 0.1
+    """mm off the surface at which a ray starts; at a tessellation of 0.05 mm this agrees with exact hidden lines"""
+    smooth_angle: float = radians(20)
+    """rad: faces that meet at less are smoothly joined: a blend, which shows as shading and not as an edge"""
+    bridged_samples: int = 3
+    """samples: shorter hidden stretches do not break a visible run of an arc, since rays graze"""
+    coverage_step_px: int = 3
+    """px: side of the square that a ray stands for; shares of parts that cover 400 px are good to about 5 %"""
+    coverage_near_mm: float = 1.0
+    """mm before the camera: triangles that reach nearer are tested against every ray"""
+
+
+@dataclass(frozen=True)
+class EvidenceParameters:
+    """Edge evidence of a picture: log likelihood ratio against what chance finds (Desolneux, Moisan and Morel)."""
+
+    orientations: int = 16
+    """classes of orientation modulo pi"""
+    strengths: tuple[float, ...] = (0.03, 0.12, 0.3)
+    """classes of contrast, as shares of the picture's range of grey"""
+    detection: tuple[float, ...] = (0.75, 0.5, 0.2)
+    """share of the visible sharp edges of machined parts that show at least that contrast"""
+    surroundings_px: float = 96.0
+    """px: half side of the window in which chance is counted"""
+    background_cells: float = 40.0
+    """cells: weight of the whole picture's share in it"""
+    block_px: float = 16.0
+    """px: side of the blocks in which it is counted"""
+    border_px: float = 6.0
+    """px along the picture's border in which no edge can be found"""
+    min_grey_range: float = 16.0
+    """grey: least range that contrasts are related to"""
+
+
+@dataclass(frozen=True)
+class SearchParameters:
+    """The scan of the prior's volume on coarse evidence and the climb on finer."""
+
+    seed: int = 1989
+    """of the scrambled Sobol sequence"""
+    correlation_px: float = 40.0
+    """px along an arc that count as one observation: closer samples see the same picture"""
+    sample_spacing_px: float = 4.0
+    """px between the samples that are kept for the search"""
+    select_sigma: float = 6.0
+    """sigmas of image shift beyond the pictures within which arcs are kept"""
+    scan_sigma: float = 2.5
+    """sigmas of image shift beyond the pictures within which they are predicted for the scan"""
+    scan_samples: int = 800
+    """samples that face a camera"""
+    scan_cell_px: float = 4.0
+    """px: cells of the coarse evidence"""
+    scan_reach_px: float = 6.0
+    """px that a prediction may be off there"""
+    scan_window: int = 10
+    """cells: greatest common shift of a picture either way"""
+    scan_step: int = 2
+    """cells between shifts"""
+    scan_poses: int = 1024
+    """poses of the sequence for a prior that leaves `scan_spread_px` beside common shifts; as its square for others"""
+    scan_spread_px: float = 15.0
+    """px, rms"""
+    max_scan_poses: int = 16384
+    """poses at most"""
+    scan_distinct_px: float = 6.0
+    """px, rms over the samples, by which poses differ that go on to the climb"""
+    scan_kept: int = 100
+    """poses that do"""
+    climb_cell_px: float = 2.0
+    """px: cells of the fine evidence"""
+    climb_reach_px: float = 3.0
+    """px that a prediction may be off there"""
+    climb_first_px: float = 4.0
+    """px: first step of the climb"""
+    climb_last_px: float = 1.0
+    """px: last step"""
+    climb_distinct_px: float = 3.0
+    """px, rms over the samples, by which the candidates differ"""
+    climb_kept: int = 24
+    """candidates at most"""
+
+
+@dataclass(frozen=True)
+class RivalParameters:
+    """Which poses are followed up beside the best: other candidates, and shifts by what repeats in the model."""
+
+    same_px: float = 1.5
+    """px, rms over what is seen, within which two poses are one"""
+    min_candidate_share: float = 0.3
+    """share of the best candidate's score from which others are followed up"""
+    candidates: int = 6
+    """candidates at most beside the best"""
+    min_evidence_share: float = 0.7
+    """share of the best evidence to which a pose must climb to be refined"""
+    samples: int = 1200
+    """samples of that climb"""
+    first_px: float = 2.0
+    """px: its first step"""
+    last_px: float = 0.5
+    """px: its last step"""
+    prior_weight: float = 0.01
+    """weight of the prior in it"""
+    rounds: int = 3
+    """rounds of shifting the best pose, which may change"""
+    max_refined: int = 8
+    """hypotheses at most; the likeliest by the prior are followed first"""
+    congruent: float = 0.02
+    """share to which length and second moments of the tangents of congruent arcs agree"""
+    box_mm: float = 2.0
+    """mm: boxes in which displacements of congruent arcs are gathered"""
+    min_visible_share: float = 0.25
+    """share of the visible length that a displacement must carry onto congruent arcs"""
+    displacements: int = 12
+    """displacements at most"""
+
+
+@dataclass(frozen=True)
+class RefinementParameters:
+    """Least squares of predicted arcs on edge elements."""
+
+    rounds: tuple[tuple[float, float], ...] = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
+    """(px, px): reach along the normal and scale of the robust loss (Geman and McClure) of each round"""
+    steps: int = 6
+    """Gauss-Newton steps at most in a round"""
+    min_step_sigma: float = 0.05
+    """sigmas: a shorter step ends a round"""
+    samples: int = 3000
+    """samples that face a camera"""
+    min_cosine: float = 0.94
+    """cosine of the greatest angle between a predicted arc and an edge element"""
+    max_beside_px: float = 0.75
+    """px along the arc between a sample and the edge element on its normal"""
+    seed: int = 1981
+    """of the draws of the consensus (Fischler and Bolles, 1981)"""
+    draws: int = 300
+    """draws"""
+    drawn_arcs: int = 5
+    """arcs in a draw"""
+    consensus_px: float = 1.5
+    """px within which a measurement agrees with a draw"""
+    max_pull_sigma: float = 2.0
+    """sigmas of the pose without it by which a component may pull the pose; were it where the model says, one that
+    knows as much as all others together would pull by less in 98 of 100 cases"""
+    suspect_sigma: float = 0.5
+    """sigmas to first order from which that is tried: robust weights hide most of a pull"""
+    systematic_px: float = 0.08
+    """px: what an edge's own sigma leaves out: tessellation, rounded and burred edges"""
+    texture_px: float = 0.5
+    """px: by how much texture displaces an edge of its own contrast; less in proportion to the contrast"""
+    response_px: float = 0.25
+    """px at a contrast of the whole range of grey: how far a camera's response moves edges toward their dark side"""
+    response_sigma_px: float = 0.25
+    """px: standard deviation of that, an unknown of each camera"""
+    calibration_px: float = 0.02
+    """px: standard deviation of each camera's principal point, two unknowns"""
+    inflation: float = 2.0
+    """factor of the jackknife's covariance over arcs, for arcs of a feature that share light and tolerance: squared
+    errors on rendered pairs were about twice as large"""
+
+
+@dataclass(frozen=True)
+class CorrespondenceParameters:
+    """Which image arc is which visible model arc."""
+
+    reach_px: float = 10.0
+    """px within which a pair of arcs is a candidate"""
+    gate_sigma: float = 3.0
+    """standard deviations of pose, arc and `floor_px` that a pair may be off"""
+    floor_px: float = 0.5
+    """px: what edges of real metal are off beyond their own sigma"""
+    max_angle: float = radians(15)
+    """rad: greatest mean angle between the two"""
+    min_overlap: float = 0.3
+    """share of the image arc that must lie beside the model arc"""
+    sample_spacing_px: float = 3.0
+    """px between the samples of a view's arcs that are looked at"""
+    max_beside_px: float = 4.0
+    """px along the arc between an edge element and the sample it belongs to"""
+    stretch_px: float = 4.0
+    """px: stretches of a model arc that two image arcs may not both cover"""
+    min_fresh_share: float = 0.5
+    """share of an image arc's elements that must lie beside stretches not yet covered"""
+
+
+@dataclass(frozen=True)
+class VerdictParameters:
+    """When a pose is accepted, ambiguous or refused."""
+
+    min_evidence: float = 24.0
+    """evidence below which a pose could be chance: the search tries some millions of poses, odds of 15"""
+    min_share: float = 0.55
+    """share of the expected evidence that a pose must find: right poses of brushed metal find 0.7 to 1.2 in each
+    camera, wrong ones that are no repetition up to 0.3"""
+    min_share_camera: float = 0.4
+    """the same in each camera that expects at least half of `min_evidence`"""
+    min_agreement: float = 0.65
+    """share of the measured edge length within `agreement_px` of its prediction: 0.8 to 0.9 at right poses, a third by
+    chance"""
+    agreement_px: float = 1.0
+    """px"""
+    rival_share: float = 0.05
+    """share of the best pose's evidence by which a rival may fall short of it"""
+    min_margin: float = 10.0
+    """evidence: likewise, at least"""
+    prior_odds: float = 12.0
+    """log odds by the prior beyond which a pose is no rival"""
+    max_sigma: float = 6.0
+    """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
+    max_translation_mm: float = 1.0
+    """mm: greatest standard deviation at the middle of what is seen, of a pose by several cameras"""
+    max_rotation: float = radians(0.1)
+    """rad: of its rotation"""
+    max_translation_mm_alone: float = 3.0
+    """mm: likewise by one camera, which sees depth by scale only"""
+    max_rotation_alone: float = radians(0.5)
+    """rad: likewise"""
+    max_apart_sigma: float = 8.0
+    """sigmas, in six dimensions, by which cameras solved apart may differ"""
+
+
+@dataclass(frozen=True)
+class DepthRangeParameters:
+    """The range of depths in which stereo looks, predicted from the model and the prior."""
+
+    cell_px: int = 8
+    """px: cells of the map"""
+    sigmas: float = 3.0
+    """standard deviations of the prior by which it is widened"""
+    min_depth_share: float = 0.1
+    """share of the least depth seen: the least that is allowed"""
+
+
+@dataclass(frozen=True)
+class LocalisationParameters:
+    """What a localisation depends on besides pictures, model, rig and prior, a field a stage."""
+
+    visibility: VisibilityParameters = field(default_factory=VisibilityParameters)
+    evidence: EvidenceParameters = field(default_factory=EvidenceParameters)
+    search: SearchParameters = field(default_factory=SearchParameters)
+    rivals: RivalParameters = field(default_factory=RivalParameters)
+    refinement: RefinementParameters = field(default_factory=RefinementParameters)
+    correspondence: CorrespondenceParameters = field(default_factory=CorrespondenceParameters)
+    verdict: VerdictParameters = field(default_factory=VerdictParameters)
+    depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)
+
+
+DEFAULTS = LocalisationParameters()

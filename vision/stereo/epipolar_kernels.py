@@ -1,0 +1,95 @@
+"""Compiled kernels of the epipolar step."""
+
+from relmodel.arrays import Floats, Ints
+from relmodel.compiled import kernel
+
+
+@kernel(
+    "void(i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1], f8, f8, f8, i8, i8[:, ::1], f8[:, ::1], i8[:, ::1],"
+    " i8[::1], i8[::1])"
+)
+def match_rows(
+    left_start: Ints,
+    left: Floats,
+    bounds: Floats,
+    right_start: Ints,
+    right: Floats,
+    angle_sigma: float,
+    contrast_sigma: float,
+    skip: float,
+    layers: int,
+    alone: Ints,
+    best: Floats,
+    step: Ints,
+    match: Ints,
+    partner: Ints,
+) -> None:
+    """The right crossing matched to each left one in `match`, and the left one of each right one in `partner`, -1 for
+    none and at first, by dynamic programming along each row.
+
+    `left`, `right` (n, 3): x, angle and contrast; those of a row lie between two of `left_start`, `right_start`
+    (rows + 1), by ascending x.  `bounds` (n, 2): the disparities that each left crossing may have.  Matches of one
+    layer keep their order along the row; what a layer leaves alone is matched anew in the next, since what stands
+    before the rest may reverse the order.  Worked in `alone` (2, most of a row), `best` and `step`, both square and one
+    larger.
+    """
+    for row in range(len(left_start) - 1):
+        for _ in range(layers):
+            n, m = 0, 0
+            for i in range(left_start[row], left_start[row + 1]):
+                if match[i] < 0:
+                    alone[0, n] = i
+                    n += 1
+            for j in range(right_start[row], right_start[row + 1]):
+                if partner[j] < 0:
+                    alone[1, m] = j
+                    m += 1
+            for b in range(m + 1):
+                best[0, b] = b * skip
+            for a in range(1, n + 1):
+                i = alone[0, a - 1]
+                low, high = bounds[i, 0], bounds[i, 1]
+                best[a, 0] = a * skip
+                for b in range(1, m + 1):
+                    j = alone[1, b - 1]
+                    # 0: leave the right one, 1: leave the left one, 2: match
+                    least, how = best[a, b - 1] + skip, 0
+                    other = best[a - 1, b] + skip
+                    if other < least:
+                        least, how = other, 1
+                    d = left[i, 0] - right[j, 0]
+                    if low <= d <= high:
+                        e = (left[i, 1] - right[j, 1]) / angle_sigma
+                        c = (left[i, 2] - right[j, 2]) / contrast_sigma
+                        g = (d - 0.5 * (low + high)) / (high - low + 1e-12)
+                        other = best[a - 1, b - 1] + e * e + c * c + g * g
+                        if other < least:
+                            least, how = other, 2
+                    best[a, b] = least
+                    step[a, b] = how
+            a, b = n, m
+            while a > 0 and b > 0:
+                how = step[a, b]
+                if how == 2:
+                    match[alone[0, a - 1]] = alone[1, b - 1]
+                    partner[alone[1, b - 1]] = alone[0, a - 1]
+                a -= how > 0
+                b -= how != 1
+
+
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1])")
+def common_rows(
+    left: Ints, right: Ints, left_start: Ints, left_row: Ints, right_start: Ints, right_row: Ints, out: Ints
+) -> None:
+    """Add to `out`, for each pair of arcs, the rows that both cross, a row as often as the one that crosses it less.
+
+    `left_start` (arcs + 1) delimits the crossings of each left arc in `left_row`, ascending; so on the right.
+    """
+    for k in range(len(left)):
+        i, end = left_start[left[k]], left_start[left[k] + 1]
+        j, stop = right_start[right[k]], right_start[right[k] + 1]
+        while i < end and j < stop:
+            before = left_row[i] - right_row[j]
+            out[k] += before == 0
+            i += before <= 0
+            j += before >= 0
