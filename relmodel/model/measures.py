@@ -247,9 +247,11 @@ def _sampled(
         side, curved = _repeated(np.where(own[:, None] < 0, 0.0, normals.level[surface]), known, count)
         of = np.take(arc, curved)
         scatter(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), take(inner, curved).T).T)
-        if sides:  # a free edge has the same at both
+        if sides:  # a free edge is sharp, and one of its sides always looks at the camera
             free = np.flatnonzero(np.repeat(own < 0, count))
-            side[free] = sides[0][free]
+            side[free] = -sides[0][free]
+            pole = np.flatnonzero(np.repeat((own < 0) & (curves.kind[arcs] == "degenerate"), count))
+            side[pole] = sides[0][pole]
         sides.append(side)
     return points, tangents, sides[0], sides[1]
 

@@ -1,7 +1,8 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
 Boxes, cylinders and spheres are exact (`model/primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
-(`mesh/read.py`), from the file's own folder and below alone.  URDF states metres and radians.
+(`mesh/read.py`), from the file's own folder and below alone; no surfaces are fitted to them.
+URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
 
@@ -26,7 +27,7 @@ from relmodel.readers.formats import UNITLESS_FORMATS
 
 Array = npt.NDArray[np.float64]
 
-LOADER_VERSION = "urdf 2"
+LOADER_VERSION = "urdf 3"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
@@ -227,7 +228,7 @@ class _Reader:
         key = (file, tuple(scale.tolist()))
         if key not in self._mesh_of:
             unit = "m" if file.suffix[1:].lower() in UNITLESS_FORMATS else None
-            found = read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+            found = read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])), fit=False)
             shapes, parts, assemblies = len(self.shapes), len(self.parts), len(self.assemblies)
             moved = [
                 replace(

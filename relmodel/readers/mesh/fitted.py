@@ -8,7 +8,7 @@ import numpy.typing as npt
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
-from relmodel.readers.mesh.regions import Regions
+from relmodel.readers.mesh.segment import Regions
 from relmodel.readers.mesh.triangles import area_normals, mean_planes, rounding
 
 Floats = npt.NDArray[np.float64]
