@@ -106,7 +106,7 @@ COMMENT ON COLUMN shape_arc_sample.parameters IS 'parameter t of each point';
 COMMENT ON COLUMN shape_arc_sample.points IS 'points, x y z after each other, mm';
 COMMENT ON COLUMN shape_arc_sample.tangents IS 'unit tangents towards growing t';
 COMMENT ON COLUMN shape_arc_sample.normals_a IS 'outward unit normals of surface_a at the points';
-COMMENT ON COLUMN shape_arc_sample.normals_b IS 'outward unit normals of surface_b; those of surface_a where there is none';
+COMMENT ON COLUMN shape_arc_sample.normals_b IS 'outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge)';
 
 CREATE TABLE surface_adjacency (
     shape_id BIGINT NOT NULL,

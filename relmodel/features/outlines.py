@@ -11,8 +11,8 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.geometry.curves import BOX
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Shape
@@ -21,7 +21,6 @@ from relmodel.model.trimmed_faces import TrimmedFaces
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-Floats = npt.NDArray[np.float64]
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _CHORD_RAD = np.pi / 360

@@ -16,16 +16,15 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
-from relmodel.find.volumes import Floats, Volume, VolumeTable
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.find.volumes import Volume, VolumeTable
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-
-Integers = npt.NDArray[np.int64]
 
 
 def exactly_met(
     store: Store, connection: Connection, volumes: Sequence[Volume], level: str, found: Mapping[str, npt.NDArray[Any]]
-) -> npt.NDArray[np.bool_]:
+) -> Bools:
     """Which rows of an answer at precision `box` (columns as `in_volumes` gives them) are in it at `exact` (n,)."""
     met = np.ones(len(found["volume_no"]), bool)
     if not len(met):
@@ -118,7 +117,7 @@ class _Geometry:
         triangles = [np.concatenate(pieces) for pieces in features.values()]
         return cls(list(features), triangles, [False] * len(features), deviation)
 
-    def number(self, shape_id: Integers, element_no: Integers) -> Integers:
+    def number(self, shape_id: Ints, element_no: Ints) -> Ints:
         """Places of elements in this table (n,), -1 where it has none."""
         if not len(self._keys):
             return np.full(len(shape_id), -1, np.int64)

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.components import dot, take
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 _STEPS = 4
 
 
-def distances(surfaces: Surfaces, row: Index, points: Array, uv: Array, enough: float) -> Array:
+def distances(surfaces: Surfaces, row: Ints, points: Floats, uv: Floats, enough: float) -> Floats:
     """Distances (n,) of points (n, 3) from the unbounded surfaces `row` (n,), mm.
 
     Of analytic surfaces exact; of others an upper bound, by Gauss-Newton steps towards the foot from the parameters
@@ -29,7 +26,7 @@ def distances(surfaces: Surfaces, row: Index, points: Array, uv: Array, enough: 
     return out
 
 
-def _of_analytic(surfaces: Surfaces, kind: str, row: Index, points: Array) -> Array:
+def _of_analytic(surfaces: Surfaces, kind: str, row: Ints, points: Floats) -> Floats:
     arm = points.T - take(surfaces.origin, row)
     z = take(surfaces.z, row)
     height = dot(arm, z)
@@ -52,7 +49,7 @@ def _of_analytic(surfaces: Surfaces, kind: str, row: Index, points: Array) -> Ar
     return np.asarray(np.minimum(near, far))
 
 
-def _of_free_form(surfaces: Surfaces, row: Index, points: Array, uv: Array, enough: float) -> Array:
+def _of_free_form(surfaces: Surfaces, row: Ints, points: Floats, uv: Floats, enough: float) -> Floats:
     out = np.full(len(row), np.inf)
     u, v = uv.T
     left = np.arange(len(row))

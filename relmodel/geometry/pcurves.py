@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.geometry.components import scatter, take
 from relmodel.geometry.curves import CONICS, ByKind
 from relmodel.geometry.spline_curves import SplineCurves
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 
 class Pcurves:
@@ -41,7 +39,7 @@ class Pcurves:
     def __len__(self) -> int:
         return len(self.kind)
 
-    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
+    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Points (n, 2: u v) and derivatives by t (n, 2) of the curves `row` (n,) at the parameters t (n,)."""
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
         points, derivatives = np.empty((2, len(row))), np.empty((2, len(row)))

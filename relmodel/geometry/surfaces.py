@@ -13,13 +13,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry import bspline
 from relmodel.geometry.components import cross, dot, scatter, take, unit
 from relmodel.geometry.curves import ByKind, Curves, vectors
 from relmodel.geometry.spline_surfaces import Spline, SplineSurfaces
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _EMPTY: dict[str, Any] = {}
@@ -29,9 +27,9 @@ _EMPTY: dict[str, Any] = {}
 class SurfacePoints:
     """Points of surfaces with their partial derivatives, each (n, 3)."""
 
-    points: Array
-    by_u: Array
-    by_v: Array
+    points: Floats
+    by_u: Floats
+    by_v: Floats
 
 
 class Surfaces:
@@ -98,17 +96,17 @@ class Surfaces:
                 scatter(values, at, one)
         return SurfacePoints(*(values.T for values in out))
 
-    def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
+    def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         return self.located(row, u, v)[1]
 
-    def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Array, Array]:
+    def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Points (n, 3), mm, and outward unit normals (n, 3), as `normals` gives them."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
         at, normal = self._directed(row, u, v)
         return at.points, (normal.T * np.where(self.reversed[row], -1.0, 1.0)).T
 
-    def _directed(self, row: Index, u: Array, v: Array) -> tuple[SurfacePoints, Array]:
+    def _directed(self, row: Ints, u: Floats, v: Floats) -> tuple[SurfacePoints, Floats]:
         """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""
         points = self.evaluate(row, u, v)
         normal, good = _unit_normals(points)
@@ -120,7 +118,7 @@ class Surfaces:
             normal[at] = unit((3 * (near[0] - near[1]) + near[2]).T).T
         return points, normal
 
-    def parameters(self, row: npt.ArrayLike, points: Array) -> tuple[Array, Array]:
+    def parameters(self, row: npt.ArrayLike, points: Floats) -> tuple[Floats, Floats]:
         """Parameters u, v (n,) of the points (n, 3) on the analytic surfaces `row` (n,), angles in [-pi, pi].
 
         Of a point off the surface: those of its foot (of the same height, for a cone); NaN for other kinds.
@@ -146,7 +144,7 @@ class Surfaces:
                 v[at] = z if kind == "cylinder" else np.arctan2(z, np.hypot(x, y) - ring)
         return u, v
 
-    def _of_kind(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _of_kind(self, kind: str, row: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Components (3, n) of points and partial derivatives of surfaces of one kind."""
         if kind in ANALYTIC_KINDS:
             return self._analytic(kind, row, u, v)
@@ -164,7 +162,7 @@ class Surfaces:
         arm = _turned(point - origin, axis, u)
         return origin + arm, cross(axis, arm), _turned(by, axis, u)
 
-    def _analytic(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _analytic(self, kind: str, row: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         o, x, y = (take(axis, row) for axis in (self.origin, self.x, self.y))
         if kind == "plane":
             return o + u * x + v * y, x, y
@@ -183,11 +181,11 @@ class Surfaces:
             across, across_by = height_by + (r if kind == "torus" else 0.0), -height
         return o + across * e + height * z, across * turned, across_by * e + height_by * z
 
-    def _offset(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _offset(self, row: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Points exact; partial derivatives by central differences (relative error about 1e-8)."""
         inner, basis, distance = self.basis_surfaces, self._basis_surface[row], self._distance[row]
 
-        def points(u: Array, v: Array) -> Array:
+        def points(u: Floats, v: Floats) -> Floats:
             at, normal = inner._directed(basis, u, v)
             return np.asarray(at.points.T + distance * normal.T)
 
@@ -222,7 +220,7 @@ def _spline(splines: Mapping[str, Any], i: int) -> Spline:
     )
 
 
-def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
+def _unit_normals(at: SurfacePoints) -> tuple[Floats, Bools]:
     """Unit normals dS/du x dS/dv, and where there is one."""
     by_u, by_v = at.by_u.T, at.by_v.T
     normal = cross(by_u, by_v)
@@ -232,7 +230,7 @@ def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
     return (normal / np.where(length > 0, length, 1.0)).T, good
 
 
-def _turned(vectors_: Array, axis: Array, angle: Array) -> Array:
+def _turned(vectors_: Floats, axis: Floats, angle: Floats) -> Floats:
     """Vectors turned about unit axes, all components (3, n), by the angles (n,)."""
     c, s = np.cos(angle), np.sin(angle)
     along = dot(vectors_, axis) * axis

@@ -43,6 +43,7 @@ class Request:
     allow_partial: bool = False
     strict: bool = False
     time_limit_s: float = TIME_LIMIT_S
+    occluder: bool = False
 
 
 def load(
@@ -55,17 +56,19 @@ def load(
     allow_partial: bool = False,
     strict: bool = False,
     time_limit_s: float = TIME_LIMIT_S,
+    occluder: bool = False,
     reader: Reader = read,
 ) -> LoadReport:
     """Load a STEP, mesh or URDF file under a name and a variant.
 
     `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
-    unless `allow_partial`; one with findings (`load_finding`) is refused if `strict`.  Geometry that the store holds
-    already is shared; the same content under the same name and variant adds nothing.  `reader` reads the file (default:
-    in a child process).  Raises InputError where the file is missing or bad, takes longer than `time_limit_s` to
-    read, or is given no name; the store is then as it was but for the run, its load report and its findings.
+    unless `allow_partial`; one with findings (`load_finding`) is refused if `strict`. A mesh that is an `occluder`
+    stays triangles between crease edges. Geometry that the store holds already is shared; the same content under
+    the same name and variant adds nothing. `reader` reads the file (default: in a child process). Raises InputError
+    where the file is missing or bad, takes longer than `time_limit_s` to read, or is given no name; the store is
+    then as it was but for the run, its load report and its findings.
     """
-    request = Request(Path(path), name, variant, unit, allow_partial, strict, time_limit_s)
+    request = Request(Path(path), name, variant, unit, allow_partial, strict, time_limit_s, occluder)
     ((_, outcome),) = load_all(store, [request], reader=reader)
     if isinstance(outcome, InputError):
         raise outcome
@@ -130,7 +133,7 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
 
 def _read(reader: Reader, request: Request) -> tuple[Model, float]:
     began = time.perf_counter()
-    options = ReadOptions(request.unit, request.name, request.time_limit_s)
+    options = ReadOptions(request.unit, request.name, request.time_limit_s, request.occluder)
     return reader(request.path, options), time.perf_counter() - began
 
 
@@ -142,6 +145,7 @@ def _load(store: Store, request: Request, reading: _Reading, storing: Callable[[
         "unit": request.unit,
         "allow_partial": request.allow_partial,
         "strict": request.strict,
+        "occluder": request.occluder,
     }
     packages = ("cadquery-ocp-novtk" if format_of(request.path) == "step" else "trimesh", "numpy", "duckdb")
     files: Mapping[str, tuple[str, str]] = {}

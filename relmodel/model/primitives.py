@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
@@ -17,8 +18,6 @@ from relmodel.model import measures
 from relmodel.model.model import Mesh, Shape, Table
 from relmodel.model.tessellation import HalfEdges, surface_deviation
 from relmodel.model.trimmed_faces import TrimmedFaces
-
-Array = npt.NDArray[np.float64]
 
 CHORD_MM = 0.05
 CHORD_RAD = 0.15
@@ -123,10 +122,10 @@ def _segments(radius: float) -> int:
     return 2 * int(np.ceil(min(max(_TURN / CHORD_RAD, np.pi / chord), _MOST_SEGMENTS) / 2))
 
 
-_MeshPiece = tuple[Array, Array, npt.NDArray[np.int64]]
+_MeshPiece = tuple[Floats, Floats, Ints]
 
 
-def _grid(points: Array, normals: Array) -> _MeshPiece:
+def _grid(points: Floats, normals: Floats) -> _MeshPiece:
     """Triangles of a grid of points (n, m, 3), counter-clockwise from outside; those without an area left out."""
     n, m = points.shape[:2]
     at = np.arange(n * m).reshape(n, m)
@@ -150,14 +149,14 @@ class _Rows:
     def surface(
         self,
         kind: Literal["plane", "cylinder", "sphere"],
-        origin: Array,
-        x: Array,
-        z: Array,
+        origin: Floats,
+        x: Floats,
+        z: Floats,
         radius: float | None,
         domain: tuple[float, float, float, float],
         area: float,
-        centroid: Array,
-        bounds: Array,
+        centroid: Floats,
+        bounds: Floats,
         *,
         reversed_: bool = False,
     ) -> None:
@@ -169,17 +168,17 @@ class _Rows:
             }
         )  # fmt: skip
 
-    def line(self, start: Array, end: Array) -> int:
+    def line(self, start: Floats, end: Floats) -> int:
         length = float(np.linalg.norm(end - start))
         return self._arc("line", start, (end - start) / length, _NONE, np.nan, 0.0, length)
 
-    def circle(self, centre: Array, x: Array, z: Array, radius: float, t0: float, t1: float) -> int:
+    def circle(self, centre: Floats, x: Floats, z: Floats, radius: float, t0: float, t1: float) -> int:
         return self._arc("circle", centre, x, z, radius, t0, t1)
 
-    def degenerate(self, point: Array) -> int:
+    def degenerate(self, point: Floats) -> int:
         return self._arc("degenerate", point, _NONE, _NONE, np.nan, 0.0, _TURN)
 
-    def _arc(self, kind: str, origin: Array, x: Array, z: Array, radius: float, t0: float, t1: float) -> int:
+    def _arc(self, kind: str, origin: Floats, x: Floats, z: Floats, radius: float, t0: float, t1: float) -> int:
         self.arcs.append(
             {"kind": kind, "origin": origin, "axis_x": x, "axis_z": z, "radius": radius, "t0": t0, "t1": t1}
         )
@@ -282,7 +281,7 @@ class _Rows:
         }
 
 
-def _vectors(name: str, rows: list[dict[str, Any]]) -> dict[str, Array]:
+def _vectors(name: str, rows: list[dict[str, Any]]) -> dict[str, Floats]:
     return vector_columns(name, np.array([r[name] for r in rows], float))
 
 

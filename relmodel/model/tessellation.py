@@ -7,12 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.distances import distances
 from relmodel.geometry.surfaces import Surfaces
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 _ENOUGH = 0.25  # of the chord: what is nearer is not worth a foot point
 WELD_MM = 1e-5  # vertices of faces that are nearer to each other are one
@@ -25,9 +23,9 @@ class HalfEdges(NamedTuple):
     tail, head: vertices; bare: whether no other side runs back along it, as vertices of faces are apart.
     """
 
-    tail: Index
-    head: Index
-    bare: npt.NDArray[np.bool_]
+    tail: Ints
+    head: Ints
+    bare: Bools
 
     @classmethod
     def of(cls, triangles: npt.NDArray[np.integer]) -> HalfEdges:
@@ -40,11 +38,11 @@ class HalfEdges(NamedTuple):
 
 def surface_deviation(
     surfaces: Surfaces,
-    vertices: Array,
-    uv: Array,
+    vertices: Floats,
+    uv: Floats,
     triangles: npt.NDArray[np.integer],
     sides: HalfEdges,
-    owner: Index,
+    owner: Ints,
     chord_mm: float,
 ) -> float:
     """Greatest distance of midpoints of sides and of centroids of triangles (m, 3) from curved surfaces (m,), mm.
@@ -64,14 +62,14 @@ def surface_deviation(
     return worst
 
 
-def flat_deviation(surfaces: Surfaces, vertices: Array, owner: Index) -> float:
+def flat_deviation(surfaces: Surfaces, vertices: Floats, owner: Ints) -> float:
     """Greatest distance of vertices (n, 3) of flat faces from their planes `owner` (n,), mm."""
     flat = np.flatnonzero(surfaces.kind[owner] == "plane")
     uv = np.zeros((len(flat), 2))
     return float(distances(surfaces, owner[flat], vertices[flat], uv, 0.0).max(initial=0.0))
 
 
-def arc_deviation(curves: Curves, arc: Index, start: Array, end: Array) -> float:
+def arc_deviation(curves: Curves, arc: Ints, start: Floats, end: Floats) -> float:
     """Greatest distance of arcs (n,) midway between parameters start and end (n,) from their chords there, mm."""
     if not len(arc):
         return 0.0
@@ -82,7 +80,7 @@ def arc_deviation(curves: Curves, arc: Index, start: Array, end: Array) -> float
     return float(np.linalg.norm(arm - share[:, None] * along, axis=1).max())
 
 
-def open_edges(vertices: Array, sides: HalfEdges) -> int:
+def open_edges(vertices: Floats, sides: HalfEdges) -> int:
     """How many sides of triangles lack a neighbour once vertices (n, 3) at one place are one."""
     used, ends = np.unique(np.stack([sides.tail[sides.bare], sides.head[sides.bare]]), return_inverse=True)
     places, ends = vertices[used], ends.reshape(2, -1)
@@ -90,7 +88,7 @@ def open_edges(vertices: Array, sides: HalfEdges) -> int:
     return found and min(found, _unpaired(np.round(places / WELD_MM), ends))
 
 
-def _unpaired(places: Array, ends: Index) -> int:
+def _unpaired(places: Floats, ends: Ints) -> int:
     """How many directed edges (2, m) between places (n, 3) no other one runs back along."""
     place = np.unique(places + 0.0, axis=0, return_inverse=True)[1].ravel()  # no -0.0
     tail, head = place[ends]

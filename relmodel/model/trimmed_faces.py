@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.components import scatter
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
-
-def pcurve_of(coedges: Table, pcurves: Table) -> Index:
+def pcurve_of(coedges: Table, pcurves: Table) -> Ints:
     """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
     names = ("surface_no", "loop_no", "coedge_no")
     keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
@@ -41,7 +38,7 @@ class TrimmedFaces:
         flat = np.asarray(surfaces.kind == "plane")
         self.pcurve = np.where(flat[self.surface], -1, pcurve_of(coedges, pcurves))
 
-    def evaluate(self, coedge: Index, t: Array) -> Array:
+    def evaluate(self, coedge: Ints, t: Floats) -> Floats:
         """Points (n, 2: u v) of coedges at parameters of their arcs; without a pcurve angles are in [-pi, pi]."""
         uv = np.empty((2, len(t))).T
         row = self.pcurve[coedge]
@@ -52,7 +49,7 @@ class TrimmedFaces:
             scatter(uv.T, bare, self._feet(coedge[bare], t[bare]))
         return uv
 
-    def _feet(self, coedge: Index, t: Array) -> Array:
+    def _feet(self, coedge: Ints, t: Floats) -> Floats:
         """Parameters (2, n) of the feet of points of arcs on analytic surfaces."""
         surface = self.surface[coedge]
         points = self.curves.evaluate(self.arc[coedge], t)[0]

@@ -20,11 +20,13 @@ MEMORY_LIMIT = 6 << 30
 @dataclass(frozen=True)
 class ReadOptions:
     """unit: of the lengths of a mesh that states none.  name: of a mesh that has none in its file (default: the
-    file's).  time_limit_s, memory_limit (bytes): of the child process that reads."""
+    file's).  time_limit_s, memory_limit (bytes): of the child process that reads.
+    occluder: whether a mesh only occludes, and stays triangles between crease edges."""
 
     unit: str | None = None
     name: str | None = None
     time_limit_s: float = TIME_LIMIT_S
+    occluder: bool = False
     memory_limit: int = MEMORY_LIMIT
 
 
@@ -69,4 +71,4 @@ def _read(path: Path, options: ReadOptions) -> Model:
         return read_urdf(path)
     from relmodel.readers.mesh.read import read_mesh
 
-    return read_mesh(path, options.unit, name=options.name)
+    return read_mesh(path, options.unit, name=options.name, fit=not options.occluder)

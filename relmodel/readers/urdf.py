@@ -1,7 +1,8 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
 Boxes, cylinders and spheres are exact (`model/primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
-(`mesh/read.py`), from the file's own folder and below alone.  URDF states metres and radians.
+(`mesh/read.py`), from the file's own folder and below alone; no surfaces are fitted to them.
+URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
 
@@ -15,8 +16,8 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
@@ -24,9 +25,7 @@ from relmodel.model import primitives
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers.formats import UNITLESS_FORMATS
 
-Array = npt.NDArray[np.float64]
-
-LOADER_VERSION = "urdf 2"
+LOADER_VERSION = "urdf 3"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
@@ -216,7 +215,7 @@ class _Reader:
             self._shape_of[key] = len(self.shapes) - 1
         return self._shape_of[key]
 
-    def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Array) -> Instance:
+    def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Floats) -> Instance:
         """A mesh file placed in a link: its one part, or all that it holds as an assembly."""
         from relmodel.readers.mesh.read import read_mesh
 
@@ -227,7 +226,7 @@ class _Reader:
         key = (file, tuple(scale.tolist()))
         if key not in self._mesh_of:
             unit = "m" if file.suffix[1:].lower() in UNITLESS_FORMATS else None
-            found = read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])))
+            found = read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])), fit=False)
             shapes, parts, assemblies = len(self.shapes), len(self.parts), len(self.assemblies)
             moved = [
                 replace(
@@ -290,7 +289,7 @@ class _Reader:
         rgba = self._numbers(colour, "rgba", f"material {material.get('name')!r}", 4)
         return "#" + "".join(f"{round(255 * float(c)):02x}" for c in np.clip(rgba[:3], 0, 1))
 
-    def _origin(self, element: Element, where: str) -> Array:
+    def _origin(self, element: Element, where: str) -> Floats:
         """Transform of <origin>: fixed-axis roll, pitch, yaw, then the translation, mm."""
         out = np.eye(4)
         origin = element.find("origin")
@@ -312,7 +311,9 @@ class _Reader:
             self._refuse(f"{where} has the name {value!r} with a slash, which parts paths: give another name")
         return value
 
-    def _numbers(self, element: Element, key: str, where: str, count: int, default: list[float] | None = None) -> Array:
+    def _numbers(
+        self, element: Element, key: str, where: str, count: int, default: list[float] | None = None
+    ) -> Floats:
         text = element.get(key)
         if text is None and default is not None:
             return np.array(default)

@@ -224,6 +224,53 @@ def test_sheets_and_edges_of_four_facets_are_taken() -> None:
     assert np.isnan(shape.arcs["angle"]).sum() == 4  # the common edge, once for each facet at it
 
 
+def test_an_open_mesh_says_so_and_its_free_edges_have_two_sides() -> None:
+    box = trimesh.creation.box(extents=[20, 10, 5])
+    lid = np.flatnonzero(box.face_normals[:, 2] > 0.9)
+    box.update_faces(np.setdiff1d(np.arange(len(box.faces)), lid))
+    shape = shape_of(box)
+    assert shape.volume is None
+    (finding,) = shape.findings
+    assert (finding.kind, finding.value, finding.bound) == ("open_mesh", 4.0, 0.0)
+    assert not shape_of(l_bracket()).findings
+    free = np.flatnonzero(np.asarray(shape.arcs["convexity"]) == "free")
+    assert sorted(shape.arcs["length"][free]) == pytest.approx([10, 10, 20, 20])
+    samples = shape.samples
+    for arc in range(len(shape.arcs["kind"])):
+        normals = [n[arc].reshape(-1, 3) for n in (samples.normals_a, samples.normals_b)]
+        cosine = np.sum(normals[0] * normals[1], axis=1)
+        assert np.allclose(cosine, -1 if arc in free else 0, atol=1e-6)
+        assert np.allclose(np.linalg.norm(normals[0], axis=1), 1, atol=1e-6)
+
+
+@pytest.mark.parametrize("fit", [True, False])
+def test_the_diagonal_of_a_twisted_quad_is_no_edge(fit: bool) -> None:
+    """A box whose top is lifted by 1 mm in 20 at one corner: the halves of the top and of two sides turn."""
+    box = trimesh.creation.box(extents=[20, 20, 20])
+    vertices = np.asarray(box.vertices, float)
+    vertices[np.all(vertices == 10, axis=1), 2] += 1.0
+    shape = shape_from_triangles(vertices, np.asarray(box.faces, np.int64), fit=fit)
+    assert shape is not None
+    assert len(shape.arcs["kind"]) == 12
+    assert set(shape.arcs["kind"]) == {"line"}
+    assert set(shape.arcs["convexity"]) == {"convex"}
+    assert len(shape.surfaces["kind"]) == 6
+
+
+def test_what_only_occludes_is_triangles_between_creases() -> None:
+    cylinder = trimesh.creation.cylinder(radius=50, height=200, sections=64)
+    vertices, triangles = np.asarray(cylinder.vertices, float), np.asarray(cylinder.faces, np.int64)
+    shape = shape_from_triangles(vertices, triangles, fit=False)
+    assert shape is not None
+    assert Counter(shape.surfaces["kind"]) == {"facets": 3}
+    assert len(shape.mesh.triangles) == len(triangles)
+    assert shape.volume == pytest.approx(cylinder.volume)
+    # The creases are the rims of the two ends.
+    points = shape.samples.points.values.reshape(-1, 3)
+    assert np.allclose(np.abs(points[:, 2]), 100)
+    assert Counter(shape.arcs["convexity"]) == {"convex": 2}
+
+
 def scene_file(path: Path) -> Path:
     scene = trimesh.Scene()
     bracket = l_bracket()
@@ -300,7 +347,7 @@ def test_a_mesh_without_area_is_refused(faces: str, tmp_path: Path) -> None:
         read_mesh(tmp_path / "part.obj", "mm")
 
 
-@pytest.mark.parametrize("seed", [0, 4, 13])
+@pytest.mark.parametrize("seed", [4, 13])
 def test_round_parts_have_the_areas_by_kind_of_their_exact_model(seed: int) -> None:
     exact = extracted(generate(seed))
     shape = shape_from_triangles(

@@ -16,13 +16,14 @@ class Scene:
     """The world's surfaces and arcs as columns, everything in the world frame, mm.
 
     vertices (v, 3), vertex_normals (v, 3): the exact outward normals, for silhouettes; a mesh without exact normals
-    gives each facet its own vertices. triangles (f, 3), triangle_surface (f,): indices of vertices and of the surface
-    that each triangle belongs to. surface_occurrence (s,): the occurrence of each surface. sample_point,
-    sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points along arcs, the
-    unit normals of the two faces there, and how much of the arc (mm) each stands for.  The samples of an arc stand
-    together.  An arc with one face only (an open mesh) repeats its normal. arc_occurrence (a,): the occurrence of each
-    arc. surface_component (s,), arc_component (a,): which connected component each belongs to, counted from 0: what is
-    rigid for sure. inspected (o,): which occurrences are the reference for the pose; all of them occlude."""
+    gives each facet its own vertices. triangles (f, 3), triangle_surface (f,): indices of vertices and of the
+    surface that each triangle belongs to. surface_occurrence (s,): the occurrence of each surface. sample_point,
+    sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points along arcs,
+    the unit normals of the two faces there, and how much of the arc (mm) each stands for. The samples of an arc
+    stand together. A free edge, of one face only, has that face's normal and its opposite: it is sharp, and seen
+    from both sides. arc_occurrence (a,): the occurrence of each arc. surface_component (s,), arc_component (a,):
+    which connected component each belongs to, counted from 0: what is rigid for sure. inspected (o,): which
+    occurrences are the reference for the pose; all of them occlude."""
 
     vertices: Floats
     vertex_normals: Floats

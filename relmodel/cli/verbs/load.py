@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--unit", help="length unit of files that do not say it: mm, cm, m, inch, ...")
     parser.add_argument("--allow-partial", action="store_true", help="take what is left of a file that lost faces")
     parser.add_argument("--strict", action="store_true", help="refuse a file with findings, such as edges off faces")
+    parser.add_argument("--occluder", action="store_true", help="keep a mesh as triangles: it is not inspected")
     parser.add_argument(
         "--time-limit",
         type=float,
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     for file in args.files:
         stem = file.name.split(".")[0]
         variant = args.variant or (stem if several and args.object else "")
-        how = (args.unit, args.allow_partial, args.strict, args.time_limit)
+        how = (args.unit, args.allow_partial, args.strict, args.time_limit, args.occluder)
         requests.append(Request(file, args.object or stem, variant, *how))
     twice = {
         (r.name, r.variant) for r in requests if sum((o.name, o.variant) == (r.name, r.variant) for o in requests) > 1

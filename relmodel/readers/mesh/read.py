@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
 from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceFile
@@ -22,9 +22,7 @@ from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
 from relmodel.readers.mesh.build import Node, build_nodes
 from relmodel.readers.mesh.shape import shape_from_triangles
 
-Floats = npt.NDArray[np.float64]
-
-LOADER_VERSION = "mesh 7"
+LOADER_VERSION = "mesh 8"
 _MOST_BYTES = 1 << 30
 # Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
 # that is missing, which the model has no use for.
@@ -39,10 +37,16 @@ _MOST_MM = 1e8
 
 
 def read_mesh(
-    path: Path, unit: str | None = None, *, scale: tuple[float, float, float] = (1.0, 1.0, 1.0), name: str | None = None
+    path: Path,
+    unit: str | None = None,
+    *,
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    name: str | None = None,
+    fit: bool = True,
 ) -> Model:
     """Read a mesh file.  `unit` (a key of UNITS_MM) is that of the lengths in a format that states none; `scale`
-    multiplies the file's x, y and z; `name` (default: the file's) is that of a mesh that has none in the file.
+    multiplies the file's x, y and z; `name` (default: the file's) is that of a mesh that has none in the file.  Without
+    `fit` no surfaces are fitted: what only occludes stays triangles between crease edges.
 
     What the file refers to is read from its own folder and nowhere else.  Raises InputError where the file is no
     such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself.
@@ -76,7 +80,7 @@ def read_mesh(
     if short not in UNITS_MM:
         raise InputError(f"{path.name} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
     several = _of_several_materials(path.name, content) if form == "obj" else set()
-    reader = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build)
+    reader = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build, fit)
     model = reader.model(path.stem, np.diag(scale), form, short)
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
@@ -107,12 +111,20 @@ class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
     def __init__(
-        self, scene: Any, unit_mm: float, file: str, name: str, without_colour: set[str], build: list[Node] | None
+        self,
+        scene: Any,
+        unit_mm: float,
+        file: str,
+        name: str,
+        without_colour: set[str],
+        build: list[Node] | None,
+        fit: bool,
     ) -> None:
         self.scene = scene
         self.unit_mm = unit_mm
         self.file = file
         self.name = name
+        self.fit = fit
         self.without_colour = without_colour
         self.shapes: list[Shape] = []
         self.parts: list[Part] = []
@@ -222,7 +234,7 @@ class _Reader:
             )
         if np.linalg.det(stretch) < 0:
             triangles = triangles[:, ::-1]
-        shape = shape_from_triangles(vertices, triangles)
+        shape = shape_from_triangles(vertices, triangles, fit=self.fit)
         if shape is None:
             return None
         self.shapes.append(shape)

@@ -6,22 +6,16 @@ Everything is said to be fitted: a mesh only tells of points on the surfaces tha
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
-from relmodel.model.model import ArcSamples, Mesh, Shape, Table
+from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
-from relmodel.readers.mesh.face_regions import face_regions
 from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
-from relmodel.readers.mesh.patches import FREE_RAD
-from relmodel.readers.mesh.regions import Regions, cut_regions
+from relmodel.readers.mesh.segment import FREE_RAD, Regions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 CONVEXITY_RAD = np.radians(1)
 SAMPLE_MM = 1.0
@@ -29,13 +23,14 @@ _MOST_SAMPLES = 200_000  # of a shape
 
 
 def shape_from_triangles(
-    vertices: Floats, triangles: Ints, faces: Ints | None = None, normals: Floats | None = None
+    vertices: Floats, triangles: Ints, faces: Ints | None = None, normals: Floats | None = None, *, fit: bool = True
 ) -> Shape | None:
     """The shape that triangles (m, 3), counter-clockwise from outside, of vertices (n, 3) in mm bound.
 
     Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
     which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
-    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.
+    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Without `fit`
+    the surfaces are the regions between creases, all of them facets.
     """
     vertices, triangles, kept = weld(vertices, triangles)
     if len(triangles) == 0:
@@ -52,17 +47,22 @@ def shape_from_triangles(
             normals = None if normals is None else -normals[:, ::-1]
             edges, _ = find_edges(vertices, triangles)
             volume = -volume
-    if faces is None:
-        regions = cut_regions(vertices, triangles, edges, tolerance)
+    if not fit:
+        regions = smooth_regions(triangles, edges)
+    elif faces is None:
+        regions = segment_mesh(vertices, triangles, edges, tolerance)
     else:
         given = None if normals is None else normals[kept]
-        regions = face_regions(vertices, triangles, edges, faces[kept], tolerance, given)
+        regions = fit_faces(vertices, triangles, faces[kept], tolerance, given)
     region = regions.of_triangle
     surfaces, normals = surface_rows(vertices, triangles, regions)
 
     region_a = region[edges.triangle_a]
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
-    border = np.flatnonzero(region_a != region_b)
+    # A crease that ends within a region is an arc, too.
+    border = np.flatnonzero(
+        (region_a != region_b) | (np.abs(edges.angle) >= FREE_RAD) & (regions.kind == "facets")[region_a]
+    )
     chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
     fitted = _fitted(vertices, chains, tolerance)
     if np.any(fitted.kind == "polyline"):
@@ -88,7 +88,15 @@ def shape_from_triangles(
         basis_surface_splines={},
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
+        findings=_open(int(np.sum(edges.triangle_b < 0))),
     )
+
+
+def _open(count: int) -> tuple[Finding, ...]:
+    if not count:
+        return ()
+    message = f"the mesh is open: {count} edges have no second triangle that continues the surface"
+    return (Finding("open_mesh", message, value=float(count), bound=0.0),)
 
 
 def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:
@@ -281,7 +289,7 @@ def _side_normals(
         corner = np.argmax(triangles[triangle][:, None, :] == ends[:, :, None], axis=2)
         out.append(np.where((triangle >= 0)[:, None, None], normals[triangle[:, None], corner], np.nan))
     left, right = out
-    return np.where(np.isnan(left), right, left), np.where(np.isnan(right), left, right)
+    return left, np.where(np.isnan(right), -left, right)  # of a free edge one side always looks at the camera
 
 
 def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Floats, normal_b: Floats) -> ArcSamples:

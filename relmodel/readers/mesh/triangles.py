@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
+from relmodel.arrays import Bools, Floats, Ints
 
 
 @dataclass
@@ -86,6 +83,13 @@ def components(count: int, a: Ints, b: Ints) -> Ints:
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
+def expand(start: Ints, end: Ints) -> tuple[Ints, Ints]:
+    """Of the ranges from start to end (n,) whose each number is, and the numbers, one range after the other."""
+    count = end - start
+    which = np.repeat(np.arange(len(count)), count)
+    return which, np.arange(len(which)) - (np.cumsum(count) - count)[which] + start[which]
+
+
 def rounding(vertices: Floats) -> float:
     """What rounding may move a vertex by, mm: to single precision, in which most formats hold coordinates, or to four
     or five decimals, as texts do."""
@@ -121,3 +125,61 @@ def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats
     residual: Floats = np.zeros(count)
     np.maximum.at(residual, region, away.max(axis=1))
     return residual, np.asarray(total, float), centroid, np.asarray(area, float)
+
+
+FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
+_LEVEL_RAD = np.radians(20)
+
+
+@dataclass(frozen=True)
+class Patches:
+    """Patches of coplanar triangles: of each triangle its patch; of each patch area, width, whether it is flat, its
+    normal (n, 3), of the length of the area, and middle; creases between patches a and b, each way once, with their
+    length and mean angle."""
+
+    of_triangle: Ints
+    area: Floats
+    width: Floats
+    flat: Bools
+    normal: Floats
+    middle: Floats
+    a: Ints
+    b: Ints
+    length: Floats
+    angle: Floats  # without sign
+
+
+def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Patches:
+    """Patches of triangles that lie in one plane as exactly as the vertices are given."""
+    inner = edges.triangle_b >= 0
+    a, b, angle = edges.triangle_a[inner], edges.triangle_b[inner], np.abs(edges.angle[inner])
+    length = np.linalg.norm(np.diff(vertices[edges.ends[inner]], axis=1)[:, 0], axis=1)
+    double = 2 * np.linalg.norm(area_normals(vertices, triangles), axis=1)
+    thin = slim(vertices, triangles)
+    # How far the corner of the smaller triangle is from the plane of the other.
+    height = np.minimum(double[a], double[b]) / length
+    flat = (height * np.sin(angle) < 4 * rounding(vertices)) & (angle < _LEVEL_RAD) & ~thin[a] & ~thin[b]
+    patch = components(len(triangles), a[flat], b[flat])
+    uneven = mean_planes(vertices, triangles, patch)[0] > tolerance
+    flat &= ~uneven[patch[a]] | (angle < FLAT_RAD / 10)
+    # A thin triangle goes with what lies beyond its longest side.
+    one, two, side = np.concatenate([a, b]), np.concatenate([b, a]), np.tile(length, 2)
+    order = np.lexsort((two, -side, one))
+    order = order[thin[one[order]]]
+    _, first = np.unique(one[order], return_index=True)
+    along = order[first]
+    patch = components(len(triangles), np.concatenate([a[flat], one[along]]), np.concatenate([b[flat], two[along]]))
+
+    planar, _, middle, area = mean_planes(vertices, triangles, patch)
+    count = len(area)
+    total = area_normals(vertices, triangles)
+    normal: Floats = np.stack([np.bincount(patch, total[:, i], count) for i in range(3)], axis=1)
+    crease = patch[a] != patch[b]
+    one, two = (np.concatenate([patch[x[crease]], patch[y[crease]]]) for x, y in ((a, b), (b, a)))
+    key, inverse = np.unique(one * np.int64(count) + two, return_inverse=True)
+    long: Floats = np.bincount(inverse.ravel(), np.tile(length[crease], 2), len(key)).astype(float)
+    bent = np.bincount(inverse.ravel(), np.tile((length * angle)[crease], 2), len(key)) / np.maximum(long, 1e-300)
+    free = np.linalg.norm(np.diff(vertices[edges.ends[~inner]], axis=1)[:, 0], axis=1)
+    rim = np.bincount(patch[edges.triangle_a[~inner]], free, count) + np.bincount(key // count, long, count)
+    width = 2 * area / np.maximum(rim, 1e-300)
+    return Patches(patch, area, width, planar <= tolerance, normal, middle, key // count, key % count, long, bent)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
@@ -19,9 +18,8 @@ from OCP.gp import gp_Pnt
 from OCP.ShapeCustom import ShapeCustom
 from OCP.TopoDS import TopoDS
 
+from relmodel.arrays import Floats
 from relmodel.model.model import Mesh
-
-Array = npt.NDArray[np.float64]
 
 # Relative errors that the kernel's integrals are asked for.  What it reaches is less: 1e-7 on rational b-splines.
 _ANALYTIC, _POLYNOMIAL, _RATIONAL = 1e-5, 1e-6, 1e-9
@@ -32,7 +30,7 @@ _SWEPT = ("extrusion", "revolution", "offset")
 _RULED = ("plane", "cylinder", "cone", "extrusion")  # straight lines end at the boundary, and so do extremes
 
 
-def integrals(faces: list[Any], kinds: list[str], normals: Array, about: Array) -> Array:
+def integrals(faces: list[Any], kinds: list[str], normals: Floats, about: Floats) -> Floats:
     """Area, its moments and the flux of the vector from a point, `about` (3,), through faces (n, 5).
 
     normals: (n, 3) outward, of planes.  NaN where the kernel gives up.
@@ -68,7 +66,7 @@ def _accuracy(face: Any, swept: bool) -> float:
     return _ONCE if swept and max(surface.NbUKnots(), surface.NbVKnots()) > _MANY_KNOTS else _POLYNOMIAL
 
 
-def widen_boxes(boxes: Array, faces: list[Any], kinds: list[str], mesh: Mesh) -> None:
+def widen_boxes(boxes: Floats, faces: list[Any], kinds: list[str], mesh: Mesh) -> None:
     """Widen boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of faces to those of the faces, in place.
 
     The kernel's own are at times too small on free-form faces and too large on cut spheres and tori: the box of the
@@ -89,7 +87,7 @@ def widen_boxes(boxes: Array, faces: list[Any], kinds: list[str], mesh: Mesh) ->
         row[:3], row[3:] = np.fmin(row[:3], box[:3]), np.fmax(row[3:], box[3:])
 
 
-def _optimal_box(face: Any) -> Array:
+def _optimal_box(face: Any) -> Floats:
     """Greatest coordinates of a face along -x, -y, -z, x, y, z by the kernel; NaN where it gives up."""
     box = Bnd_Box()
     try:

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from OCP.Geom import (
     Geom_BezierCurve,
     Geom_BezierSurface,
@@ -29,6 +28,7 @@ from OCP.Geom import (
 )
 from OCP.GeomConvert import GeomConvert
 
+from relmodel.arrays import Floats
 from relmodel.geometry.curves import Curves, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
@@ -44,7 +44,7 @@ from relmodel.readers.step.recognition import (
 from relmodel.readers.step.splines import Spline, spline_columns, spline_of, surface_spline_columns
 
 
-def matrix(trsf: Any) -> npt.NDArray[np.float64]:
+def matrix(trsf: Any) -> Floats:
     """A transform of the kernel as 4x4 (scale included)."""
     out = np.eye(4)
     out[:3] = [[trsf.Value(row, column) for column in range(1, 5)] for row in range(1, 4)]

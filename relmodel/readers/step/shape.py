@@ -11,7 +11,6 @@ from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from OCP.BRep import BRep_Tool
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools
@@ -20,6 +19,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
+from relmodel.arrays import Floats
 from relmodel.geometry.curves import BOX, box_columns, vector_columns
 from relmodel.geometry.normals import plane_normals
 from relmodel.model import measures
@@ -31,8 +31,6 @@ from relmodel.readers.step.geometry import CurveRows, SurfaceRows
 from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map
 from relmodel.readers.step.pcurves import PcurveRows
 from relmodel.readers.step.recognition import recognise_tori
-
-Array = npt.NDArray[np.float64]
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 _AROUND = 0.25  # of the extent of a domain: a loop whose ends are further apart goes around the surface
@@ -209,7 +207,7 @@ def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> Non
     loops["outer_loop"] = around | (closed & loops["outer_loop"])
 
 
-def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Array:
+def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of each face."""
     boxes = np.empty((len(faces.surfaces), 6))
     for i, name in enumerate(BOX):
@@ -220,12 +218,12 @@ def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Array:
     return boxes
 
 
-def _centroids(integrals: Array) -> Array:
+def _centroids(integrals: Floats) -> Floats:
     area = integrals[:, :1]
     return np.asarray(integrals[:, 1:4] / np.where(area > 0, area, 1.0))
 
 
-def _fill_in(integrals: Array, mesh: Mesh, about: Array) -> list[Finding]:
+def _fill_in(integrals: Floats, mesh: Mesh, about: Floats) -> list[Finding]:
     """Enter the integrals over their triangles of faces for which the kernel gave none."""
     lost = np.flatnonzero(~(integrals[:, 0] > 0))
     for i in lost.tolist():

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints32
 from relmodel.columns import Ragged
 from relmodel.model.model import Table
-
-Array = npt.NDArray[np.float64]
 
 
 class Spline(NamedTuple):
@@ -19,10 +17,10 @@ class Spline(NamedTuple):
 
     degree: int
     periodic: bool
-    knots: Array
-    multiplicities: npt.NDArray[np.int32]
-    poles: Array
-    weights: Array | None
+    knots: Floats
+    multiplicities: Ints32
+    poles: Floats
+    weights: Floats | None
 
 
 def spline_of(curve: Any) -> Spline:

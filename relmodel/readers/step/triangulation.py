@@ -8,7 +8,6 @@ from io import BytesIO
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from OCP.BinTools import BinTools, BinTools_FormatVersion
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
@@ -18,6 +17,7 @@ from OCP.IMeshTools import IMeshTools_MeshAlgoType, IMeshTools_Parameters
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Face
 
+from relmodel.arrays import Floats, Ints, Ints32
 from relmodel.geometry.curves import Curves
 from relmodel.geometry.normals import normals_of
 from relmodel.geometry.surfaces import Surfaces
@@ -27,9 +27,6 @@ from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step.boundary import is_reversed
 from relmodel.readers.step.face_measures import integrals
 from relmodel.readers.step.maps import compound
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 CHORD_MM = 0.05
 CHORD_RAD = 0.15
@@ -47,11 +44,11 @@ _VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
 class _Triangulation:
     """Triangles of faces.  vertices (n, 3), uv (n, 2), vertex_face (n,); triangles (m, 3), face (m,)."""
 
-    vertices: Array
-    uv: Array
-    vertex_face: Index
-    triangles: npt.NDArray[np.int32]
-    face: Index
+    vertices: Floats
+    uv: Floats
+    vertex_face: Ints
+    triangles: Ints32
+    face: Ints
 
 
 def mesh(
@@ -168,7 +165,7 @@ def _joined(faces: list[Any], made: list[tuple[Any, Any]]) -> _Triangulation:
 
 def _chords(
     edges: dict[int, tuple[Any, int]], made: list[tuple[Any, Any]], curves: Curves
-) -> tuple[Index, Array, Array]:
+) -> tuple[Ints, Floats, Floats]:
     """Chords of the triangulation along curved arcs: the arc, and the parameters of their ends."""
     arcs, start, end = [np.empty(0, np.int64)], [np.empty(0)], [np.empty(0)]
     for arc, (edge, face) in edges.items():
@@ -185,7 +182,7 @@ def _chords(
     return np.concatenate(arcs), np.concatenate(start), np.concatenate(end)
 
 
-def _arrays(triangulations: list[Any]) -> list[tuple[Array, Array, npt.NDArray[np.int32]]]:
+def _arrays(triangulations: list[Any]) -> list[tuple[Floats, Floats, Ints32]]:
     """Vertices (n, 3), their parameters (n, 2) and triangles (m, 3, from 0) of triangulations with parameters.
 
     Through the kernel's binary form (`BinTools_ShapeSet::WriteTriangulation`, version 4) of faces that have nothing

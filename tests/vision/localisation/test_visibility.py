@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from relmodel.arrays import Floats
+from relmodel.readers.mesh.shape import shape_from_triangles
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
 from vision.cameras.cameras import Camera
 from vision.localisation.alternatives import describe_arc_shapes, find_displacements
@@ -45,6 +46,27 @@ def test_a_box_in_front_hides_what_lies_in_its_shadow() -> None:
     near_face = (seen.arc < 12) & (np.abs(seen.point[:, 1] - 200) < 1e-9)
     # The bar's front, 20 wide at y 100, casts a shadow of 25 on y 200: x beyond 12.5 is seen, nothing within.
     assert np.abs(seen.point[near_face, 0]).min() == pytest.approx(12.5, abs=2.0)
+
+
+def test_free_edges_of_a_sheet_are_seen_from_both_sides() -> None:
+    corners = np.array([[0.0, 0, 0], [80, 0, 0], [80, 50, 0], [0, 50, 0]])
+    sheet = shape_from_triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    assert sheet is not None
+    samples, zeros = sheet.samples, np.zeros(4, np.int64)
+    arc = np.repeat(samples.arc_no, np.diff(samples.parameters.offsets))
+    points, tangents, a, b = (
+        np.asarray(getattr(samples, name).values, float).reshape(-1, 3)
+        for name in ("points", "tangents", "normals_a", "normals_b")
+    )
+    scene = Scene(
+        corners, np.tile([0, 0, 1.0], (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]), zeros[:2], zeros[:1],
+        points, tangents, a, b, arc, np.ones(len(arc)), zeros, zeros[:1], zeros, np.ones(1, bool),
+    )  # fmt: skip
+    for height in (200.0, -200.0):
+        seen = find_visible_arcs(scene, CAMERA, looking(np.array([60.0, -90, height]), np.array([40.0, 25, 0])))
+        assert np.unique(seen.arc).tolist() == [0, 1, 2, 3]
+        assert len(seen.arc) == len(arc)
+        assert not seen.smooth.any()
 
 
 def test_thinned_samples_stand_for_the_same_length() -> None:

@@ -1,0 +1,275 @@
+"""Least squares of cylinders, cones, spheres and tori, many at once: one group of points and normals each.
+
+A surface is a row of eight numbers: origin, axis, radius and a second one.  cylinder: a point of the axis, the axis,
+the radius.  cone: a point of the axis, the axis, the radius there and the half angle by which it widens along the axis.
+sphere: centre, any axis, radius.  torus: centre, axis, the radius of the circle of its centres and that of the tube.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import chain
+
+import numpy as np
+
+from relmodel.arrays import Floats, Ints
+
+KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
+PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
+# Which of the steps are free: origin along x, y and z of a frame whose z is the axis, tilt to x and y, radius, second.
+_FREE = {CYLINDER: [0, 1, 3, 4, 5], CONE: [0, 1, 3, 4, 5, 6], SPHERE: [0, 1, 2, 5], TORUS: [0, 1, 2, 3, 4, 5, 6]}
+PARAMETERS = {kind: len(steps) for kind, steps in _FREE.items()}
+_NO_DIRECTIONS: Floats = np.empty((0, 3))
+_ITERATIONS = 10
+_MANY = 100  # points
+_REACHES = np.outer([-1, 1], np.geomspace(0.5, 30, 6)).ravel()  # where axes of tori are looked for, in sizes
+_LEAST_RADIUS = 0.02  # of a torus, in tubes: else it is a sphere
+_MOST_RADIUS = 1e4  # in sizes of the group: beyond, it is flat
+
+
+def fit_surfaces(
+    kind: int,
+    points: Floats,
+    start: Ints,
+    normals: Floats,
+    feet: Floats,
+    normal_start: Ints,
+    directions: Floats = _NO_DIRECTIONS,
+    begin: Floats | None = None,
+) -> tuple[Floats, Floats]:
+    """Surfaces of one kind through groups of points: rows (g, 8) and the greatest distance (g,) of a group's points,
+    infinite where none was found.
+
+    points (n, 3): group i has those from start[i] to start[i + 1]; every group has some.  normals (m, 3), of any
+    length, which is their weight, at feet (m, 3): as many as are known, by normal_start.  They only tell where to
+    begin: the distances of the points alone are made least (Levenberg-Marquardt).
+    directions (k, 3): unit vectors along which axes of tori may be.
+    """
+    count = len(start) - 1
+    if count == 0:
+        return np.empty((0, 8)), np.empty(0)
+    group, normal_group = (np.repeat(np.arange(count), np.diff(s)) for s in (start, normal_start))
+    middle = np.add.reduceat(points, start[:-1]) / np.diff(start)[:, None]
+    points = points - middle[group]
+    size = np.maximum(np.sqrt(np.maximum.reduceat(np.sum(points**2, axis=1), start[:-1])), 1e-300)
+    points = points / size[group, None]
+    feet = (feet - middle[normal_group]) / size[normal_group, None]
+
+    def sums(values: Floats) -> Floats:
+        """Sums over the normals of each group."""
+        flat = values.reshape(len(values), -1)
+        out = np.stack([np.bincount(normal_group, column, count) for column in flat.T], axis=1)
+        return np.asarray(out.reshape(count, *values.shape[1:]))
+
+    with np.errstate(all="ignore"):
+        if begin is None:
+            row = _begin(kind, points, start, normals, feet, sums, directions)
+        else:
+            row = np.column_stack([(begin[:, :3] - middle) / size[:, None], begin[:, 3:]])
+            row[:, 6] /= size
+            if kind == CONE:  # its origin is abreast of the middle
+                along = -np.sum(row[:, :3] * row[:, 3:6], axis=1)
+                row[:, :3] += along[:, None] * row[:, 3:6]
+                row[:, 6] += along * np.tan(row[:, 7])
+            elif kind == TORUS:
+                row[:, 7] /= size
+        row = np.nan_to_num(row, posinf=0.0, neginf=0.0)
+        lost = ~(np.linalg.norm(row[:, 3:6], axis=1) > 0.5)
+        row[lost, 3:6] = [0.0, 0.0, 1.0]
+        # Of many points some tell the surface as well.
+        number = np.arange(len(points)) - start[:-1][group]
+        some = number % (1 + np.diff(start) // _MANY)[group] == 0
+        some_start = np.append(0, np.cumsum(np.bincount(group[some], minlength=count)))
+        row = _refine(kind, row, points[some], some_start, _ITERATIONS if begin is None else _ITERATIONS // 2)
+        away = np.maximum.reduceat(np.abs(distances(np.full(len(points), kind), row[group], points)), start[:-1])
+    bad = lost | ~(np.abs(row[:, 6]) < _MOST_RADIUS) | ~np.isfinite(away) | (row[:, 6] <= 0)
+    if kind == TORUS:
+        bad |= (row[:, 7] <= 0) | (row[:, 6] < _LEAST_RADIUS * row[:, 7]) | (row[:, 7] > _MOST_RADIUS)
+    elif kind == CONE:
+        bad |= np.abs(row[:, 7]) > np.radians(85)
+        row[:, 3:7] *= np.where(row[:, 7] < 0, -1.0, 1.0)[:, None] ** np.array([1, 1, 1, 0])
+        row[:, 7] = np.abs(row[:, 7])
+    row[:, :3] = row[:, :3] * size[:, None] + middle
+    row[:, 6] *= size
+    if kind == TORUS:
+        row[:, 7] *= size
+    return row, np.where(bad, np.inf, away * size)
+
+
+def distances(kind: Ints, row: Floats, points: Floats) -> Floats:
+    """Signed distances (n,), outward positive, of points (n, 3) from surfaces of kinds (n,) and rows (n, 8)."""
+    z, rho = _along_across(row, points)[:2]
+    radius, second = row[:, 6], row[:, 7]
+    return np.select(
+        [kind == CYLINDER, kind == CONE, kind == SPHERE],
+        [rho - radius, (rho - radius) * np.cos(second) - z * np.sin(second), np.hypot(rho, z) - radius],
+        np.hypot(rho - radius, z) - second,
+    )
+
+
+def normals_at(kind: Ints, row: Floats, points: Floats) -> Floats:
+    """Unit normals (n, 3), outward, of surfaces of kinds (n,) and rows (n, 8) abreast of points (n, 3); NaN on
+    their axes."""
+    z, rho, out = _along_across(row, points)
+    across = np.select([kind == CYLINDER, kind == CONE, kind == SPHERE], [1.0, np.cos(row[:, 7]), rho], rho - row[:, 6])
+    along = np.select([kind == CYLINDER, kind == CONE], [0.0, -np.sin(row[:, 7])], z)
+    normal = across[:, None] * out + along[:, None] * row[:, 3:6]
+    normal[rho < 1e-4 * row[:, 6]] = np.nan
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300))
+
+
+def _along_across(row: Floats, points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Of each point how far it lies along its axis and from it, and the unit vector away from the axis."""
+    arm = points - row[:, :3]
+    along = np.einsum("ij,ij->i", arm, row[:, 3:6])
+    across = arm - along[:, None] * row[:, 3:6]
+    rho = np.sqrt(np.einsum("ij,ij->i", across, across))
+    return along, rho, across / np.maximum(rho, 1e-300)[:, None]
+
+
+def _begin(
+    kind: int,
+    points: Floats,
+    start: Ints,
+    normals: Floats,
+    feet: Floats,
+    sums: Callable[[Floats], Floats],
+    directions: Floats,
+) -> Floats:
+    """Rows to begin with, by linear algebra: normals of a cylinder are across the axis, those of a cone make one angle
+    with it and its tangent planes meet in the apex, those of a torus meet the axis."""
+    group = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    row = np.zeros((len(start) - 1, 8))
+    if kind == SPHERE:
+        row[:, :3], row[:, 6] = _centres(points, start)
+        row[:, 5] = 1.0
+        return row
+    weight = np.linalg.norm(normals, axis=1, keepdims=True)
+    unit = normals / np.maximum(weight, 1e-300)
+    outer = sums(normals[:, :, None] * unit[:, None, :])
+    if kind == CYLINDER:
+        axis = np.linalg.eigh(outer)[1][:, :, 0]
+        frame = _frames(axis)
+        flat = np.einsum("nij,nj->ni", frame[group, :2], points)
+        centre, row[:, 6] = _centres(flat, start)
+        row[:, :3] = np.einsum("gi,gij->gj", centre, frame[:, :2])
+    elif kind == CONE:
+        total = np.maximum(sums(weight), 1e-300)
+        mean = sums(normals) / total
+        axis = np.linalg.eigh(outer / total[:, :, None] - mean[:, :, None] * mean[:, None, :])[1][:, :, 0]
+        apex = _solved(outer, sums(normals * np.sum(unit * feet, axis=1, keepdims=True)))
+        axis *= np.where(np.sum(apex * axis, axis=1) > 0, -1.0, 1.0)[:, None]  # points lie about the frame's origin
+        arm = points - apex[group]
+        along = np.sum(arm * axis[group], axis=1)
+        across = np.linalg.norm(arm - along[:, None] * axis[group], axis=1)
+        row[:, 7] = np.arctan2(np.add.reduceat(across, start[:-1]), np.add.reduceat(along, start[:-1]))
+        height = -np.sum(apex * axis, axis=1)
+        row[:, :3], row[:, 6] = apex + height[:, None] * axis, height * np.tan(row[:, 7])
+    else:
+        moment = np.cross(feet, unit)
+        mixed = sums(weight[:, :, None] * moment[:, :, None] * unit[:, None, :])
+        inverse = np.linalg.inv(outer + 1e-9 * np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3))
+        rest = sums(weight[:, :, None] * moment[:, :, None] * moment[:, None, :])
+        axis = np.linalg.eigh(rest - mixed @ inverse @ mixed.transpose(0, 2, 1))[1][:, :, 0]
+        foot = np.cross(axis, -np.einsum("gij,gkj,gk->gi", inverse, mixed, axis))
+        best = np.full(len(row), np.inf)
+        for turned, at in [(axis, foot), *chain.from_iterable(_lines_along(d, normals, sums) for d in directions)]:
+            arm = points - at[group]
+            along = np.sum(arm * turned[group], axis=1)
+            across = np.linalg.norm(arm - along[:, None] * turned[group], axis=1)
+            centre, radius = _centres(np.stack([across, along], axis=1), start)
+            off = np.hypot(across - centre[group, 0], along - centre[group, 1]) - radius[group]
+            cost = np.nan_to_num(np.add.reduceat(off**2, start[:-1]), nan=np.inf)
+            new = np.column_stack([at + centre[:, 1:] * turned, turned, centre[:, 0], radius])
+            row, best = np.where((cost < best)[:, None], new, row), np.minimum(cost, best)
+        return row
+    row[:, 3:6] = axis
+    return row
+
+
+def _lines_along(
+    direction: Floats, normals: Floats, sums: Callable[[Floats], Floats]
+) -> Iterator[tuple[Floats, Floats]]:
+    """Lines along a direction, nearer and farther abreast of the groups' mean normals: direction and point (g, 3)."""
+    out = sums(normals - np.outer(normals @ direction, direction))
+    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    for reach in _REACHES:
+        yield np.broadcast_to(direction, out.shape), reach * out
+
+
+def _refine(kind: int, row: Floats, points: Floats, start: Ints, iterations: int) -> Floats:
+    """Levenberg-Marquardt steps of all groups at once; each keeps its best."""
+    group, free = np.repeat(np.arange(len(start) - 1), np.diff(start)), _FREE[kind]
+    kinds, identity = np.full(len(points), kind), np.eye(len(free))
+    damping = np.full(len(row), 1e-6)
+    cost = np.add.reduceat(distances(kinds, row[group], points) ** 2, start[:-1])
+    for _ in range(iterations):
+        frame = _frames(row[:, 3:6])
+        x, y, z = np.einsum("nij,nj->in", frame[group], points - row[group, :3])
+        rho = np.maximum(np.hypot(x, y), 1e-300)
+        radius, second = row[group, 6], row[group, 7]
+        change = np.zeros((len(points), 7))
+        if kind == CYLINDER:
+            across, along = np.ones(len(x)), np.zeros(len(x))
+            away = rho - radius
+        elif kind == CONE:
+            across, along = np.cos(second), -np.sin(second)
+            away = (rho - radius) * across + z * along
+            change[:, 6] = (rho - radius) * along - z * across
+        elif kind == SPHERE:
+            tube = np.maximum(np.hypot(rho, z), 1e-300)
+            across, along, away = rho / tube, z / tube, tube - radius
+        else:
+            tube = np.maximum(np.hypot(rho - radius, z), 1e-300)
+            across, along, away = (rho - radius) / tube, z / tube, tube - second
+            change[:, 6] = -1.0
+        change[:, 5] = -1.0 if kind == SPHERE else -across
+        change[:, :3] = -np.stack([across * x / rho, across * y / rho, along], axis=1)
+        tilt = along - across * z / rho
+        change[:, 3], change[:, 4] = tilt * x, tilt * y
+        change = change[:, free]
+        gram = np.add.reduceat(change[:, :, None] * change[:, None, :], start[:-1])
+        slope = np.add.reduceat(change * away[:, None], start[:-1])
+        scale = np.einsum("gii->gi", gram) + 1e-12
+        step = np.zeros((len(row), 7))
+        step[:, free] = -_solved(gram + (damping[:, None] * scale)[:, :, None] * identity, slope)
+        new = row.copy()
+        new[:, :3] += np.einsum("gi,gij->gj", step[:, :3], frame)
+        new[:, 3:6] += np.einsum("gi,gij->gj", step[:, 3:5], frame[:, :2])
+        new[:, 3:6] /= np.maximum(np.linalg.norm(new[:, 3:6], axis=1, keepdims=True), 1e-300)
+        new[:, 6:] += step[:, 5:]
+        new_cost = np.add.reduceat(distances(kinds, new[group], points) ** 2, start[:-1])
+        better = new_cost < (1 - 1e-6) * cost
+        row, cost = np.where(better[:, None], new, row), np.where(better, new_cost, cost)
+        damping = np.clip(np.where(better, 0.1 * damping, 30 * damping), 1e-12, 1e6)
+        if not better.any():
+            break
+    return row
+
+
+def _frames(axis: Floats) -> Floats:
+    """Rows x, y and z (g, 3, 3) of a right-handed frame about each axis."""
+    x = np.cross(np.eye(3)[np.argmin(np.abs(axis), axis=1)], axis)
+    x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)
+    return np.stack([x, np.cross(axis, x), axis], axis=1)
+
+
+def _centres(points: Floats, start: Ints) -> tuple[Floats, Floats]:
+    """Centres (g, d) and radii (g,) of circles or spheres through groups of points (n, d): least algebraic distance."""
+    dimension = points.shape[1]
+    columns = np.column_stack([points, np.ones(len(points)), np.sum(points**2, axis=1)])
+    gram = np.add.reduceat(columns[:, :, None] * columns[:, None, :], start[:-1])
+    solved = _solved(gram[:, :-1, :-1] + 1e-14 * np.eye(dimension + 1), gram[:, :-1, -1])
+    centre = solved[:, :-1] / 2
+    return centre, np.sqrt(np.maximum(solved[:, -1] + np.sum(centre**2, axis=1), 0.0))
+
+
+def _solved(matrix: Floats, right: Floats) -> Floats:
+    """Solutions (g, d) of systems (g, d, d); zero where one is singular."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:
+        diagonal = np.trace(matrix, axis1=1, axis2=2)[:, None, None]
+        return np.asarray(
+            np.linalg.solve(matrix + (1e-12 * diagonal + 1e-300) * np.eye(right.shape[1]), right[:, :, None])[:, :, 0]
+        )

@@ -1,0 +1,486 @@
+"""Segmentation of a triangle mesh into planes, cylinders, cones, spheres, tori and free-form regions.
+
+Coplanar triangles make patches.  A patch with its neighbours across long, smooth edges determines a surface of each
+kind; patches that agree about theirs make a candidate, which grows over neighbours that lie on it, whoever else claims
+them.  The candidates that explain the greatest area are taken, one after the other.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.readers.mesh.fit import (
+    CONE,
+    CYLINDER,
+    FREE,
+    KINDS,
+    PARAMETERS,
+    PLANE,
+    SPHERE,
+    TORUS,
+    distances,
+    fit_surfaces,
+    normals_at,
+)  # fmt: skip
+from relmodel.readers.mesh.triangles import (
+    Edges,
+    Patches,
+    area_normals,
+    components,
+    cut_patches,
+    expand,
+    mean_planes,
+    rounding,
+    slim,
+)
+
+SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
+_GIVEN_RAD = 0.05  # how far normals that the source gives may be off
+FREE_RAD = np.radians(20)  # those of a free-form surface turn less
+EXACT_MM = 5e-5  # as exactly as a surface holds the vertices within it; those on its boundary may be farther off
+_FLAT_RAD = np.radians(0.5)
+_TWIST_RAD = np.radians(10)
+_WIDE = 3.0  # how much wider than its smooth neighbours a patch is that is a plane
+_LONG = 0.5  # of the longest smooth edge of a patch: across those a curved surface goes on
+_SPARE = {CYLINDER: 2, CONE: 2, SPHERE: 2, TORUS: 4}  # points more than parameters that tell of a surface
+_MOST_DIRECTIONS = 8
+_RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
+_SHARE_OF_SAG = 0.5
+_DRAWS = {CYLINDER: 1, CONE: 1, SPHERE: 1, TORUS: 3}  # of seeds
+_MOST_LEAN = 1.2
+_FEW = 64
+_FREE_RIM, _FEW_RIM = 0.3, 0.6  # shares of the rim of a surface of so few patches
+_INTO_FREE = 0.5  # share of the rim of a facet
+_LEAST = 3  # patches of a curved surface
+_BONUS = {
+    CYLINDER: 1.0,
+    CONE: 0.8,
+    SPHERE: 0.6,
+    TORUS: 0.5,
+}  # a simple surface is likelier; rows of a sphere hold little
+_LEAN = 1.5  # how far a facet may lean against its surface, in the greatest angles between its facets
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions of a mesh: of each triangle its region; of each region its kind and row (`fit.py`, NaN where none)."""
+
+    of_triangle: Ints
+    kind: npt.NDArray[np.str_]
+    surface: Floats  # (n, 8)
+
+
+@dataclass
+class _Surfaces:
+    """Candidates: kind (n,), row (n, 8), angle by which facets may lean (n,), and what they hold: sorted pairs
+    surface * patches + patch."""
+
+    kind: Ints
+    row: Floats
+    lean: Floats
+    held: Ints
+
+
+def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
+    """Segment a mesh into regions, numbered by first triangle; tolerance (mm) is how far a vertex may be off."""
+    patches = cut_patches(vertices, triangles, edges, tolerance)
+    work = _Segmentation(vertices, triangles, patches)
+    kind, row, owner = np.empty(0, np.int64), np.empty((0, 8)), np.full(len(patches.area), -1)
+    for level in (max(EXACT_MM, 2 * rounding(vertices)), tolerance):
+        owner = work.absorb(owner, kind, row, level)
+        new = work.candidates(owner, level)
+        kind, row, owner = work.take(new, kind, row, owner)
+    owner = work.merge(work.absorb(owner, kind, row, 2 * tolerance), kind, row, tolerance)
+    owner = work.reject_spurious(owner, len(kind))
+    owner, flat = work.rest(owner, len(kind), tolerance)
+    kind = np.append(kind, np.where(flat, PLANE, FREE))
+    row = np.concatenate([row, np.full((len(flat), 8), np.nan)])
+    _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = owner[patches.of_triangle[first[order]]]
+    return Regions(np.argsort(order)[region.ravel()], np.array(KINDS)[kind[number]], row[number])
+
+
+def smooth_regions(triangles: Ints, edges: Edges) -> Regions:
+    """Regions between creases, all of them free-form: of a mesh that only occludes."""
+    smooth = np.abs(edges.angle) < FREE_RAD  # no free edge is
+    region = components(len(triangles), edges.triangle_a[smooth], edges.triangle_b[smooth])
+    count = int(region.max()) + 1
+    return Regions(region, np.full(count, KINDS[FREE]), np.full((count, 8), np.nan))
+
+
+def fit_faces(
+    vertices: Floats, triangles: Ints, faces: Ints, tolerance: float, normals: Floats | None = None
+) -> Regions:
+    """Regions of a mesh whose faces (m,) are known, in their order: of each the simplest surface that holds all its
+    vertices, free-form if none does.  normals (m, 3, 3): of the surface at the triangles' corners, where known."""
+    _, region = np.unique(faces, return_inverse=True)
+    region = region.ravel()
+    count = int(region.max()) + 1
+    kind = np.where(mean_planes(vertices, triangles, region)[0] <= tolerance, PLANE, FREE)
+    row = np.full((count, 8), np.nan)
+    order = np.argsort(region, kind="stable")
+    area = area_normals(vertices, triangles)[order]
+    corner = vertices[triangles[order]]
+    start = np.searchsorted(region[order], np.arange(count + 1))
+    if normals is None:
+        normal, feet, normal_start = area, corner.mean(axis=1), start
+    else:
+        size = np.linalg.norm(area, axis=1)[:, None, None]
+        normal, feet, normal_start = (size * normals[order]).reshape(-1, 3), corner.reshape(-1, 3), 3 * start
+    which = np.repeat(np.arange(count), np.diff(normal_start))
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    pairs = np.unique(np.repeat(region, 3) * np.int64(len(vertices)) + triangles.ravel())
+    face, vertex = np.divmod(pairs, len(vertices))
+    points = vertices[vertex]
+    point_start = np.searchsorted(face, np.arange(count + 1))
+    directions = np.concatenate([np.eye(3), unit[np.flatnonzero(kind[which] == PLANE)[:1]]])
+    for k in (CYLINDER, CONE, SPHERE, TORUS):
+        found, away = fit_surfaces(k, points, point_start, normal, feet, normal_start, directions)
+        cosine = np.abs(np.sum(normals_at(np.full(len(which), k), found[which], feet) * unit, axis=1))
+        lean = np.cos(_GIVEN_RAD if normals is not None else SMOOTH_RAD / 2)
+        good = (kind == FREE) & (away <= tolerance) & (np.bincount(which, cosine < lean, count) == 0)
+        good &= np.diff(point_start) >= PARAMETERS[k] + (_SPARE[k] if normals is None else 0)
+        kind[good], row[good] = k, found[good]
+    return Regions(region, np.array(KINDS)[kind], row)
+
+
+class _Segmentation:
+    def __init__(self, vertices: Floats, triangles: Ints, patches: Patches) -> None:
+        from scipy.sparse import csr_array
+
+        self.vertices, self.triangles, self.patches = vertices, triangles, patches
+        self.count = len(patches.area)
+        of = patches.of_triangle
+        # A sliver tells no normal, and its corners may be anywhere along its neighbours.
+        thin = slim(vertices, triangles)
+        self.known = np.bincount(of, ~thin, minlength=self.count) > 0
+        thin &= self.known[of]
+        pair = np.unique(np.repeat(of[~thin], 3) * np.int64(len(vertices)) + triangles[~thin].ravel())
+        patch, vertex = np.divmod(pair, len(vertices))
+        start = np.searchsorted(patch, np.arange(self.count + 1))
+        self.corners = csr_array((np.ones(len(vertex), np.int8), vertex, start), shape=(self.count, len(vertices)))
+        self.smooth = patches.angle < SMOOTH_RAD
+        self.bend = np.zeros(self.count)
+        np.maximum.at(self.bend, patches.a[self.smooth], patches.angle[self.smooth])
+        widest, narrow = np.zeros(self.count), self.smooth
+        np.maximum.at(widest, patches.a[narrow], patches.width[patches.b[narrow]])
+        # A plane is much wider than the strips that it runs smoothly into.
+        self.plane = patches.flat & (patches.width > _WIDE * widest)
+
+        self.near = self._csr(patches.a[self.smooth], patches.b[self.smooth], self.count)
+        big = np.flatnonzero(self.plane)[np.argsort(-patches.area[self.plane], kind="stable")][:3]
+        normal = self._unit(patches.normal[big])
+        between = np.cross(normal[:, None], normal[None]).reshape(-1, 3)
+        between = self._unit(between[np.linalg.norm(between, axis=1) > 0.1])
+        self.directions = np.concatenate([normal, between, np.eye(3)])
+        alike = np.triu(np.abs(self.directions @ self.directions.T) > 0.999, 1).any(axis=0)
+        self.directions = self.directions[~alike][:_MOST_DIRECTIONS]
+
+    @staticmethod
+    def _unit(v: Floats) -> Floats:
+        return np.asarray(v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-300))
+
+    def candidates(self, owner: Ints, level: float) -> _Surfaces:
+        """Curved surfaces that hold patches without an owner within `level` (mm); they overlap."""
+        from scipy.sparse import eye_array
+
+        p = self.patches
+        open_ = (owner < 0) & ~self.plane & self.known
+        joined = np.flatnonzero(self.smooth & open_[p.a] & open_[p.b])
+        a, b, length = p.a[joined], p.b[joined], p.length[joined]
+        longest = np.zeros(self.count)
+        np.maximum.at(longest, a, length)
+        seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
+        found, whole = [], np.zeros(self.count, bool)
+        for kind, spare in ((CYLINDER, 2), (CONE, 2), (SPHERE, 2), (TORUS, 12), (TORUS, 4)):
+            across = (length >= _LONG * longest[a]) | (kind == TORUS)  # which bends both ways
+            step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32)).tocsr()
+            left = seeds[~whole[seeds]]
+            ring = step[left]
+            for _ in range(3):  # the smallest group that tells
+                enough = np.diff((ring @ self.corners).indptr) >= PARAMETERS[kind] + spare
+                if enough.any():
+                    found.append(self._seeded(kind, left[enough], ring[np.flatnonzero(enough)].tocsr(), level))
+                    self._mark_whole(found[-1], a, b, whole)
+                left = left[~enough]
+                ring = (ring[np.flatnonzero(~enough)] @ step).tocsr()
+        return self._joined(found)
+
+    def _mark_whole(self, found: _Surfaces, a: Ints, b: Ints, whole: Bools) -> None:
+        """Mark patches of candidates that run smoothly into nothing else: no other kind explains more of them."""
+        number, patch = np.divmod(found.held, self.count)
+        held = np.full(self.count, -1)
+        held[patch] = number
+        leaves = np.zeros(len(found.kind), bool)
+        leaves[held[a[(held[a] >= 0) & (held[a] != held[b])]]] = True
+        ok = (held >= 0) & ~whole
+        ok[ok] = ~leaves[held[ok]]
+        whole |= ok
+
+    def _joined(self, found: list[_Surfaces]) -> _Surfaces:
+        shift = np.cumsum([0, *(len(f.kind) for f in found)])
+        return _Surfaces(
+            np.concatenate([np.empty(0, np.int64), *(f.kind for f in found)]),
+            np.concatenate([np.empty((0, 8)), *(f.row for f in found)]),
+            np.concatenate([np.empty(0), *(f.lean for f in found)]),
+            np.concatenate(
+                [np.empty(0, np.int64), *(f.held + s * self.count for f, s in zip(found, shift, strict=False))]
+            ),
+        )
+
+    def fit(self, kind: int, groups: Any, begin: Floats | None = None) -> tuple[Floats, Floats, Ints]:
+        """Rows, greatest distances and numbers of points of groups of patches (CSR)."""
+        points = (groups @ self.corners).tocsr()
+        normals, feet = self.patches.normal[groups.indices], self.patches.middle[groups.indices]
+        row, away = fit_surfaces(
+            kind, self.vertices[points.indices], points.indptr, normals, feet, groups.indptr, self.directions, begin
+        )
+        return row, away, np.diff(points.indptr)
+
+    def _seeded(self, kind: int, seeds: Ints, groups: Any, level: float) -> _Surfaces:
+        """Candidates of one kind, from groups of patches about seeds.  A seed stands for those about it."""
+        rng = np.random.default_rng(0)
+        chosen = np.zeros(len(seeds), bool)
+        for _ in range(_DRAWS[kind]):
+            rank = np.full(self.count, -1)
+            rank[seeds] = rng.permutation(len(seeds))
+            chosen |= rank[seeds] == np.maximum.reduceat(rank[groups.indices], groups.indptr[:-1])
+        groups = groups[np.flatnonzero(chosen)].tocsr()
+        number = np.repeat(np.arange(groups.shape[0]), np.diff(groups.indptr))
+        row, away, count = self.fit(kind, groups)
+        lean = self._lean(number, groups.indices, len(row))
+        steep = self._off(np.full(len(row), kind), row, lean, number, groups.indices)[1]
+        # The facets stand off a surface by much more than its points do: else anything fits.
+        sag = np.abs(distances(np.full(len(number), kind), row[number], self.patches.middle[groups.indices]))
+        good = (
+            (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind]) & ~(np.bincount(number, steep, len(row)) > 0)
+        )
+        good &= np.maximum.reduceat(sag, groups.indptr[:-1]) > 3 * away
+        held = number * np.int64(self.count) + groups.indices
+        return self._grown(kind, row, held[good[number]], level)
+
+    def _lean(self, number: Ints, patch: Ints, count: int) -> Floats:
+        out = np.zeros(count)
+        np.maximum.at(out, number, _LEAN * self.bend[patch])
+        return np.minimum(out, _MOST_LEAN)
+
+    def _off(self, kind: Ints, row: Floats, lean: Floats, surface: Ints, patch: Ints) -> tuple[Floats, Bools]:
+        """Of pairs the greatest distance of the patch's corners from the surface, and whether it leans against it."""
+        if not len(surface):
+            return np.empty(0), np.empty(0, bool)
+        taken = self.corners[patch]
+        which = np.repeat(np.arange(len(patch)), np.diff(taken.indptr))
+        points, s = self.vertices[taken.indices], surface[which]
+        away = np.abs(distances(kind[s], row[s], points))
+        cosine = np.abs(
+            np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), self._unit(self.patches.normal[patch])[which])
+        )
+        cosine[np.isnan(cosine)] = 1.0
+        steep = self.known[patch] & (np.minimum.reduceat(cosine, taken.indptr[:-1]) < np.cos(lean[surface]))
+        return np.maximum.reduceat(away, taken.indptr[:-1]), steep
+
+    def _grown(self, kind: int, row: Floats, held: Ints, level: float) -> _Surfaces:
+        """Candidates grown over neighbours that lie on them, by twice as many rings each time before they are fitted
+        again, until they hold as much as they can."""
+        n, kinds = np.int64(self.count), np.full(len(row), kind)
+        lean = np.zeros(len(row))
+        for rings in _RINGS:
+            if not len(held):
+                break
+            number, patch = np.divmod(held, n)
+            lean = self._lean(number, patch, len(row))
+            # A small candidate says only roughly where its surface goes on: it takes what may belong to it, is fitted
+            # to that, and leaves what does not.
+            near = np.full(len(row), 2 * level)
+            if rings == 1:
+                np.maximum.at(
+                    near,
+                    number,
+                    _SHARE_OF_SAG * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])),
+                )
+            before = tried = new = held
+            for _ in range(rings):
+                beside = (self._csr(*np.divmod(new, n), len(row)) @ self.near).tocoo()
+                new = np.setdiff1d(beside.row.astype(np.int64) * n + beside.col, tried, assume_unique=True)
+                new = new[~self.plane[new % n]]
+                off, steep = self._off(kinds, row, lean, new // n, new % n)
+                tried = np.union1d(tried, new)
+                new = new[(off <= near[new // n]) & ~steep]
+                if not len(new):
+                    break
+                held = self._largest(np.union1d(held, new), len(row))
+                new = np.intersect1d(new, held, assume_unique=True)
+            for last in (False, True):
+                number, place = np.unique(held // n, return_inverse=True)
+                groups = self._csr(place, held % n, len(number))
+                row[number], away, points = self.fit(kind, groups, row[number])
+                if not last:
+                    off = self._off(kinds, row, lean, held // n, held % n)[0]
+                    held = held[off <= np.maximum(2 * level, 0.5 * away[place])]
+            good = (
+                (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE[kind])
+            )
+            held = held[good[place]]
+            if rings > 1 and np.array_equal(held, before):
+                break
+        kept, number = np.unique(held // n, return_inverse=True)
+        return _Surfaces(kinds[kept], row[kept], lean[kept], number.ravel() * n + held % n)
+
+    def _largest(self, held: Ints, count: int) -> Ints:
+        """Pairs of the candidates that hold more patches than larger ones of this kind hold of theirs."""
+        number, patch = np.divmod(held, np.int64(self.count))
+        rank = np.empty(count, np.int64)
+        rank[np.argsort(np.bincount(number, minlength=count), kind="stable")] = np.arange(count)
+        best = np.full(self.count, -1)
+        np.maximum.at(best, patch, rank[number])
+        own = np.bincount(number, best[patch] == rank[number], count)
+        return held[(2 * own >= np.bincount(number, minlength=count))[number]]
+
+    def _csr(self, row: Ints, column: Ints, count: int) -> Any:
+        from scipy.sparse import csr_array
+
+        return csr_array((np.ones(len(row), np.int32), (row, column)), shape=(count, self.count))
+
+    def take(self, new: _Surfaces, kind: Ints, row: Floats, owner: Ints) -> tuple[Ints, Floats, Ints]:
+        """Owners of patches after the candidates that explain most have taken what is left, and all surfaces."""
+        owner = owner.copy()
+        number, patch = np.divmod(new.held, self.count)
+        start = np.searchsorted(number, np.arange(len(new.kind) + 1))
+        area = self.patches.area
+        worth = np.array([_BONUS[k] for k in new.kind.tolist()]) * np.bincount(number, area[patch], len(new.kind))
+        heap = [(-w, i) for i, w in enumerate(worth.tolist())]
+        heapq.heapify(heap)
+        taken: list[int] = []
+        while heap:
+            _, i = heapq.heappop(heap)
+            own = patch[start[i] : start[i + 1]]
+            left = own[owner[own] < 0]
+            if len(left) < _LEAST:
+                continue
+            value = _BONUS[int(new.kind[i])] * float(area[left].sum())
+            if heap and value < -heap[0][0] - 1e-9 * value:
+                heapq.heappush(heap, (-value, i))
+                continue
+            owner[left] = len(kind) + len(taken)
+            taken.append(i)
+        return np.append(kind, new.kind[taken]), np.concatenate([row, new.row[taken]]), owner
+
+    def absorb(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
+        """Owners of patches after surfaces have taken the neighbours without one that lie on them within `level`."""
+        p, owner = self.patches, owner.copy()
+        most = np.full(len(kind), _MOST_LEAN)
+        while True:
+            met = np.flatnonzero(self.smooth & (owner[p.a] >= 0) & (owner[p.b] < 0))
+            off, steep = self._off(kind, row, most, owner[p.a[met]], p.b[met])
+            met, off = met[(off <= level) & ~steep], off[(off <= level) & ~steep]
+            if not len(met):
+                return owner
+            order = np.argsort(-off, kind="stable")
+            owner[p.b[met[order]]] = owner[p.a[met[order]]]  # written last: the nearest
+
+    def merge(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
+        """Owners of patches where a surface that runs smoothly into a larger one, which holds all of it within `level`,
+        is of that."""
+        p, count = self.patches, len(kind)
+        sag = self._sag(owner, kind, row)
+        while True:
+            met = self.smooth & (owner[p.a] >= 0) & (owner[p.b] >= 0) & (owner[p.a] != owner[p.b])
+            area = np.bincount(owner[owner >= 0], p.area[owner >= 0], count)
+            small, large = np.divmod(np.unique(owner[p.a[met]] * np.int64(count) + owner[p.b[met]]), count)
+            less = (area[small] < area[large]) | ((area[small] == area[large]) & (small > large))
+            small, large = small[less], large[less]
+            order = np.argsort(owner, kind="stable")
+            start = np.searchsorted(owner[order], np.arange(count + 1))
+            pair, at = expand(start[:-1][small], start[1:][small])
+            off, steep = self._off(kind, row, np.full(count, _MOST_LEAN), large[pair], order[at])
+            off = np.where(steep, np.inf, off)
+            worst = (
+                np.maximum.reduceat(off, np.searchsorted(pair, np.arange(len(small)))) if len(small) else np.empty(0)
+            )
+            good = worst <= np.minimum(level, _SHARE_OF_SAG * sag[large])
+            if not good.any():
+                return owner
+            into = np.arange(count)
+            into[small[good]] = large[good]
+            while not np.array_equal(into, into[into]):
+                into = into[into]
+            owner = np.where(owner >= 0, into[owner], -1)
+
+    def reject_spurious(self, owner: Ints, count: int) -> Ints:
+        """Owners (-1 none) of patches without the surfaces of a few that run smoothly into free-form ones: some strips
+        of a free-form surface always lie on a cylinder or cone."""
+        p = self.patches
+        longest = np.zeros(self.count)
+        np.maximum.at(longest, p.a[self.smooth], p.length[self.smooth])
+        long = p.length >= _LONG * longest[p.a]  # at its ends a strip may run into anything
+        rim = np.flatnonzero((owner[p.a] >= 0) & (owner[p.a] != owner[p.b]) & long)
+        total = np.bincount(owner[p.a[rim]], p.length[rim], count)
+        rim = rim[p.angle[rim] < FREE_RAD]
+        rim = rim[~self.plane[p.b[rim]]]
+        few = np.bincount(owner[owner >= 0], minlength=count) < _FEW
+        dropped = np.zeros(count + 1, bool)
+        while True:
+            a, b = owner[p.a[rim]], owner[p.b[rim]]
+            free = (b < 0) | dropped[b]
+            into_free, into_few = (
+                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | few[np.maximum(b, 0)])
+            )
+            new = few & ((into_free > _FREE_RIM * total) | (into_few > _FEW_RIM * total)) & ~dropped[:count]
+            if not new.any():
+                return np.where(dropped[owner] & (owner >= 0), -1, owner)
+            dropped[:count] |= new
+
+    def _sag(self, owner: Ints, kind: Ints, row: Floats) -> Floats:
+        """How far the middles of facets stand off their surface at most."""
+        out, held = np.zeros(len(kind)), np.flatnonzero(owner >= 0)
+        o = owner[held]
+        np.maximum.at(out, o, np.abs(distances(kind[o], row[o], self.patches.middle[held])))
+        return out
+
+    def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
+        """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.
+
+        What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
+        smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
+        """
+        p, count = self.patches, self.count
+        open_ = (owner[p.a] < 0) & (owner[p.b] < 0)
+        # A plane whose boundary is less exact than its inside comes in several patches.
+        level = open_ & (p.angle < _FLAT_RAD)
+        sheet = components(count, p.a[level], p.b[level])
+        uneven = mean_planes(self.vertices, self.triangles, sheet[p.of_triangle])[0] > tolerance
+        level &= ~uneven[sheet[p.a]]
+        sheet = components(count, p.a[level], p.b[level])
+        inside = sheet[p.a] == sheet[p.b]
+        perimeter = np.bincount(sheet, 2 * p.area / p.width)
+        perimeter -= np.bincount(sheet[p.a[inside]], p.length[inside], minlength=len(perimeter))
+        area = np.bincount(sheet, p.area)
+        width = 2 * area / np.maximum(perimeter, 1e-9 * np.sqrt(area))
+        flat = np.ones(len(area), bool)
+        np.logical_and.at(flat, sheet, p.flat & (owner < 0))
+        bend = open_ & (p.angle < FREE_RAD) & ~inside
+        one, two = sheet[p.a[bend]], sheet[p.b[bend]]
+        alone = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
+        neighbour = np.zeros(len(area))
+        np.maximum.at(neighbour, one, width[two])
+        # Two single triangles that hardly bend are a twisted quad, and its diagonal is no edge.
+        single = np.bincount(sheet[p.of_triangle]) == 1
+        twisted = np.zeros(len(area), bool)
+        twisted[one[single[one] & single[two] & (p.angle[bend] < _TWIST_RAD)]] = True
+        plane = flat & ((alone & ~twisted) | (width > _WIDE * neighbour))
+        # A facet that is much wider than those about it, or a sliver, is of the free-form region that it runs into.
+        into = np.bincount(one[~plane[two]], p.length[bend][~plane[two]], len(area))
+        plane &= (np.bincount(sheet[p.of_triangle]) > 2) | (into < _INTO_FREE * perimeter)
+        join = ~plane[one] & ~plane[two]
+        label = components(len(area), one[join], two[join])[sheet]
+        owner = np.where(owner >= 0, owner, curved + label)
+        out = np.zeros(int(label.max()) + 1, bool)
+        out[label[plane[sheet] & (owner >= curved)]] = True
+        return owner, out
