@@ -9,6 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Ints
+
 
 @dataclass(frozen=True)
 class Ragged:
@@ -18,8 +20,8 @@ class Ragged:
     """
 
     values: npt.NDArray[Any]
-    offsets: npt.NDArray[np.int64]
-    null: npt.NDArray[np.bool_] | None = None
+    offsets: Ints
+    null: Bools | None = None
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -38,7 +40,7 @@ class Ragged:
         values = np.concatenate(arrays) if arrays else np.empty(0, dtype)
         return cls(values, offsets, null if null.any() else None)
 
-    def take(self, rows: npt.NDArray[np.int64]) -> Ragged:
+    def take(self, rows: Ints) -> Ragged:
         """The given rows, in the given order."""
         lengths = np.diff(self.offsets)[rows]
         offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
@@ -70,7 +72,7 @@ def is_scalar(values: ColumnValues) -> bool:
     return not isinstance(values, np.ndarray | Ragged | list | tuple)
 
 
-def take(columns: Columns, rows: npt.NDArray[np.int64]) -> dict[str, ColumnValues]:
+def take(columns: Columns, rows: Ints) -> dict[str, ColumnValues]:
     """The given rows of a table, in the given order; one value for all rows stays so."""
     out: dict[str, ColumnValues] = {}
     for name, values in columns.items():

@@ -72,6 +72,7 @@ CREATE TABLE shape_mesh (
     shape_id BIGINT PRIMARY KEY REFERENCES shape (id),
     chord_mm DOUBLE PRECISION NOT NULL,
     chord_rad DOUBLE PRECISION NOT NULL,
+    deviation_mm DOUBLE PRECISION,
     vertices DOUBLE PRECISION[] NOT NULL,
     normals REAL[] NOT NULL,
     triangles INTEGER[] NOT NULL,
@@ -79,8 +80,9 @@ CREATE TABLE shape_mesh (
 );
 COMMENT ON TABLE shape_mesh IS 'Triangles of a shape for casting rays and drawing; vertices are apart for each surface.';
 COMMENT ON COLUMN shape_mesh.shape_id IS 'the shape';
-COMMENT ON COLUMN shape_mesh.chord_mm IS 'greatest distance of triangles from the surface, mm';
-COMMENT ON COLUMN shape_mesh.chord_rad IS 'greatest angle between neighbouring normals, rad';
+COMMENT ON COLUMN shape_mesh.chord_mm IS 'distance of triangles from the surface that was asked for, mm';
+COMMENT ON COLUMN shape_mesh.chord_rad IS 'angle between neighbouring normals that was asked for, rad';
+COMMENT ON COLUMN shape_mesh.deviation_mm IS 'greatest measured distance between triangles and the exact geometry, mm; null where it is not known';
 COMMENT ON COLUMN shape_mesh.vertices IS 'vertices, x y z after each other, mm';
 COMMENT ON COLUMN shape_mesh.normals IS 'outward unit normals of the exact surface at the vertices';
 COMMENT ON COLUMN shape_mesh.triangles IS 'vertex ordinals, three a triangle, counter-clockwise from outside';

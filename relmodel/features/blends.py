@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
 from relmodel.features.graph import Boundary, Side, Surfaces
-
-Floats = npt.NDArray[np.float64]
 
 _LESS_THAN_HALF_A_TURN = 0.95 * np.pi  # a half cylinder between parallel walls is the end of a slot
 _SLANT = np.radians([15, 75])  # of a chamfer to the faces beside it

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.outlines import KINDS, Outlines
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import boxes_carried, inverse
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.model.placed_parts import PlacedParts, Places
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 TOUCH_MM = 0.01  # between faces that lie on each other, and between the axes or centres of a shaft and its hole
 FIT_MM, FIT_SHARE = 0.1, 0.2  # difference of the radii of a shaft and its hole: mm, and share of the shaft's radius
@@ -89,13 +87,13 @@ class _Faces:
     """All placed faces, columns as `Outlines` has them; frame: in the assembly."""
 
     kind: npt.NDArray[np.str_]
-    hole: npt.NDArray[np.bool_]
+    hole: Bools
     radius: Floats
     wide: Floats
     half_angle: Floats
     frame: Floats
 
-    def on_one_surface(self, a: Ints, b: Ints) -> tuple[npt.NDArray[np.bool_], Floats]:
+    def on_one_surface(self, a: Ints, b: Ints) -> tuple[Bools, Floats]:
         """Whether the faces a and b (n,), of one kind, have opposite sides of one surface but for a gap; and the gap.
 
         It is the distance of planes and of cones, else the radius of the hole less that of the other; negative where

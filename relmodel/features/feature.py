@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.model.content_keys import content_key, quantised
-
-Floats = npt.NDArray[np.float64]
 
 LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
 ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, cross
 from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.model.model import Shape, Table
@@ -19,9 +20,6 @@ from relmodel.model.model import Shape, Table
 if TYPE_CHECKING:
     import networkx as nx
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 _UPRIGHT = np.radians(0.5)
 _BINS = 720  # of the full turn, for the union of angles

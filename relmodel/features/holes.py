@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, union
 from relmodel.features.graph import Surfaces
 from relmodel.geometry.clusters import clusters, unsigned
@@ -14,7 +14,6 @@ from relmodel.geometry.clusters import clusters, unsigned
 if TYPE_CHECKING:
     import networkx as nx
 
-Floats = npt.NDArray[np.float64]
 
 _REACH = 10.0  # length of a gap, in diameters, that a drill crosses
 _AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -20,8 +20,6 @@ from relmodel.features.feature import (
     union,
 )
 from relmodel.features.graph import Boundary, Side
-
-Floats = npt.NDArray[np.float64]
 
 _WITHIN = 0.9  # of the way to a wall
 _ON_THE_ELLIPSE = 1e-2  # mm

@@ -11,17 +11,16 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.geometry.curves import BOX
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Shape
-from relmodel.model.trimmed_faces import Trims
+from relmodel.model.trimmed_faces import TrimmedFaces
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
-Floats = npt.NDArray[np.float64]
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _CHORD_RAD = np.pi / 360
@@ -68,7 +67,7 @@ class Outlines:
         self.frame[:, :3, :] = np.stack([surfaces.x[at], np.cross(z, surfaces.x[at]), z, origin], axis=2)
         self.boxes = np.stack([np.asarray(shape.surfaces[c], float)[at] for c in BOX], axis=1)
         self._shape, self._surfaces, self._curves = shape, surfaces, curves_of(shape)
-        self._trims = Trims(surfaces, self._curves, shape.coedges, shape.pcurves) if len(at) else None
+        self._faces = TrimmedFaces(surfaces, self._curves, shape.coedges, shape.pcurves) if len(at) else None
         self._loops: dict[int, list[Floats]] = {}
         self._drawn: dict[int, BaseGeometry | None] = {}
 
@@ -128,23 +127,23 @@ class Outlines:
 
     def loops(self, row: int) -> list[Floats]:
         """Points (n, 3) along the loops of a face in its frame, the outer one first."""
-        if row in self._loops or self._trims is None:
+        if row in self._loops or self._faces is None:
             return self._loops.get(row, [])
-        co, trims, curves, surfaces = self._shape.coedges, self._trims, self._curves, self._surfaces
+        co, faces, curves, surfaces = self._shape.coedges, self._faces, self._curves, self._surfaces
         surface, frame = self.number[row], self.frame[row]
         middle = surfaces.domain[surface].reshape(2, 2).mean(axis=1)
         rings = []
-        of_surface = np.flatnonzero(trims.surface == surface)
+        of_surface = np.flatnonzero(faces.surface == surface)
         for loop in np.unique(co["loop_no"][of_surface]).tolist():
             points = []
             for k in of_surface[co["loop_no"][of_surface] == loop].tolist():
-                arc = int(trims.arc[k])
+                arc = int(faces.arc[k])
                 t = _along(curves.cuts(arc, curves.t0[arc], curves.t1[arc]), str(curves.kind[arc]))
                 t = t[::-1] if co["reversed"][k] else t
                 if self.kind[row] == "plane":
                     points.append(curves.evaluate(np.full(len(t), arc), t)[0])
                 else:
-                    uv = trims.evaluate(np.full(len(t), k), t)[0]
+                    uv = faces.evaluate(np.full(len(t), k), t)
                     uv += _INWARD * (middle - uv)
                     points.append(surfaces.evaluate(np.full(len(t), surface), uv[:, 0], uv[:, 1]).points)
             rings.append((np.concatenate(points) - frame[:3, 3]) @ frame[:3, :3])

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.features.feature import Feature, feature_class_key, frame, lengths, union
 from relmodel.geometry.clusters import clusters
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-Floats = npt.NDArray[np.float64]
 
 _SAME = 1e-2  # mm, rad
 _NEAREST = 8  # neighbours that are tried as the next of a row or circle
@@ -126,9 +125,9 @@ def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
     return [list(r) for r in sorted(found)]
 
 
-def _grids(flat: Floats, tree: cKDTree) -> list[npt.NDArray[np.int64]]:
+def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
     """Points at the crossings of two sets of even lines at right angles: rows, no more than columns, of points."""
-    found: dict[tuple[int, ...], npt.NDArray[np.int64]] = {}
+    found: dict[tuple[int, ...], Ints] = {}
     for i, beside in enumerate(_nearest(flat, tree)):
         for j in beside:
             a = flat[j] - flat[i]

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -21,8 +21,6 @@ from relmodel.features.feature import (
 )
 from relmodel.features.graph import Boundary, Side
 from relmodel.features.openings import closed_slot, walls_form
-
-Floats = npt.NDArray[np.float64]
 
 _STEEP = np.sin(np.radians(10))  # walls may have this much draft
 _MOSTLY = 0.5  # share of the rim of a pocket that another may not have cut away, and of each of its sides

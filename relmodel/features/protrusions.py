@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -18,9 +18,6 @@ from relmodel.features.feature import (
     union,
 )
 from relmodel.features.graph import Boundary
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _GAP = 0.5  # rad without a point, more than a facet spans
 _END_OF_A_LUG = np.pi * np.array([0.6, 1.9])  # turn of the rounded end; a full turn is a boss

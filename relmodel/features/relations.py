@@ -15,11 +15,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.model.model import Shape, Table
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 SMOOTH_RAD = np.pi / 180
 _NEAREST = 32  # how many planes in order of offset are tried for the nearest that overlaps
@@ -117,7 +115,7 @@ def _parallel_planes(
     normal: Floats,
     direction: Ints,
     offset: Floats,
-    plane: npt.NDArray[np.bool_],
+    plane: Bools,
     angle_tolerance: float,
     length_tolerance: float,
 ) -> _Rows:
@@ -201,7 +199,7 @@ def _parallel_lines(
     foot: Floats,
     along: Floats,
     direction: Ints,
-    line: npt.NDArray[np.bool_],
+    line: Bools,
     angle_tolerance: float,
     length_tolerance: float,
 ) -> _Rows:

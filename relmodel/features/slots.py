@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -19,8 +19,6 @@ from relmodel.features.feature import (
 from relmodel.features.graph import Boundary
 from relmodel.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
 from relmodel.features.steps import Ledge, floor_of, run_along, steps
-
-Floats = npt.NDArray[np.float64]
 
 _STEEP = np.sin(np.radians(10))  # walls may have this much draft
 _UPRIGHT = ANGLE_TOLERANCE**2  # of a cosine

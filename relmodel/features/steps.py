@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -18,8 +18,6 @@ from relmodel.features.feature import (
 )
 from relmodel.features.graph import Boundary
 from relmodel.features.pockets import Floor, fillet_radius, prism_box, top, walls_of
-
-Floats = npt.NDArray[np.float64]
 
 _OVER = np.sin(np.radians(10))  # a wall may lean over its floor by so much
 _SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does

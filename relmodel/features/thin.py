@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
 from relmodel.features.graph import Boundary
 from relmodel.geometry.clusters import clusters, unsigned
@@ -15,8 +15,6 @@ from relmodel.geometry.clusters import clusters, unsigned
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _THIN = 0.6  # thickness of a rib or flange to its height
 _TOUCHING = 0.01  # share of the smaller of two planes that one covers at least

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
 from relmodel.features.graph import Boundary
 from relmodel.features.protrusions import coaxial
-
-Floats = npt.NDArray[np.float64]
 
 _WHOLE_TURN = np.pi * 1.9
 _FLAT = 0.5  # thickness of a flange to its radius
@@ -75,7 +73,7 @@ def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int,
     return found, beyond
 
 
-def _around(b: Boundary, floor: int, rounds: npt.NDArray[np.bool_]) -> tuple[Feature, tuple[int, int]] | None:
+def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int, int]] | None:
     """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders beside it."""
     s, axis = b.surfaces, b.surfaces.axis[floor]
     sides = [
@@ -104,7 +102,7 @@ def _around(b: Boundary, floor: int, rounds: npt.NDArray[np.bool_]) -> tuple[Fea
     return Feature("groove", "", measures, pose, union(s.boxes[[floor, *sides]]), roles), (one, two)
 
 
-def _in_a_face(b: Boundary, hole: Feature, rounds: npt.NDArray[np.bool_]) -> Feature | None:
+def _in_a_face(b: Boundary, hole: Feature, rounds: Bools) -> Feature | None:
     """A hole around an island that is level with its mouth."""
     s = b.surfaces
     if hole.kind != "blind_hole":

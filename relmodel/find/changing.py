@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.find.kinds import BoxIndex, build
 from relmodel.find.packing import outgrown
-from relmodel.find.pairs import Integers, among, as_boxes
+from relmodel.find.pairs import among, as_boxes
 from relmodel.find.volumes import VolumeTable
-
-Floats = npt.NDArray[np.float64]
 
 
 class ChangingIndex:
@@ -24,7 +23,7 @@ class ChangingIndex:
         self._kind = kind
         self._set(np.asarray(ids, np.int64).reshape(-1), as_boxes(boxes))
 
-    def _set(self, ids: Integers, boxes: Floats) -> None:
+    def _set(self, ids: Ints, boxes: Floats) -> None:
         """Build over boxes; the overflow is then empty."""
         if len(ids) != len(boxes) or len(np.unique(ids)) != len(ids):
             raise UsageError("boxes of an index need identities, one each, no two alike")
@@ -57,18 +56,18 @@ class ChangingIndex:
         self._drop(np.asarray(ids, np.int64).reshape(-1))
         self._fold()
 
-    def in_boxes(self, asked: Floats) -> tuple[Integers, Integers]:
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, identity of a box that meets it) for boxes (k, 6), sorted."""
         asked = as_boxes(asked)
         return self._with_overflow(asked, *self._index.in_boxes(asked), None)
 
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Integers, Integers]:
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         """Pairs of (number of the volume, identity of a box that is not wholly outside it), sorted."""
         return self._with_overflow(volumes.bounds, *self._index.in_volumes(volumes), volumes)
 
     def _with_overflow(
-        self, asked: Floats, number: Integers, found: Integers, volumes: VolumeTable | None
-    ) -> tuple[Integers, Integers]:
+        self, asked: Floats, number: Ints, found: Ints, volumes: VolumeTable | None
+    ) -> tuple[Ints, Ints]:
         there = self._there[found]
         number, ids = number[there], self._ids[found[there]]
         if len(self._more):
@@ -84,7 +83,7 @@ class ChangingIndex:
         order = np.lexsort((ids, number))
         return number[order], ids[order]
 
-    def _drop(self, ids: Integers) -> None:
+    def _drop(self, ids: Ints) -> None:
         """Mark boxes of the built index as gone, and take others out of the overflow."""
         place = np.searchsorted(self._ids, ids)
         inside = place < len(self._ids)

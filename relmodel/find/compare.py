@@ -8,16 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes, world_named
 from relmodel.find.kinds import KINDS, BoxIndex, build
 from relmodel.find.volumes import Box, Frustum, Volume, VolumeTable
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Run, Store
-
-Floats = npt.NDArray[np.float64]
 
 # The range tree takes n log^2 n room: some 10 kB a box at this size.
 LARGEST_RANGETREE = 100_000

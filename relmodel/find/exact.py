@@ -2,8 +2,9 @@
 
 A surface is in a volume if one of its triangles has a point of it, a feature if one of its surfaces is, an arc if a
 chord between two of its samples has, and a part if a triangle has or, where it is solid, if the volume lies wholly
-inside it.  Triangles and chords stand for the geometry within the tolerance that `shape_mesh.chord_mm` states.  What
-has no triangles or samples in the store stays in the answer: no geometry speaks against it.
+inside it.  Volumes are taken as wider by how far the triangles are from the exact geometry (`shape_mesh.deviation_mm`,
+where it is measured) and chords from their arcs, so that nothing that meets a volume is missed.  What has no triangles
+or samples in the store stays in the answer: no geometry speaks against it.
 """
 
 from __future__ import annotations
@@ -15,16 +16,15 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
-from relmodel.find.volumes import Floats, Volume, VolumeTable
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.find.volumes import Volume, VolumeTable
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-
-Integers = npt.NDArray[np.int64]
 
 
 def exactly_met(
     store: Store, connection: Connection, volumes: Sequence[Volume], level: str, found: Mapping[str, npt.NDArray[Any]]
-) -> npt.NDArray[np.bool_]:
+) -> Bools:
     """Which rows of an answer at precision `box` (columns as `in_volumes` gives them) are in it at `exact` (n,)."""
     met = np.ones(len(found["volume_no"]), bool)
     if not len(met):
@@ -50,14 +50,20 @@ def exactly_met(
         geometry.triangles,
         geometry.first_triangle,
         geometry.solid,
+        geometry.deviation,
     )
     return met
 
 
 class _Geometry:
-    """Triangles of the elements of a level of some shapes; an arc's chords are triangles without area."""
+    """Triangles of the elements of a level of some shapes; an arc's chords are triangles without area.
 
-    def __init__(self, keys: list[tuple[int, int]], triangles: list[Floats], solid: list[bool]) -> None:
+    deviation: (n,) how far the exact geometry of an element may be from its triangles, mm.
+    """
+
+    def __init__(
+        self, keys: list[tuple[int, int]], triangles: list[Floats], solid: list[bool], deviation: list[float]
+    ) -> None:
         counts = [len(t) for t in triangles]
         keep = [i for i, count in enumerate(counts) if count]
         order = sorted(keep, key=lambda i: keys[i])
@@ -65,13 +71,15 @@ class _Geometry:
         self.triangles = np.concatenate([np.empty((0, 3, 3)), *(triangles[i] for i in order)])
         self.first_triangle = np.cumsum([0, *(counts[i] for i in order)])
         self.solid = np.array([solid[i] for i in order], bool)
+        self.deviation = np.array([deviation[i] for i in order], float)
 
     @classmethod
     def load(cls, store: Store, connection: Connection, level: str, shapes: list[int]) -> _Geometry:
         if level == "arc":
             rows = store.columns(connection, "exact_arcs", shape_ids=shapes)
             keys = list(zip(rows["shape_id"].tolist(), rows["arc_no"].tolist(), strict=True))
-            return cls(keys, [_chords(points) for points in rows["points"]], [False] * len(keys))
+            deviation = [_sagitta(p, t) for p, t in zip(rows["points"], rows["tangents"], strict=True)]
+            return cls(keys, [_chords(points) for points in rows["points"]], [False] * len(keys), deviation)
         meshes = store.columns(connection, "scene_meshes", shape_ids=shapes)
         of_shape = {
             int(shape): np.asarray(vertices, float).reshape(-1, 3)[np.asarray(triangles, np.int64).reshape(-1, 3)]
@@ -79,9 +87,16 @@ class _Geometry:
                 meshes["shape_id"].tolist(), meshes["vertices"], meshes["triangles"], strict=True
             )
         }
+        measured: Floats = np.ma.filled(np.ma.masked_invalid(np.ma.asarray(meshes["deviation_mm"], float)), 0.0)
+        deviation_of = dict(zip(meshes["shape_id"].tolist(), measured.tolist(), strict=True))
         if level == "part":
             solids = set(store.columns(connection, "solid_shapes", shape_ids=shapes)["shape_id"].tolist())
-            return cls([(s, -1) for s in of_shape], list(of_shape.values()), [s in solids for s in of_shape])
+            return cls(
+                [(s, -1) for s in of_shape],
+                list(of_shape.values()),
+                [s in solids for s in of_shape],
+                [deviation_of[s] for s in of_shape],
+            )
         surfaces: dict[tuple[int, int], Floats] = {}
         for shape, numbers in zip(meshes["shape_id"].tolist(), meshes["triangle_surfaces"], strict=True):
             order = np.argsort(np.asarray(numbers), kind="stable")
@@ -90,16 +105,19 @@ class _Geometry:
             pieces = np.split(of_shape[int(shape)][order], first[1:])
             surfaces |= {(int(shape), int(n)): t for n, t in zip(ordered[first], pieces, strict=True)}
         if level == "surface":
-            return cls(list(surfaces), list(surfaces.values()), [False] * len(surfaces))
+            deviation = [deviation_of[shape] for shape, _ in surfaces]
+            return cls(list(surfaces), list(surfaces.values()), [False] * len(surfaces), deviation)
         rows = store.columns(connection, "scene_features", shape_ids=shapes)
         features: dict[tuple[int, int], list[Floats]] = {}
         for shape, feature, surface in zip(
             *(rows[c].tolist() for c in ("shape_id", "feature_no", "surface_no")), strict=True
         ):
             features.setdefault((shape, feature), []).append(surfaces.get((shape, surface), np.empty((0, 3, 3))))
-        return cls(list(features), [np.concatenate(pieces) for pieces in features.values()], [False] * len(features))
+        deviation = [deviation_of.get(shape, 0.0) for shape, _ in features]
+        triangles = [np.concatenate(pieces) for pieces in features.values()]
+        return cls(list(features), triangles, [False] * len(features), deviation)
 
-    def number(self, shape_id: Integers, element_no: Integers) -> Integers:
+    def number(self, shape_id: Ints, element_no: Ints) -> Ints:
         """Places of elements in this table (n,), -1 where it has none."""
         if not len(self._keys):
             return np.full(len(shape_id), -1, np.int64)
@@ -115,3 +133,11 @@ def _chords(points: npt.ArrayLike) -> Floats:
     p = np.asarray(points, float).reshape(-1, 3)
     last = p[1:] if len(p) > 1 else p
     return np.stack([p[: len(last)], last, last], axis=1)
+
+
+def _sagitta(points: npt.ArrayLike, tangents: npt.ArrayLike) -> float:
+    """How far at most an arc is from the chords between points, by how much its tangents turn along each, mm."""
+    p, t = (np.asarray(values, float).reshape(-1, 3) for values in (points, tangents))
+    length = np.linalg.norm(np.diff(p, axis=0), axis=1)
+    turn = np.arctan2(np.linalg.norm(np.cross(t[:-1], t[1:]), axis=1), np.einsum("nd,nd->n", t[:-1], t[1:]))
+    return float((length / 2 * np.tan(turn / 4)).max(initial=0.0))

@@ -16,8 +16,8 @@ TOLERANCE_MM = 1e-6
 
 
 @helper
-def _meets_half_spaces(triangle: Floats, planes: Floats, polygon: Floats, clipped: Floats) -> bool:
-    """Whether a triangle (3, 3) has a point inside all half-spaces (k, 4): it is clipped by one after the other.
+def _meets_half_spaces(triangle: Floats, planes: Floats, slack: float, polygon: Floats, clipped: Floats) -> bool:
+    """Whether a triangle (3, 3) has a point within the slack of all half-spaces (k, 4): it is clipped by each in turn.
 
     Sutherland and Hodgman, "Reentrant polygon clipping", Communications of the ACM 17, 1974.
     """
@@ -26,7 +26,7 @@ def _meets_half_spaces(triangle: Floats, planes: Floats, polygon: Floats, clippe
         for j in range(3):
             polygon[i, j] = triangle[i, j]
     for k in range(len(planes)):
-        nx, ny, nz, d = planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] + TOLERANCE_MM
+        nx, ny, nz, d = planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3] + slack
         kept = 0
         last = count - 1
         last_beyond = nx * polygon[last, 0] + ny * polygon[last, 1] + nz * polygon[last, 2] - d
@@ -111,7 +111,7 @@ def _winding(triangles: Floats, first: int, end: int, p: Floats) -> float:
 
 @kernel(
     "b1[::1](f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1], i8[::1], f8[:, :, ::1], i8[::1],"
-    " b1[::1])"
+    " b1[::1], f8[::1])"
 )
 def meet_volumes(
     half_spaces: Floats,
@@ -124,12 +124,14 @@ def meet_volumes(
     triangles: Floats,
     first_triangle: Ints,
     solid: Bools,
+    deviation: Floats,
 ) -> Bools:
     """Whether elements meet volumes (n,): row i holds element `element[i]`, placed by `transforms[i]`, against volume
     `asked[i]` of a table.
 
     An element e has the triangles (m, 3, 3) `first_triangle[e]` to `first_triangle[e + 1]` in its shape's frame; where
-    it is `solid`, it holds what they enclose.
+    it is `solid`, it holds what they enclose.  Its exact geometry is within `deviation` (mm) of them: volumes are taken
+    as so much wider.
     """
     out = np.zeros(len(asked), np.bool_)
     room = 0
@@ -156,13 +158,14 @@ def meet_volumes(
                 centre[j] += t[r, j] * (balls[volume, r] - t[r, 3])
                 point[j] += t[r, j] * (inner_points[volume, r] - t[r, 3])
         radius = balls[volume, 3]
+        slack = TOLERANCE_MM + deviation[element[i]]
         first, end = first_triangle[element[i]], first_triangle[element[i] + 1]
         for row in range(first, end):
             triangle = triangles[row]
             if radius < np.inf:
-                met = _distance2(triangle, centre) <= (radius + TOLERANCE_MM) * (radius + TOLERANCE_MM)
+                met = _distance2(triangle, centre) <= (radius + slack) * (radius + slack)
             else:
-                met = _meets_half_spaces(triangle, planes[:count], polygon, clipped)
+                met = _meets_half_spaces(triangle, planes[:count], slack, polygon, clipped)
             if met:
                 out[i] = True
                 break

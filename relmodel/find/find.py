@@ -21,6 +21,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
 from relmodel.find.exact import exactly_met
 from relmodel.find.volumes import Volume, volumes_met
@@ -109,7 +110,7 @@ def in_volumes(
 
 
 def _in_boxes(
-    store: Store, connection: Connection, world_id: int, level: str, boxes: list[npt.NDArray[np.float64]], how: str
+    store: Store, connection: Connection, world_id: int, level: str, boxes: list[Floats], how: str
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in each of some boxes, as rows of the table that the query joins."""
     bounds = np.array(boxes, float).reshape(-1, 6)
@@ -120,7 +121,7 @@ def _in_boxes(
     return store.columns(connection, f"find_elements_{how}", world_id=world_id, level=level, **asked)
 
 
-def _chosen(found: dict[str, npt.NDArray[Any]], met: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
+def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDArray[Any]]:
     return found if met.all() else {name: values[met] for name, values in found.items()}
 
 

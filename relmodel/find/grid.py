@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.find.pairs import Integers, among, as_boxes
+from relmodel.arrays import Floats, Ints
+from relmodel.find.pairs import among, as_boxes
 from relmodel.find.volumes import VolumeTable
-
-Floats = npt.NDArray[np.float64]
 
 # Hits that an expected volume holds, and what a cell looked up costs beside a box that is tested.
 EXPECTED_HITS = (10, 100)
@@ -56,16 +55,16 @@ class Grid:
         held = (self._boxes, self._number, self._depth_cell, self._column, self._column_start)
         return sum(array.nbytes for array in held)
 
-    def in_boxes(self, asked: Floats) -> tuple[Integers, Integers]:
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         return self._ask(asked, first_only=False)
 
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Integers, Integers]:
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         return among(self._given, volumes, self.in_boxes(volumes.bounds))
 
     def any_in_box(self, box: Floats) -> bool:
         return len(self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)[0]) > 0
 
-    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Integers, Integers]:
+    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
         from relmodel.find.grid_kernels import entries_in_boxes
 
         numbers, entries = entries_in_boxes(

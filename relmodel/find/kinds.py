@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
-from relmodel.find.pairs import Integers
 from relmodel.find.volumes import VolumeTable
 
 
@@ -21,14 +20,14 @@ class BoxIndex(Protocol):
     def nbytes(self) -> int:
         """Size of its arrays, bytes."""
 
-    def in_boxes(self, asked: npt.NDArray[np.float64]) -> tuple[Integers, Integers]:
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
 
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Integers, Integers]:
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
         half-space of the volume, by volume."""
 
-    def any_in_box(self, box: npt.NDArray[np.float64]) -> bool:
+    def any_in_box(self, box: Floats) -> bool:
         """Whether any box meets a box (6,)."""
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.find.pairs import Integers, among, as_boxes
+from relmodel.arrays import Floats, Ints
+from relmodel.find.pairs import among, as_boxes
 from relmodel.find.volumes import VolumeTable
-
-Floats = npt.NDArray[np.float64]
 
 FILL = 16
 DEPTH = 16
@@ -84,16 +83,16 @@ class Octree:
         held = (self._boxes, self.cells, self.first_child, self.child_count, self.entry, self.first_entry)
         return sum(array.nbytes for array in held)
 
-    def in_boxes(self, asked: Floats) -> tuple[Integers, Integers]:
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         return self._ask(asked, first_only=False)
 
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Integers, Integers]:
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         return among(self._boxes, volumes, self.in_boxes(volumes.bounds))
 
     def any_in_box(self, box: Floats) -> bool:
         return len(self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)[0]) > 0
 
-    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Integers, Integers]:
+    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
         from relmodel.find.octree_kernels import entries_in_boxes
 
         numbers, found = entries_in_boxes(

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.find.find import BOX_COLUMNS, world_named
 from relmodel.find.octree import Octree
-from relmodel.find.pairs import Integers
-from relmodel.find.volumes import Floats
 from relmodel.store import Run, Store
 
 
@@ -37,7 +36,7 @@ def write_octree(store: Store, world: str | None = None) -> int:
     return cells
 
 
-def append_octree(run: Run, connection: Connection, world_id: int, occurrence_id: Integers, boxes: Floats) -> int:
+def append_octree(run: Run, connection: Connection, world_id: int, occurrence_id: Ints, boxes: Floats) -> int:
     """Append the oct-tree of the placed parts of a world, identities (n,) and boxes (n, 6); how many cells it has."""
     tree = Octree(boxes)
     numbers = np.arange(len(tree.cells))
@@ -54,7 +53,7 @@ def append_octree(run: Run, connection: Connection, world_id: int, occurrence_id
 def keep_octree(
     run: Run,
     connection: Connection,
-    occurrence_id: Integers,
+    occurrence_id: Ints,
     boxes: Floats,
     *,
     world_id: int,

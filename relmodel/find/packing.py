@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
+
 PAGE_SIZE = 64
 
 # What has come and gone since boxes were packed is folded in, by packing anew, where it exceeds both.
@@ -20,7 +22,7 @@ def outgrown(changed: int, packed: int) -> bool:
     return changed > max(FOLD_LEAST, FOLD_SHARE * packed)
 
 
-def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int64]:
+def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
     """Page number (n,) of each box (n, 6: x0 y0 z0 x1 y1 z1): its place in `page_order` by `page_size`."""
     order = page_order(boxes, page_size)
     page = np.empty(len(order), np.int64)
@@ -28,7 +30,7 @@ def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int
     return page
 
 
-def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[np.int64]:
+def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
     """Numbers (n,) of boxes (n, 6: x0 y0 z0 x1 y1 z1) in the order of their pages, `page_size` of them to a page.
 
     Boxes are cut into slabs along the axis along which their centres spread least, each slab along the next one into
@@ -60,9 +62,7 @@ def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> npt.NDArray[
     return order
 
 
-def page_boxes(
-    boxes: npt.ArrayLike, page: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+def page_boxes(boxes: npt.ArrayLike, page: Ints) -> tuple[Ints, Floats]:
     """How many boxes each page 0 .. max(page) holds (m,), and the boxes that bound them (m, 6).
 
     `page` (n,) are the pages of `boxes` (n, 6), as `pack` gives them: none is empty.
@@ -74,7 +74,7 @@ def page_boxes(
     return counts, bounds_of_runs(boxes, np.cumsum(counts) - counts)
 
 
-def bounds_of_runs(boxes: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]) -> npt.NDArray[np.float64]:
+def bounds_of_runs(boxes: Floats, starts: Ints) -> Floats:
     """The boxes (m, 6) that bound runs of boxes (n, 6), each from its start to that of the next, none empty."""
     if len(starts) == 0:
         return np.empty((0, 6))
@@ -83,7 +83,7 @@ def bounds_of_runs(boxes: npt.NDArray[np.float64], starts: npt.NDArray[np.int64]
     )
 
 
-def _extent(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _extent(points: Floats) -> Floats:
     """Extents (3,) of points (n, 3) without the outermost twentieths, of which few may lie anywhere; above zero."""
     beyond = len(points) // 20
     ends = np.partition(points, (beyond, len(points) - 1 - beyond), axis=0)

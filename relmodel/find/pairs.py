@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.find.volumes import VolumeTable
 
-Integers = npt.NDArray[np.int64]
 
-
-def as_boxes(boxes: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def as_boxes(boxes: npt.ArrayLike) -> Floats:
     """Boxes as a contiguous array (n, 6)."""
     return np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))
 
 
-def among(
-    boxes: npt.NDArray[np.float64], volumes: VolumeTable, pairs: tuple[Integers, Integers]
-) -> tuple[Integers, Integers]:
+def among(boxes: Floats, volumes: VolumeTable, pairs: tuple[Ints, Ints]) -> tuple[Ints, Ints]:
     """Those pairs (number of a volume, number of a box that meets its bounds) whose box meets the volume itself."""
     from relmodel.find.volume_kernels import pairs_met
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Ints
 from relmodel.errors import UsageError
 from relmodel.find.find import BOX_COLUMNS, LEVELS, Level, world_named
 from relmodel.find.kinds import build
-from relmodel.find.pairs import Integers
 from relmodel.find.volumes import Box, Volume, VolumeTable, volumes_met
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
@@ -55,11 +55,11 @@ class WorldIndex:
             }
         return cls(parts, elements, kind or next(iter(chosen), "rtree"))
 
-    def in_volume(self, volume: Volume, level: str = "part") -> tuple[Integers, Integers]:
+    def in_volume(self, volume: Volume, level: str = "part") -> tuple[Ints, Ints]:
         """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
         return self.in_volumes([volume], level)[1:]
 
-    def in_volumes(self, volumes: Sequence[Volume], level: str = "part") -> tuple[Integers, Integers, Integers]:
+    def in_volumes(self, volumes: Sequence[Volume], level: str = "part") -> tuple[Ints, Ints, Ints]:
         """Ordinal of the volume, occurrence_id and element_no (-1 of parts) of what lies in volumes, sorted."""
         if level not in LEVELS:
             raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
@@ -75,9 +75,7 @@ class WorldIndex:
         met = volumes_met(volumes, asked, self._world_from_part[part], self._shape_box[part])
         return asked[met], self._occurrence_id[part[met]], np.full(int(met.sum()), -1, np.int64)
 
-    def _elements_in(
-        self, table: VolumeTable, pages: _ShapePages, asked: Integers, part: Integers
-    ) -> tuple[Integers, Integers, Integers]:
+    def _elements_in(self, table: VolumeTable, pages: _ShapePages, asked: Ints, part: Ints) -> tuple[Ints, Ints, Ints]:
         from relmodel.find import volume_kernels
 
         pair, row = volume_kernels.elements_in_volumes(
@@ -102,7 +100,7 @@ class WorldIndex:
 class _ShapePages:
     """Boxes of the elements of a level, by shape and page; `columns` come sorted so."""
 
-    def __init__(self, shapes: Integers, columns: dict[str, npt.NDArray[Any]]) -> None:
+    def __init__(self, shapes: Ints, columns: dict[str, npt.NDArray[Any]]) -> None:
         self.element_no = columns["element_no"].astype(np.int64)
         self.boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
         shape = np.searchsorted(shapes, columns["shape_id"].astype(np.int64))

@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.find.pairs import Integers, among, as_boxes
+from relmodel.arrays import Floats, Ints
+from relmodel.find.pairs import among, as_boxes
 from relmodel.find.volumes import VolumeTable
-
-Floats = npt.NDArray[np.float64]
 
 
 class RangeTree:
@@ -44,11 +43,11 @@ class RangeTree:
     def nbytes(self) -> int:
         return sum(array.nbytes for array in (self._boxes, self._number, *self._x, *self._y, self._greatest))
 
-    def in_boxes(self, asked: Floats) -> tuple[Integers, Integers]:
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         numbers, found, _ = self._ask(asked, first_only=False)
         return numbers, self._number[found]
 
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Integers, Integers]:
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         return among(self._given, volumes, self.in_boxes(volumes.bounds))
 
     def any_in_box(self, box: Floats) -> bool:
@@ -59,10 +58,10 @@ class RangeTree:
         numbers, _, steps = self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)
         return len(numbers) > 0, int(steps)
 
-    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Integers, Integers, int]:
+    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints, int]:
         from relmodel.find.rangetree_kernels import entries_in_boxes
 
-        found: tuple[Integers, Integers, int] = entries_in_boxes(
+        found: tuple[Ints, Ints, int] = entries_in_boxes(
             self._boxes, self._x, self._y, self._greatest, as_boxes(asked), first_only
         )
         return found

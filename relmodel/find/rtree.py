@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.packing import bounds_of_runs, page_order
 from relmodel.find.volumes import VolumeTable
 
@@ -46,11 +47,11 @@ class PackedRTree:
     def __len__(self) -> int:
         return len(self._number)
 
-    def in_box(self, box: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    def in_box(self, box: npt.ArrayLike) -> Ints:
         """Numbers of the boxes that meet a box (6,), unsorted."""
         return self.in_boxes(np.asarray(box, np.float64).reshape(1, 6))[1]
 
-    def in_boxes(self, boxes: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    def in_boxes(self, boxes: Floats) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
         from relmodel.find import rtree_kernels
 
@@ -59,7 +60,7 @@ class PackedRTree:
         )
         return asked, self._number[found]
 
-    def in_volumes(self, volumes: VolumeTable) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
         half-space of the volume, by volume."""
         from relmodel.find import volume_kernels
@@ -79,7 +80,7 @@ class PackedRTree:
         """Whether any box meets a box (6,)."""
         return bool(self.any_in_boxes(np.asarray(box, np.float64).reshape(1, 6))[0])
 
-    def any_in_boxes(self, boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    def any_in_boxes(self, boxes: Floats) -> Bools:
         """Whether any box meets each of some boxes (k, 6): (k,)."""
         from relmodel.find import rtree_kernels
 

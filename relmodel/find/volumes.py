@@ -17,9 +17,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 
 class Volume:
@@ -292,7 +291,7 @@ class VolumeTable:
 
     bounds: Floats
     half_spaces: Floats
-    start: npt.NDArray[np.int64]
+    start: Ints
     balls: Floats
 
     @classmethod
@@ -306,7 +305,7 @@ class VolumeTable:
         )
 
 
-def boxes_met(volume: Volume, world_from_box: Floats, boxes: Floats) -> npt.NDArray[np.bool_]:
+def boxes_met(volume: Volume, world_from_box: Floats, boxes: Floats) -> Bools:
     """Which boxes (n, 6), each in the frame of its transform (n, 4, 4), meet the ball, if any, and are not wholly
     outside any one of the volume's `planes` (n,)."""
     met = np.ones(len(boxes), bool)
@@ -323,9 +322,7 @@ def boxes_met(volume: Volume, world_from_box: Floats, boxes: Floats) -> npt.NDAr
     return met
 
 
-def volumes_met(
-    volumes: Sequence[Volume], asked: npt.NDArray[np.int64], world_from_box: Floats, boxes: Floats
-) -> npt.NDArray[np.bool_]:
+def volumes_met(volumes: Sequence[Volume], asked: Ints, world_from_box: Floats, boxes: Floats) -> Bools:
     """`boxes_met` of each box (n, 6) with the volume `asked[i]`; `asked` (n,) increases."""
     met = np.ones(len(boxes), bool)
     for number in np.unique(asked).tolist():

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from relmodel.find.volumes import Floats, Frustum, Polyhedron
+from relmodel.find.volumes import Frustum, Polyhedron
 
 
 def widened(view: Frustum, covariance: Floats, confidence: float, rig_from_camera: Floats | None = None) -> Polyhedron:

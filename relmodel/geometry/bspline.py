@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
+from relmodel.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -25,9 +24,9 @@ class Basis:
 
     degree: int
     periodic: bool
-    knots: Array
-    flat: Array
-    pole: Index
+    knots: Floats
+    flat: Floats
+    pole: Ints
 
     @classmethod
     def of(cls, degree: int, periodic: bool, knots: npt.ArrayLike, multiplicities: npt.ArrayLike) -> Basis:
@@ -44,7 +43,7 @@ class Basis:
         flat = once[place] + turn * (k[-1] - k[0])
         return cls(degree, True, k, flat, np.arange(count + degree) % count)
 
-    def cuts(self, t0: float, t1: float) -> Array:
+    def cuts(self, t0: float, t1: float) -> Floats:
         """Ends of an interval of the parameter with the knots clearly within, repeated where periodic."""
         knots = self.knots
         if self.periodic:
@@ -55,7 +54,7 @@ class Basis:
         knots = knots[(knots > t0 + least) & (knots < t1 - least)]
         return np.concatenate([[t0], knots[np.diff(knots, prepend=t0) > least], [t1]])
 
-    def functions(self, t: Array) -> tuple[Index, Array, Array]:
+    def functions(self, t: Floats) -> tuple[Ints, Floats, Floats]:
         """Poles (n, p + 1) that bear on each parameter (n,), with the values and first derivatives of their functions.
 
         Parameters beyond the ends wrap where periodic, else the end span goes on.
@@ -72,7 +71,7 @@ class Basis:
         return self.pole[span[:, None] - p + np.arange(p + 1)], values.T, derivatives.T
 
 
-def functions(knots: Array, t: Array) -> tuple[Array, Array]:
+def functions(knots: Floats, t: Floats) -> tuple[Floats, Floats]:
     """Values and first derivatives (p + 1, n) of the functions that bear on parameters (n,), by Cox and de Boor.
 
     knots: (2 p, n), the flat knots around each parameter, as many before its span's end as after its start.

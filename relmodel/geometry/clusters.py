@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from relmodel.arrays import Bools, Floats, Ints
 
 
 def unsigned(directions: Floats) -> Floats:
@@ -16,7 +14,7 @@ def unsigned(directions: Floats) -> Floats:
     return directions * np.where(np.take_along_axis(directions, first[:, None], axis=1) < 0, -1.0, 1.0)
 
 
-def clusters(values: Floats, tolerance: float, members: npt.NDArray[np.bool_] | None = None) -> Ints:
+def clusters(values: Floats, tolerance: float, members: Bools | None = None) -> Ints:
     """Label of each row (n, k): rows within the tolerance of each other, through others too, share one.
 
     Rows that are no members have -1.

@@ -10,32 +10,26 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
+from relmodel.arrays import Floats, Ints
 
 
-def taken(vectors: Array, row: Index) -> Array:
+def take(vectors: Floats, row: Ints) -> Floats:
     """Vectors `row` (n,) of some (m, d) that are the transpose of components, as components (d, n)."""
     return np.take(vectors.T, row, axis=1)
 
 
-def picked(values: npt.NDArray[Any], at: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Rows `at` (numbers, or whether each) of an array in C order: `values[at]` in a quarter of its time."""
-    return np.take(values, np.flatnonzero(at) if at.dtype == np.bool_ else at, axis=0)
-
-
-def put(out: npt.NDArray[np.floating[Any]], at: Index | slice, values: Array) -> None:
+def scatter(out: npt.NDArray[np.floating[Any]], at: Ints | slice, values: Floats) -> None:
     """Set components (d, n) at some places."""
     for row, value in zip(out, values, strict=True):
         row[at] = value
 
 
-def dot(a: Array, b: Array) -> Array:
+def dot(a: Floats, b: Floats) -> Floats:
     """Scalar products (n,) of components (3, n)."""
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
-def cross(a: Array, b: Array) -> Array:
+def cross(a: Floats, b: Floats) -> Floats:
     """Vector products (3, n) of components (3, n)."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
@@ -43,7 +37,7 @@ def cross(a: Array, b: Array) -> Array:
     return out
 
 
-def unit(a: Array) -> Array:
+def unit(a: Floats) -> Floats:
     """Components (3, n) over their lengths; a vector of no length stays."""
     length = np.sqrt(dot(a, a))
     return np.asarray(a / np.where(length > 0, length, 1.0))

@@ -12,13 +12,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.clusters import clusters
 from relmodel.geometry.transforms import apply, nearest_rotation
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _MOST_TRIALS = 256
 

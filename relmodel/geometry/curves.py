@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.components import cross, dot, put, taken
+from relmodel.arrays import Bools, Floats, Ints, Texts
+from relmodel.geometry.components import cross, dot, scatter, take
 from relmodel.geometry.spline_curves import SplineCurves
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 XYZ = ("x", "y", "z")
 _EMPTY: dict[str, Any] = {}
@@ -27,28 +25,28 @@ _SECANTS = 8
 _LEVEL_MM = 1e-11  # over a span: extremes no further than this from the samples are left alone
 
 
-def vectors(columns: Mapping[str, Any], name: str) -> Array:
+def vectors(columns: Mapping[str, Any], name: str) -> Floats:
     """Columns name_x, name_y, name_z as (n, 3), the transpose of components."""
     return np.stack([np.asarray(columns[f"{name}_{axis}"], float) for axis in XYZ]).T
 
 
-def vector_columns(name: str, values: Array) -> dict[str, Array]:
+def vector_columns(name: str, values: Floats) -> dict[str, Floats]:
     """Vectors (n, 3) as columns name_x, name_y, name_z; the inverse of `vectors`."""
     return {f"{name}_{axis}": np.ascontiguousarray(values[:, i]) for i, axis in enumerate(XYZ)}
 
 
-def box_columns(boxes: Array) -> dict[str, Array]:
+def box_columns(boxes: Floats) -> dict[str, Floats]:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) as columns x0 .. z1."""
     return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(BOX)}
 
 
 @cache
-def gauss(count: int) -> tuple[Array, Array]:
+def gauss(count: int) -> tuple[Floats, Floats]:
     """Places in -1 to 1 and weights of the rule of Gauss and Legendre."""
     return np.polynomial.legendre.leggauss(count)
 
 
-def groups(labels: Index) -> list[tuple[int, Index]]:
+def groups(labels: Ints) -> list[tuple[int, Ints]]:
     """Each label that occurs in (n,), in order, and where."""
     if not len(labels):
         return []
@@ -60,12 +58,12 @@ def groups(labels: Index) -> list[tuple[int, Index]]:
 class ByKind:
     """Groups rows by the kind that each is of; kinds (n,) strings."""
 
-    def __init__(self, kind: npt.NDArray[np.object_]) -> None:
+    def __init__(self, kind: Texts) -> None:
         self._names = sorted(set(kind.tolist()))
         number = {name: i for i, name in enumerate(self._names)}
         self._code = np.array([number[name] for name in kind.tolist()], np.int8)
 
-    def of(self, row: Index) -> list[tuple[str, Index | slice]]:
+    def of(self, row: Ints) -> list[tuple[str, Ints | slice]]:
         """Each kind that occurs among rows (m,), in order of their names, and where (a slice: everywhere)."""
         if len(self._names) == 1 and len(row):
             return [(self._names[0], slice(None))]
@@ -76,7 +74,7 @@ class ByKind:
         return [(self._names[i], np.flatnonzero(code == i)) for i in found.tolist()]
 
 
-def pieces(t0: Array, t1: Array, which: Index, cuts: Array) -> tuple[Index, Array, Array]:
+def pieces(t0: Floats, t1: Floats, which: Ints, cuts: Floats) -> tuple[Ints, Floats, Floats]:
     """Intervals t0 to t1 (n,) cut at parameters (m,) that lie clearly within: whose piece, its start and its end.
 
     which: (m,) the interval that each cut is of; cuts nearer to each other than 1e-9 of the interval are one.
@@ -130,7 +128,7 @@ class Curves:
         self._splines = SplineCurves(splines, np.arange(len(owner)), 3) if len(owner) else None
 
         self.basis = basis or self
-        self.offsets: dict[int, tuple[int, Array, float]] = {}
+        self.offsets: dict[int, tuple[int, Floats, float]] = {}
         axes = vectors(offsets, "axis") if offsets else np.empty((0, 3))
         for i, number in enumerate(offsets.get(key, ())):
             row = int(number) if rows is None else rows[int(number)]
@@ -139,37 +137,37 @@ class Curves:
     def __len__(self) -> int:
         return len(self.kind)
 
-    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
+    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Points (n, 3), mm, and derivatives by t (n, 3) of the arcs `row` (n,) at the parameters t (n,)."""
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
         points, derivatives = np.full((3, len(row)), np.nan), np.zeros((3, len(row)))
         for name, at in self._by_kind.of(row):
             one, parameter = row[at], t[at]
             if name == "degenerate":
-                put(points, at, taken(self.origin, one))
+                scatter(points, at, take(self.origin, one))
                 continue
             if name in CONICS:
                 a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
-                x, y = taken(self.x, one), taken(self.y, one)
-                point, by = taken(self.origin, one) + a * x + b * y, a_by * x + b_by * y
+                x, y = take(self.x, one), take(self.y, one)
+                point, by = take(self.origin, one) + a * x + b * y, a_by * x + b_by * y
             elif name == "line":
-                by = taken(self.x, one)
-                point = taken(self.origin, one) + parameter * by
+                by = take(self.x, one)
+                point = take(self.origin, one) + parameter * by
             elif name in ("spline", "polyline") and self._splines is not None:
                 point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
             else:
                 point, by = np.full((3, len(one)), np.nan), np.zeros((3, len(one)))
                 for number, where in groups(one) if name == "offset" else ():
                     point[:, where], by[:, where] = (x.T for x in self._offset(number, parameter[where]))
-            put(points, at, point)
-            put(derivatives, at, by)
+            scatter(points, at, point)
+            scatter(derivatives, at, by)
         return points.T, derivatives.T
 
-    def _offset(self, row: int, t: Array) -> tuple[Array, Array]:
+    def _offset(self, row: int, t: Floats) -> tuple[Floats, Floats]:
         """Points exact; derivatives by central differences (relative error about 1e-8)."""
         basis, axis, distance = self.offsets[row]
 
-        def points(t: Array) -> Array:
+        def points(t: Floats) -> Floats:
             at, by = self.basis.evaluate(np.full(len(t), basis), t)
             across = np.cross(by, axis)
             return np.asarray(at + distance * across / np.linalg.norm(across, axis=1, keepdims=True))
@@ -177,16 +175,16 @@ class Curves:
         h = 1e-5 * (self.t1[row] - self.t0[row])
         return points(t), (points(t + h) - points(t - h)) / (2 * h)
 
-    def spans(self, row: Index) -> tuple[Index, Array, Array]:
+    def spans(self, row: Ints) -> tuple[Ints, Floats, Floats]:
         """Smooth pieces of arcs `row` (n,) in their order and that of the parameter: row, start and end of each."""
         t0, t1 = self.t0[row], self.t1[row]
         which, start, end = pieces(t0, t1, *self.inner_cuts(row, t0, t1))
         return row[which], start, end
 
-    def _of_kinds(self, *kinds: str) -> npt.NDArray[np.bool_]:
+    def _of_kinds(self, *kinds: str) -> Bools:
         return np.asarray(np.logical_or.reduce([self.kind == kind for kind in kinds]), bool)
 
-    def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
+    def inner_cuts(self, row: Ints, t0: Floats, t1: Floats) -> tuple[Ints, Floats]:
         """Where smooth pieces of arcs `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
 
         Some may lie beyond the interval or at its ends; conics are cut into even pieces.
@@ -214,18 +212,18 @@ class Curves:
             cuts.append(t)
         return np.concatenate(which), np.concatenate(cuts)
 
-    def cuts(self, row: int, t0: float, t1: float) -> Array:
+    def cuts(self, row: int, t0: float, t1: float) -> Floats:
         """Ends of an interval of an arc's parameter with those of the smooth pieces within."""
         one = np.array([t0]), np.array([t1])
         return np.append(pieces(*one, *self.inner_cuts(np.array([row]), *one))[1], t1)
 
     @cached_property
-    def ends(self) -> tuple[Array, Array]:
+    def ends(self) -> tuple[Floats, Floats]:
         """First and last points (n, 3) of the arcs, mm."""
         start, end = np.split(self.evaluate(np.tile(np.arange(len(self)), 2), np.append(self.t0, self.t1))[0], 2)
         return start, end
 
-    def lengths(self) -> Array:
+    def lengths(self) -> Floats:
         """Length of each arc (n,), mm; closed forms for lines and circles, else Gauss-Legendre on each span."""
         extent = self.t1 - self.t0
         lengths = np.select([self.kind == "line", self.kind == "circle"], [extent, self.radius * extent], 0.0)
@@ -240,7 +238,7 @@ class Curves:
             lengths += np.bincount(row, (speed @ weights) * half, len(self))
         return np.asarray(lengths)
 
-    def boxes(self) -> Array:
+    def boxes(self) -> Floats:
         """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1), mm.
 
         Extremes of lines and conics in closed form, of others by secants between samples.
@@ -250,7 +248,7 @@ class Curves:
         self._widen_free(low, high)
         return np.concatenate([low, high], axis=1)
 
-    def _widen_conics(self, low: Array, high: Array) -> None:
+    def _widen_conics(self, low: Floats, high: Floats) -> None:
         """Extremes of O + A cos t X + B sin t Y along each coordinate, where they fall in the interval."""
         at = np.flatnonzero((self.kind == "circle") | (self.kind == "ellipse"))
         if not len(at):
@@ -267,7 +265,7 @@ class Curves:
         np.minimum.at(low.reshape(-1), 3 * arc + axis, value)
         np.maximum.at(high.reshape(-1), 3 * arc + axis, value)
 
-    def _widen_free(self, low: Array, high: Array, samples: int = 17) -> None:
+    def _widen_free(self, low: Floats, high: Floats, samples: int = 17) -> None:
         """Extremes of other kinds: where a derivative changes its sign between samples, by secants."""
         free = np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate"))
         if not len(free):
@@ -303,21 +301,21 @@ class Curves:
         np.maximum.at(high.reshape(-1), 3 * row + axis, value)
 
 
-def _circle(t: Array, radius: Array, _: Array) -> tuple[Array, Array, Array, Array]:
+def _circle(t: Floats, radius: Floats, _: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     c, s = radius * np.cos(t), radius * np.sin(t)
     return c, s, -s, c
 
 
-def _ellipse(t: Array, radius: Array, radius2: Array) -> tuple[Array, Array, Array, Array]:
+def _ellipse(t: Floats, radius: Floats, radius2: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     c, s = np.cos(t), np.sin(t)
     return radius * c, radius2 * s, -radius * s, radius2 * c
 
 
-def _parabola(t: Array, focal: Array, _: Array) -> tuple[Array, Array, Array, Array]:
+def _parabola(t: Floats, focal: Floats, _: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     return t * t / (4 * focal), t, t / (2 * focal), np.ones_like(t)
 
 
-def _hyperbola(t: Array, radius: Array, radius2: Array) -> tuple[Array, Array, Array, Array]:
+def _hyperbola(t: Floats, radius: Floats, radius2: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     c, s = np.cosh(t), np.sinh(t)
     return radius * c, radius2 * s, radius * s, radius2 * c
 

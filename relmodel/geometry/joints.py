@@ -10,12 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix
-
-Array = npt.NDArray[np.float64]
 
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _LIMIT_SLACK = 1e-9
@@ -38,13 +36,13 @@ class Joint:
     kind: str
     parent: str
     child: str
-    axis: Array  # (3,) unit, in the joint's frame
+    axis: Floats  # (3,) unit, in the joint's frame
     lower: float | None
     upper: float | None
-    parent_from_joint: Array  # (4, 4)
+    parent_from_joint: Floats  # (4, 4)
     mimic: Mimic | None = None
 
-    def motion(self, value: float) -> Array:
+    def motion(self, value: float) -> Floats:
         """`joint_from_child` (4, 4) at a value, rad or mm."""
         out = np.eye(4)
         if self.kind == "prismatic":
@@ -143,14 +141,14 @@ class JointTree:
             raise InputError(f"{what}: joint {name!r} is {why}: name one of those that move by themselves: {known}")
         return joint, value
 
-    def poses(self, values: Mapping[str, float]) -> dict[str, Array]:
+    def poses(self, values: Mapping[str, float]) -> dict[str, Floats]:
         """`root_from_link` (4, 4) of every link at the values (of `values()`) of the joints."""
         out = {self.root: np.eye(4)}
         for joint in self.joints:
             out[joint.child] = out[joint.parent] @ joint.parent_from_joint @ joint.motion(values.get(joint.name, 0.0))
         return out
 
-    def screws(self, link: str, values: Mapping[str, float], names: Sequence[str]) -> Array:
+    def screws(self, link: str, values: Mapping[str, float], names: Sequence[str]) -> Floats:
         """How the link moves with the joints `names`: twists (6, n), (v mm, w rad) about the root's origin, each per
         rad or mm, in the root's frame: root_from_link' = (1 + [twist]) root_from_link.  Joints that follow count in.
         """

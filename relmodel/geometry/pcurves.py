@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.geometry.components import put, taken
+from relmodel.arrays import Floats
+from relmodel.geometry.components import scatter, take
 from relmodel.geometry.curves import CONICS, ByKind
 from relmodel.geometry.spline_curves import SplineCurves
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 
 class Pcurves:
@@ -41,7 +39,7 @@ class Pcurves:
     def __len__(self) -> int:
         return len(self.kind)
 
-    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Array, Array]:
+    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Points (n, 2: u v) and derivatives by t (n, 2) of the curves `row` (n,) at the parameters t (n,)."""
         row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
         points, derivatives = np.empty((2, len(row))), np.empty((2, len(row)))
@@ -49,38 +47,13 @@ class Pcurves:
             one, parameter = row[at], t[at]
             if name in CONICS:
                 a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
-                axis, across = taken(self.axis, one), taken(self.across, one)
-                point, by = taken(self.origin, one) + a * axis + b * across, a_by * axis + b_by * across
+                axis, across = take(self.axis, one), take(self.across, one)
+                point, by = take(self.origin, one) + a * axis + b * across, a_by * axis + b_by * across
             elif self._splines is not None and name == "spline":
                 point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
             else:
-                by = taken(self.axis, one)
-                point = taken(self.origin, one) + parameter * by
-            put(points, at, point)
-            put(derivatives, at, by)
+                by = take(self.axis, one)
+                point = take(self.origin, one) + parameter * by
+            scatter(points, at, point)
+            scatter(derivatives, at, by)
         return points.T, derivatives.T
-
-    def reach(self, row: Index, t0: Array, t1: Array) -> Array:
-        """How far at most (2, n), by u and v, smooth pieces t0 to t1 (n,) of curves `row` (n,) go from their middles.
-
-        Infinite where that is not known.
-        """
-        half = (t1 - t0) / 2
-        out = np.full((2, len(row)), np.inf)
-        for name, at in self._by_kind.of(row):
-            if name == "line":
-                put(out, at, np.abs(taken(self.axis, row[at])) * half[at])
-            elif name == "spline" and self._splines is not None:
-                put(out, at, self._splines.reach(self._spline[row[at]], ((t0 + t1) / 2)[at]))
-        return out
-
-    def inner_cuts(self, row: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
-        """Where smooth pieces of the curves `row` (n,) meet: which of the intervals t0 to t1 (n,), and the parameter.
-
-        Some may lie beyond the interval or at its ends.
-        """
-        drawn = np.flatnonzero(self._spline[row] >= 0)
-        if not len(drawn) or self._splines is None:
-            return np.empty(0, np.int64), np.empty(0)
-        which, cuts = self._splines.cuts(self._spline[row[drawn]], t0[drawn], t1[drawn])
-        return drawn[which], cuts

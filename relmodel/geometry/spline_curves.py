@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry import bspline
-from relmodel.geometry.components import put
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
+from relmodel.geometry.components import scatter
 
 _BLOCK = 16384  # parameters at a time, so that what is worked on stays in the cache
-_CUBIC = 3
 HORNER = 8  # spans of up to this degree are evaluated as polynomials, which loses no digits that matter
 
 
@@ -25,10 +22,10 @@ HORNER = 8  # spans of up to this degree are evaluated as polynomials, which los
 class Runs:
     """Arrays of unlike length after each other: the i-th is `values[offsets[i]:offsets[i + 1]]`."""
 
-    values: Array
-    offsets: Index
+    values: Floats
+    offsets: Ints
 
-    def __getitem__(self, i: int) -> Array:
+    def __getitem__(self, i: int) -> Floats:
         return self.values[self.offsets[i] : self.offsets[i + 1]]
 
     @classmethod
@@ -38,7 +35,7 @@ class Runs:
         lengths = [len(one) for one in flat]
         return cls(np.concatenate(flat or [np.empty(0)]), np.concatenate([[0], np.cumsum(lengths, dtype=np.int64)]))
 
-    def take(self, rows: Index) -> Runs:
+    def take(self, rows: Ints) -> Runs:
         """The given arrays, in the given order."""
         lengths = np.diff(self.offsets)[rows]
         offsets = np.concatenate([[0], np.cumsum(lengths)])
@@ -56,15 +53,15 @@ class Spans:
     keys: twice the curve's number and the share of its domain before the span, by which spans are found.
     """
 
-    owner: Index
-    flat: Index
-    middle: Array
-    scale: Array
-    of_degree: Index
-    keys: Array
-    low: Array
-    width: Array
-    periodic: npt.NDArray[np.bool_]
+    owner: Ints
+    flat: Ints
+    middle: Floats
+    scale: Floats
+    of_degree: Ints
+    keys: Floats
+    low: Floats
+    width: Floats
+    periodic: Bools
 
     @cached_property
     def wraps(self) -> bool:
@@ -72,7 +69,7 @@ class Spans:
         return bool(self.periodic.any())
 
     @classmethod
-    def of(cls, flat: Runs, degree: Index, low: Array, high: Array, periodic: npt.NDArray[np.bool_]) -> Spans:
+    def of(cls, flat: Runs, degree: Ints, low: Floats, high: Floats, periodic: Bools) -> Spans:
         owner = np.repeat(np.arange(len(degree)), np.diff(flat.offsets))
         place = np.arange(len(owner))
         following = np.append(flat.values[1:], 0.0)
@@ -96,7 +93,7 @@ class Spans:
             periodic=periodic,
         )
 
-    def find(self, number: Index, t: Array) -> tuple[Index, Array]:
+    def find(self, number: Ints, t: Floats) -> tuple[Ints, Floats]:
         """Spans (n,) of the curves `number` (n,) that parameters t (n,) fall in, and these, wrapped where periodic."""
         low, width = np.take(self.low, number), np.take(self.width, number)
         share = (t - low) / width
@@ -117,7 +114,7 @@ class SplineCurves:
     dimension: of the poles, 2 or 3.
     """
 
-    def __init__(self, columns: Mapping[str, Any], rows: Index, dimension: int) -> None:
+    def __init__(self, columns: Mapping[str, Any], rows: Ints, dimension: int) -> None:
         self._degree, periodic = (
             np.array([columns[name][i] for i in rows.tolist()], dtype)
             for name, dtype in (("degree", np.int64), ("periodic", bool))
@@ -154,7 +151,7 @@ class SplineCurves:
         self._periodic = periodic
         self._degrees = np.flatnonzero(np.bincount(self._degree)).tolist()
 
-    def evaluate(self, number: Index, t: Array) -> tuple[Array, Array]:
+    def evaluate(self, number: Ints, t: Floats) -> tuple[Floats, Floats]:
         """Points (n, d) and derivatives by t (n, d) of the curves `number` (n,) at t (n,).
 
         Parameters beyond the ends wrap where the curve is periodic, else the end span goes on.
@@ -166,13 +163,13 @@ class SplineCurves:
             degree = self._degree[number[block]]
             for p in np.flatnonzero(np.bincount(degree)).tolist():
                 whole = len(self._degrees) == 1
-                at: Index | slice = slice(None) if whole else np.flatnonzero(degree == p)
+                at: Ints | slice = slice(None) if whole else np.flatnonzero(degree == p)
                 point, derivative = self._of_degree(p, span[at], inside[at])
-                put(points[:, block], at, point)
-                put(by[:, block], at, derivative)
+                scatter(points[:, block], at, point)
+                scatter(by[:, block], at, derivative)
         return points.T, by.T
 
-    def _of_degree(self, p: int, span: Index, t: Array) -> tuple[Array, Array]:
+    def _of_degree(self, p: int, span: Ints, t: Floats) -> tuple[Floats, Floats]:
         """Components (d, n) of points and derivatives in spans of curves of one degree."""
         spans = self._spans
         if p > HORNER:
@@ -194,7 +191,7 @@ class SplineCurves:
         at = point[:-1] / weight
         return at, (by[:-1] - at * by[-1]) / weight
 
-    def _recurrence(self, p: int, number: Index, flat: Index, t: Array) -> tuple[Array, Array]:
+    def _recurrence(self, p: int, number: Ints, flat: Ints, t: Floats) -> tuple[Floats, Floats]:
         """Homogeneous components (d, n) by Cox and de Boor; flat: the flat knots that start the spans."""
         values, derivatives = bspline.functions(self._flat.values[flat - p + 1 + np.arange(2 * p)[:, None]], t)
         first, start, count = flat - self._flat.offsets[number] - p, self._first_pole[number], self._poles_of[number]
@@ -210,7 +207,7 @@ class SplineCurves:
         return Spans.of(self._flat, self._degree, self._low, self._high, self._periodic)
 
     @cached_property
-    def _polynomials(self) -> dict[int, Array]:
+    def _polynomials(self) -> dict[int, Floats]:
         """Coefficients (p + 1, d, spans) of the polynomials of the spans in s, -1 to 1, by degree p; constants first.
 
         From values at Chebyshev's nodes, less the first of them, so that no digits are lost to the coordinates.
@@ -230,21 +227,7 @@ class SplineCurves:
             out[p] = coefficients
         return out
 
-    def reach(self, number: Index, t: Array) -> Array:
-        """How far at most (d, n) points of the spans that hold t (n,) are from the middle of these, by coordinate.
-
-        Infinite for rational curves and such above the third degree.
-        """
-        out = np.full((self._dimension, len(t)), np.inf)
-        span = self._spans.find(number, t)[0]
-        known = (self._degree[number] <= _CUBIC) & ~self._rational[number]
-        for p in np.flatnonzero(np.bincount(self._degree[number[known]])).tolist():
-            at = np.flatnonzero(known & (self._degree[number] == p))
-            spread = np.abs(self._polynomials[p][1:, : self._dimension]).sum(axis=0)
-            out[:, at] = spread[:, self._spans.of_degree[span[at]]]
-        return out
-
-    def cuts(self, number: Index, t0: Array, t1: Array) -> tuple[Index, Array]:
+    def cuts(self, number: Ints, t0: Floats, t1: Floats) -> tuple[Ints, Floats]:
         """Knots of the curves (n,), repeated where periodic: which of the intervals t0 to t1 (n,), and the parameter.
 
         Of curves that are not periodic those beyond the interval too.
@@ -257,15 +240,3 @@ class SplineCurves:
             which.append(np.full(len(inner), i))
             t.append(inner)
         return np.concatenate(which), np.concatenate(t)
-
-
-def rank(values: Runs, row: Index, x: Array) -> Index:
-    """How many values of the sorted arrays `row` (n,) are at most x (n,), by bisection."""
-    first = values.offsets[row]
-    low, high = first, values.offsets[row + 1]
-    for _ in range(int(np.max(high - low, initial=0)).bit_length()):
-        middle = (low + high) // 2
-        beyond = low < high
-        beyond[beyond] = values.values[middle[beyond]] <= x[beyond]
-        low, high = np.where(beyond, middle + 1, low), np.where(beyond, high, np.maximum(middle, low))
-    return np.asarray(low - first)

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry import bspline
-from relmodel.geometry.components import put
+from relmodel.geometry.components import scatter
 from relmodel.geometry.spline_curves import HORNER, Runs, Spans
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
-Spline = tuple[bspline.Basis, bspline.Basis, Array, Array | None]  # along u and v, poles (nu, nv, 3), weights (nu, nv)
+Spline = tuple[
+    bspline.Basis, bspline.Basis, Floats, Floats | None
+]  # along u and v, poles (nu, nv, 3), weights (nu, nv)
 
 _BLOCK = 8192  # parameters at a time, so that what is worked on stays in the cache
 
@@ -31,9 +31,9 @@ class _Patches:
     base, step: of a surface: its patch of spans i and j is base + i * step + j.
     """
 
-    coefficients: Array
-    base: Index
-    step: Index
+    coefficients: Floats
+    base: Ints
+    step: Ints
 
 
 class SplineSurfaces:
@@ -49,7 +49,7 @@ class SplineSurfaces:
         self._groups, self._group = np.unique(kinds, axis=1, return_inverse=True)
         self._known: dict[int, _Patches] = {}
 
-    def evaluate(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def evaluate(self, number: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Components (3, n) of points and partial derivatives by u and v of the surfaces `number` (n,) at u, v (n,).
 
         Parameters beyond the ends wrap where the surface is periodic, else the end span goes on.
@@ -64,51 +64,15 @@ class SplineSurfaces:
             for i in range(0, len(of_group), _BLOCK):
                 at = of_group[i : i + _BLOCK]
                 for values, found in zip(out, self._of_group(g, number[at], u[at], v[at]), strict=True):
-                    put(values, at, found)
+                    scatter(values, at, found)
         return out
 
-    def evaluate_cells(self, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        """As `evaluate`, at all of u (c, n) with all of v (c, m) of cells within one span: components (3, c, n, m)."""
-        size = len(number), u.shape[1], v.shape[1]
-        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
-        group = self._group[number]
-        for g in np.flatnonzero(np.bincount(group)).tolist():
-            at = np.flatnonzero(group == g)
-            for values, found in zip(out, self._cells_of_group(g, number[at], u[at], v[at]), strict=True):
-                put(values, at, found)
-        return out
-
-    def hulls(self, number: Index, u: Array, v: Array) -> tuple[Array, Array]:
-        """Components (3, n) of the ends of boxes of the poles that bear on the surfaces `number` (n,) at u, v (n,)."""
-        low, high = np.empty((3, len(u))), np.empty((3, len(u)))
-        group = self._group[number]
-        for g in np.flatnonzero(np.bincount(group)).tolist():
-            at = np.flatnonzero(group == g)
-            p, q, _ = self._groups[:, g].tolist()
-            row, column = (
-                self._ways[0].functions(p, number[at], u[at])[0],
-                self._ways[1].functions(q, number[at], v[at])[0],
-            )
-            local = self._local(g, number[at], row.T, column.T)
-            local = local[:3] / local[3:] if len(local) == 4 else local
-            low[:, at], high[:, at] = local.min(axis=(2, 3)), local.max(axis=(2, 3))
-        return low, high
-
-    def _local(self, g: int, number: Index, row: Index, column: Index) -> Array:
+    def _local(self, g: int, number: Ints, row: Ints, column: Ints) -> Floats:
         """Poles (d, c, p + 1, q + 1) in given rows (c, p + 1) and columns (c, q + 1) of the nets."""
         first = self._first[number][:, None] + row * self._ways[1].poles[number][:, None]
         return self._net[: 4 if self._groups[2, g] else 3][:, first[:, :, None] + column[:, None, :]]
 
-    def _cells_of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        p, q, _ = self._groups[:, g].tolist()
-        (row, nu, du), (column, nv, dv) = (
-            way.cell_functions(degree, number, t) for way, degree, t in zip(self._ways, (p, q), (u, v), strict=True)
-        )
-        local = self._local(g, number, row, column)
-        along, along_by = (local @ x.transpose(0, 2, 1) for x in (nv, dv))
-        return _projected(nu @ along, du @ along, nu @ along_by)
-
-    def _of_group(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _of_group(self, g: int, number: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         p, q, _ = self._groups[:, g].tolist()
         if max(p, q) > HORNER:
             return _projected(*self._recurrence(g, number, u, v))
@@ -151,7 +115,7 @@ class SplineSurfaces:
         base[own] = np.cumsum(count) - count - first_u[own] * count_v[own] - first_v[own]
         return _Patches(np.ascontiguousarray(coefficients.transpose(2, 3, 0, 1)), base, count_v)
 
-    def _recurrence(self, g: int, number: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _recurrence(self, g: int, number: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Homogeneous components by the basis functions."""
         p, q, rational = self._groups[:, g].tolist()
         (row, nu, du), (column, nv, dv) = (
@@ -185,18 +149,18 @@ class _Way:
         self.poles = np.array([int(basis.pole.max()) + 1 for basis in bases], np.int64)
 
     @cached_property
-    def spans_of(self) -> tuple[Index, Index]:
+    def spans_of(self) -> tuple[Ints, Ints]:
         """The first span of each surface, and how many it has."""
         count = np.bincount(self._spans.owner, minlength=len(self.degree))
         return np.cumsum(count) - count, count
 
-    def place(self, number: Index, t: Array) -> tuple[Index, Array, Array]:
+    def place(self, number: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
         """Spans of parameters (n,), places in them from -1 to 1, and the derivatives of these."""
         span, t = self._spans.find(number, t)
         scale = np.take(self._spans.scale, span)
         return span, (t - np.take(self._spans.middle, span)) * scale, scale
 
-    def monomials(self, p: int, span: Index) -> tuple[Index, Array]:
+    def monomials(self, p: int, span: Ints) -> tuple[Ints, Floats]:
         """Poles (c, p + 1) of spans, and matrices (c, p + 1, p + 1) from these to coefficients of powers of the place.
 
         By the values of the basis functions at Chebyshev's nodes.
@@ -211,7 +175,7 @@ class _Way:
         poles = (first[:, None] + np.arange(p + 1)) % self.poles[number][:, None]
         return poles, solved @ values.transpose(2, 1, 0)
 
-    def functions(self, p: int, number: Index, t: Array) -> tuple[Index, Array, Array]:
+    def functions(self, p: int, number: Ints, t: Floats) -> tuple[Ints, Floats, Floats]:
         """Poles (p + 1, n) that bear on parameters (n,), and the values and derivatives of their functions."""
         span, t = self._spans.find(number, t)
         flat = self._spans.flat[span]
@@ -219,14 +183,8 @@ class _Way:
         first = flat - self._flat.offsets[number] - p
         return (first + np.arange(p + 1)[:, None]) % self.poles[number], values, derivatives
 
-    def cell_functions(self, p: int, number: Index, t: Array) -> tuple[Index, Array, Array]:
-        """Of parameters (c, n), one span a row: its poles (c, p + 1), functions and their derivatives (c, n, p + 1)."""
-        pole, values, derivatives = self.functions(p, np.repeat(number, t.shape[1]), t.ravel())
-        by_cell = [x.reshape(-1, *t.shape).transpose(1, 2, 0) for x in (values, derivatives)]
-        return pole.reshape(-1, *t.shape)[:, :, 0].T, by_cell[0], by_cell[1]
 
-
-def _projected(point: Array, by_u: Array, by_v: Array) -> tuple[Array, Array, Array]:
+def _projected(point: Floats, by_u: Floats, by_v: Floats) -> tuple[Floats, Floats, Floats]:
     """From components, homogeneous if there are four, to those of points and derivatives."""
     if len(point) == 3:
         return point, by_u, by_v
@@ -235,7 +193,7 @@ def _projected(point: Array, by_u: Array, by_v: Array) -> tuple[Array, Array, Ar
     return at, (by_u[:3] - at * by_u[3]) / weight, (by_v[:3] - at * by_v[3]) / weight
 
 
-def _homogeneous(poles: Array, weights: Array | None) -> Array:
+def _homogeneous(poles: Floats, weights: Floats | None) -> Floats:
     if weights is None:
         return np.concatenate([poles, np.ones((*poles.shape[:2], 1))], axis=2)
     return np.concatenate([poles * weights[..., None], weights[..., None]], axis=2)

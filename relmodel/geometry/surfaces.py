@@ -8,19 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry import bspline
-from relmodel.geometry.components import cross, dot, put, taken, unit
+from relmodel.geometry.components import cross, dot, scatter, take, unit
 from relmodel.geometry.curves import ByKind, Curves, vectors
 from relmodel.geometry.spline_surfaces import Spline, SplineSurfaces
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _EMPTY: dict[str, Any] = {}
@@ -30,9 +27,9 @@ _EMPTY: dict[str, Any] = {}
 class SurfacePoints:
     """Points of surfaces with their partial derivatives, each (n, 3)."""
 
-    points: Array
-    by_u: Array
-    by_v: Array
+    points: Floats
+    by_u: Floats
+    by_v: Floats
 
 
 class Surfaces:
@@ -80,22 +77,11 @@ class Surfaces:
         if own:
             self._basis_arc[own], self._basis_surface[own] = swept["basis_arc"], swept["basis_surface"]
             self._axis[own], self._distance[own] = vectors(swept, "axis"), swept["distance"]
-        self._domain_cuts: dict[int, tuple[Array, Array]] = {}
         self.basis_curves = basis_curves
         self.basis_surfaces = basis_surfaces or self
 
     def __len__(self) -> int:
         return len(self.kind)
-
-    @cached_property
-    def straight(self) -> npt.NDArray[np.bool_]:
-        """Whether surfaces are made of straight lines along u and along v (2, n), as far as their kind tells."""
-        out = np.zeros((2, len(self)), bool)
-        out[0] = self.kind == "plane"
-        out[1] = np.logical_or.reduce([self.kind == kind for kind in ("plane", "cylinder", "cone", "extrusion")])
-        for row, (u_basis, v_basis, poles, _) in self.splines.items():
-            out[:, row] = [b.degree == 1 and n == 2 for b, n in zip((u_basis, v_basis), poles.shape, strict=False)]
-        return out
 
     def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
@@ -107,49 +93,20 @@ class Surfaces:
         out = np.empty((3, len(row))), np.empty((3, len(row))), np.empty((3, len(row)))
         for name, at in kinds:
             for values, one in zip(out, self._of_kind(name, row[at], u[at], v[at]), strict=True):
-                put(values, at, one)
+                scatter(values, at, one)
         return SurfacePoints(*(values.T for values in out))
 
-    def evaluate_cells(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Components (3, c, n, m) of points and partial derivatives at all of u (c, n) with all of v (c, m) of cells.
-
-        row: (c,) surface of each cell, which lies within a smooth part of it.
-        """
-        size = len(row), u.shape[1], v.shape[1]
-        out = np.empty((3, *size)), np.empty((3, *size)), np.empty((3, *size))
-        for kind, at in self.by_kind.of(row):
-            one = row[at]
-            if kind == "spline" and self._splines is not None:
-                found = self._splines.evaluate_cells(self._spline[one], u[at], v[at])
-            else:
-                grid = np.broadcast_arrays(one[:, None, None], u[at][:, :, None], v[at][:, None, :])
-                found = self._of_kind(kind, *(x.ravel() for x in grid))
-            for values, new in zip(out, found, strict=True):
-                put(values, at, new.reshape(3, -1, *size[1:]))
-        return out
-
-    def hulls(self, row: Index, u: Array, v: Array) -> tuple[Array, Array]:
-        """Components (3, n) of the ends of boxes that hold the smooth parts of surfaces `row` (n,) at u, v (n,).
-
-        They are those of the poles; infinite where there are none.
-        """
-        low, high = np.full((3, len(row)), -np.inf), np.full((3, len(row)), np.inf)
-        at = np.flatnonzero(self._spline[row] >= 0)
-        if len(at) and self._splines is not None:
-            low[:, at], high[:, at] = self._splines.hulls(self._spline[row[at]], u[at], v[at])
-        return low, high
-
-    def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Array:
+    def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
         return self.located(row, u, v)[1]
 
-    def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Array, Array]:
+    def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Points (n, 3), mm, and outward unit normals (n, 3), as `normals` gives them."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
         at, normal = self._directed(row, u, v)
         return at.points, (normal.T * np.where(self.reversed[row], -1.0, 1.0)).T
 
-    def _directed(self, row: Index, u: Array, v: Array) -> tuple[SurfacePoints, Array]:
+    def _directed(self, row: Ints, u: Floats, v: Floats) -> tuple[SurfacePoints, Floats]:
         """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""
         points = self.evaluate(row, u, v)
         normal, good = _unit_normals(points)
@@ -161,7 +118,7 @@ class Surfaces:
             normal[at] = unit((3 * (near[0] - near[1]) + near[2]).T).T
         return points, normal
 
-    def parameters(self, row: npt.ArrayLike, points: Array) -> tuple[Array, Array]:
+    def parameters(self, row: npt.ArrayLike, points: Floats) -> tuple[Floats, Floats]:
         """Parameters u, v (n,) of the points (n, 3) on the analytic surfaces `row` (n,), angles in [-pi, pi].
 
         Of a point off the surface: those of its foot (of the same height, for a cone); NaN for other kinds.
@@ -172,8 +129,8 @@ class Surfaces:
             if kind not in ANALYTIC_KINDS:
                 continue
             one = row[at]
-            d = points.T[:, at] - taken(self.origin, one)
-            x, y, z = (dot(d, taken(axis, one)) for axis in (self.x, self.y, self.z))
+            d = points.T[:, at] - take(self.origin, one)
+            x, y, z = (dot(d, take(axis, one)) for axis in (self.x, self.y, self.z))
             if kind == "plane":
                 u[at], v[at] = x, y
             elif kind == "cone":
@@ -187,35 +144,7 @@ class Surfaces:
                 v[at] = z if kind == "cylinder" else np.arctan2(z, np.hypot(x, y) - ring)
         return u, v
 
-    def cuts(self, row: int, u0: float, u1: float, v0: float, v1: float) -> tuple[Array, Array]:
-        """Ends of the intervals of u and of v with those of the pieces within over which the surface is smooth."""
-        kind = self.kind[row]
-        if row in self.splines:
-            u_basis, v_basis, _, _ = self.splines[row]
-            return u_basis.cuts(u0, u1), v_basis.cuts(v0, v1)
-        turn = [
-            np.linspace(a, b, int(np.clip(np.ceil((b - a) / (np.pi / 4)), 1, 64)) + 1) for a, b in ((u0, u1), (v0, v1))
-        ]
-        if kind == "offset":
-            return self.basis_surfaces.cuts(int(self._basis_surface[row]), u0, u1, v0, v1)
-        if kind in ("extrusion", "revolution"):
-            assert self.basis_curves is not None
-            basis = int(self._basis_arc[row])
-            if kind == "extrusion":
-                return self.basis_curves.cuts(basis, u0, u1), np.array([v0, v1])
-            return turn[0], self.basis_curves.cuts(basis, v0, v1)
-        return (
-            np.array([u0, u1]) if kind == "plane" else turn[0],
-            turn[1] if kind in ("sphere", "torus") else np.array([v0, v1]),
-        )
-
-    def domain_cuts(self, row: int) -> tuple[Array, Array]:
-        """Ends of the intervals of u and of v of its domain over which a surface is smooth."""
-        if row not in self._domain_cuts:
-            self._domain_cuts[row] = self.cuts(row, *self.domain[row])
-        return self._domain_cuts[row]
-
-    def _of_kind(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _of_kind(self, kind: str, row: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Components (3, n) of points and partial derivatives of surfaces of one kind."""
         if kind in ANALYTIC_KINDS:
             return self._analytic(kind, row, u, v)
@@ -224,20 +153,20 @@ class Surfaces:
         if kind == "offset":
             return self._offset(row, u, v)
         assert self.basis_curves is not None
-        axis, basis = taken(self._axis, row), self._basis_arc[row]
+        axis, basis = take(self._axis, row), self._basis_arc[row]
         if kind == "extrusion":
             point, by = (x.T for x in self.basis_curves.evaluate(basis, u))
             return point + v * axis, by, axis
         point, by = (x.T for x in self.basis_curves.evaluate(basis, v))
-        origin = taken(self.origin, row)
+        origin = take(self.origin, row)
         arm = _turned(point - origin, axis, u)
         return origin + arm, cross(axis, arm), _turned(by, axis, u)
 
-    def _analytic(self, kind: str, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
-        o, x, y = (taken(axis, row) for axis in (self.origin, self.x, self.y))
+    def _analytic(self, kind: str, row: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
+        o, x, y = (take(axis, row) for axis in (self.origin, self.x, self.y))
         if kind == "plane":
             return o + u * x + v * y, x, y
-        z = taken(self.z, row)
+        z = take(self.z, row)
         c, s = np.cos(u), np.sin(u)
         e, turned = c * x + s * y, c * y - s * x
         r = self.radius[row]
@@ -252,11 +181,11 @@ class Surfaces:
             across, across_by = height_by + (r if kind == "torus" else 0.0), -height
         return o + across * e + height * z, across * turned, across_by * e + height_by * z
 
-    def _offset(self, row: Index, u: Array, v: Array) -> tuple[Array, Array, Array]:
+    def _offset(self, row: Ints, u: Floats, v: Floats) -> tuple[Floats, Floats, Floats]:
         """Points exact; partial derivatives by central differences (relative error about 1e-8)."""
         inner, basis, distance = self.basis_surfaces, self._basis_surface[row], self._distance[row]
 
-        def points(u: Array, v: Array) -> Array:
+        def points(u: Floats, v: Floats) -> Floats:
             at, normal = inner._directed(basis, u, v)
             return np.asarray(at.points.T + distance * normal.T)
 
@@ -291,8 +220,8 @@ def _spline(splines: Mapping[str, Any], i: int) -> Spline:
     )
 
 
-def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Unit normals dS/du x dS/dv, and where they are sound."""
+def _unit_normals(at: SurfacePoints) -> tuple[Floats, Bools]:
+    """Unit normals dS/du x dS/dv, and where there is one."""
     by_u, by_v = at.by_u.T, at.by_v.T
     normal = cross(by_u, by_v)
     length = np.sqrt(dot(normal, normal))
@@ -301,7 +230,7 @@ def _unit_normals(at: SurfacePoints) -> tuple[Array, npt.NDArray[np.bool_]]:
     return (normal / np.where(length > 0, length, 1.0)).T, good
 
 
-def _turned(vectors_: Array, axis: Array, angle: Array) -> Array:
+def _turned(vectors_: Floats, axis: Floats, angle: Floats) -> Floats:
     """Vectors turned about unit axes, all components (3, n), by the angles (n,)."""
     c, s = np.cos(angle), np.sin(angle)
     along = dot(vectors_, axis) * axis

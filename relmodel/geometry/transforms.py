@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from relmodel.arrays import Floats
 
 # The columns of a rigid transform in tables: its upper 3x4, row-major.
 MATRIX_COLUMNS = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
 
 
-def matrix_columns(transforms: npt.ArrayLike) -> dict[str, Array]:
+def matrix_columns(transforms: npt.ArrayLike) -> dict[str, Floats]:
     """Columns m00 .. m23 of one transform (4, 4) or of many (n, 4, 4)."""
     m = np.asarray(transforms, float).reshape(-1, 4, 4)
     return {name: m[:, int(name[1]), int(name[2])].copy() for name in MATRIX_COLUMNS}
 
 
-def matrices(columns: Mapping[str, Any]) -> Array:
+def matrices(columns: Mapping[str, Any]) -> Floats:
     """Transforms (n, 4, 4) from columns m00 .. m23."""
     out = np.zeros((*np.shape(columns[MATRIX_COLUMNS[0]]), 4, 4))
     for name in MATRIX_COLUMNS:
@@ -29,7 +29,7 @@ def matrices(columns: Mapping[str, Any]) -> Array:
     return out
 
 
-def inverse(transforms: Array) -> Array:
+def inverse(transforms: Floats) -> Floats:
     """Inverse of rigid transforms (..., 4, 4)."""
     out = np.zeros_like(transforms)
     rotation = np.swapaxes(transforms[..., :3, :3], -1, -2)
@@ -39,12 +39,12 @@ def inverse(transforms: Array) -> Array:
     return out
 
 
-def apply(a_from_b: Array, points: Array) -> Array:
+def apply(a_from_b: Floats, points: Floats) -> Floats:
     """Points (..., 3) in frame b carried to frame a."""
     return np.asarray(points @ a_from_b[:3, :3].T + a_from_b[:3, 3])
 
 
-def skew(v: npt.ArrayLike) -> Array:
+def skew(v: npt.ArrayLike) -> Floats:
     """Cross-product matrices (..., 3, 3) of vectors (..., 3): `skew(a) @ b = a x b`."""
     v = np.asarray(v, float)
     out = np.zeros((*v.shape[:-1], 3, 3))
@@ -52,7 +52,7 @@ def skew(v: npt.ArrayLike) -> Array:
     return out - np.swapaxes(out, -1, -2)
 
 
-def rotation_matrix(r: npt.ArrayLike) -> Array:
+def rotation_matrix(r: npt.ArrayLike) -> Floats:
     """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues)."""
     r = np.asarray(r, float)
     angle = np.linalg.norm(r, axis=-1)[..., None, None]
@@ -61,7 +61,7 @@ def rotation_matrix(r: npt.ArrayLike) -> Array:
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (k @ k))
 
 
-def rotation_vector(rotation: Array) -> Array:
+def rotation_vector(rotation: Floats) -> Floats:
     """The rotation vector (3,) of a rotation matrix, radians; inverse of `rotation_matrix` for angles below pi."""
     v = 0.5 * np.array(
         [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
@@ -78,13 +78,13 @@ def rotation_vector(rotation: Array) -> Array:
     return np.asarray(column / np.linalg.norm(column) * angle)
 
 
-def nearest_rotation(matrix: Array) -> Array:
+def nearest_rotation(matrix: Floats) -> Floats:
     """The rotation nearest to a matrix (3, 3) in the Frobenius norm (polar decomposition)."""
     u, _, vt = np.linalg.svd(matrix)
     return np.asarray(u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt)
 
 
-def boxes_carried(a_from_b: Array, boxes: Array) -> Array:
+def boxes_carried(a_from_b: Floats, boxes: Floats) -> Floats:
     """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1) in frame b, as the axis-aligned boxes in frame a that hold them.
 
     `a_from_b` is one transform (4, 4) or one a box (n, 4, 4).  (Arvo, "Transforming axis-aligned bounding boxes",

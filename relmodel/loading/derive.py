@@ -11,9 +11,9 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.columns import stack, take
 from relmodel.features import Feature, feature_class_key, recognise
 from relmodel.features.contacts import contacts
@@ -28,7 +28,6 @@ from relmodel.model.placed_parts import PlacedParts
 from relmodel.model.sharing import share
 from relmodel.store.database import Database
 
-Floats = npt.NDArray[np.float64]
 Made = TypeVar("Made")
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Ints
 from relmodel.store import Run
 from relmodel.store.database import Database
 
@@ -22,9 +22,7 @@ def stored_ids(store: Database, connection: Connection, table: str, keys: Iterab
     return dict(zip(rows["content_key"].tolist(), rows["id"].tolist(), strict=True))
 
 
-def ids_by_key(
-    run: Run, connection: Connection, table: str, keys: Sequence[str]
-) -> tuple[dict[str, int], npt.NDArray[np.int64]]:
+def ids_by_key(run: Run, connection: Connection, table: str, keys: Sequence[str]) -> tuple[dict[str, int], Ints]:
     """Identity of each content key, new ones for keys that `table` lacks; and where in `keys` those first stand."""
     first: dict[str, int] = {}
     for i, key in enumerate(keys):

@@ -22,8 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+from relmodel.arrays import Floats, Ints
 
 NONE = -1  # in the place of a label: the unit has none
 
@@ -40,7 +39,7 @@ class Assignment:
     rounding.
     """
 
-    label: Integers
+    label: Ints
     unit_cost: Floats
     cost: float
     unit_dual: Floats
@@ -109,9 +108,7 @@ def solve_assignment(
     )
 
 
-def _label_duals(
-    unit: Integers, label: Integers, gain: Floats, chosen: Integers, chosen_gain: Floats, label_count: int
-) -> Floats:
+def _label_duals(unit: Ints, label: Ints, gain: Floats, chosen: Ints, chosen_gain: Floats, label_count: int) -> Floats:
     """Largest q <= 0 that gives no candidate (u, l') a negative reduced cost: q(l') <= gain(u, l') - s(u), where the
     slack s(u) = gain(u, l) - q(l) of a unit with label l, 0 of one without."""
     dual = np.zeros(label_count)
@@ -128,7 +125,7 @@ def _label_duals(
     return dual
 
 
-def _check(units: Integers, labels: Integers, costs: Floats, nulls: Floats, label_count: int) -> None:
+def _check(units: Ints, labels: Ints, costs: Floats, nulls: Floats, label_count: int) -> None:
     if not len(units) == len(labels) == len(costs):
         raise ValueError(f"candidates of unlike length: {len(units)} units, {len(labels)} labels, {len(costs)} costs")
     if not (np.isfinite(costs).all() and np.isfinite(nulls).all()):

@@ -20,13 +20,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged, row_count
 from relmodel.errors import InputError
 from relmodel.geometry.joints import Joint
 from relmodel.model.model import Assembly, Attribute, Model, Part, Shape, Table
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 LENGTH_QUANTUM = 1e-6  # mm
 ANGLE_QUANTUM = 1e-9  # rad, components of directions, spline parameters and weights
@@ -265,7 +263,7 @@ def _surface_keys(
     )
     content = _row_keys([kinds, recognised, _texts(surfaces, "provenance"), definition, loops], cells)
 
-    def are(kind: str) -> npt.NDArray[np.bool_]:
+    def are(kind: str) -> Bools:
         return np.isin(recognised, [kind])[:, None]
 
     normal = _unsigned(z)

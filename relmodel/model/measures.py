@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Floats32, Ints
 from relmodel.columns import Ragged
-from relmodel.geometry.components import cross, dot, put, taken, unit
+from relmodel.geometry.components import cross, dot, scatter, take, unit
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.normals import normals_at, plane_normals
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.model.model import ArcSamples, Shape, Table
-from relmodel.model.trimmed_faces import Trims
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float32]
+from relmodel.model.trimmed_faces import TrimmedFaces
 
 SMOOTH = float(np.deg2rad(1.0))
 _CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave the edge the same way
@@ -70,7 +66,7 @@ def surface_measures(surfaces: Surfaces, cells: int = 32) -> Table:
     return {"area": area.sum(1), **vector_columns("centroid", centroid), **box_columns(box)}
 
 
-def _grid(surfaces: Surfaces, steps: Array) -> tuple[Array, Array]:
+def _grid(surfaces: Surfaces, steps: Floats) -> tuple[Floats, Floats]:
     """Points (n, k, 3) and area elements (n, k) of each domain's unit square on a grid of steps in 0..1."""
     count, side = len(surfaces), len(steps)
     a, b = (np.tile(g.ravel(), count) for g in np.meshgrid(steps, steps, indexing="ij"))
@@ -88,10 +84,10 @@ class ArcNormals:
     Where only one runs it is `a`, whichever way; of more than two (non-manifold) the first of each sense counts.
     """
 
-    def __init__(self, trims: Trims) -> None:
-        surfaces, curves, arc = trims.surfaces, trims.curves, trims.arc
-        self.surfaces, self.curves, self.pcurves = surfaces, curves, trims.pcurves
-        self.surface, self.reversed, self._pcurve = trims.surface, trims.reversed, trims.pcurve
+    def __init__(self, faces: TrimmedFaces) -> None:
+        surfaces, curves, arc = faces.surfaces, faces.curves, faces.arc
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, faces.pcurves
+        self.surface, self.reversed, self._pcurve = faces.surface, faces.reversed, faces.pcurve
         rows = np.arange(len(arc))
         self.a, self.b = np.full(len(curves), -1), np.full(len(curves), -1)
         along, against = rows[~self.reversed][::-1], rows[self.reversed][::-1]
@@ -108,7 +104,7 @@ class ArcNormals:
         self.level = plane_normals(surfaces)  # of those that are flat
         self._analytic = np.logical_or.reduce([surfaces.kind == kind for kind in ANALYTIC_KINDS])
 
-    def at(self, coedge: Index, arc: Index, t: Array, points: Array | None = None) -> Array:
+    def at(self, coedge: Ints, arc: Ints, t: Floats, points: Floats | None = None) -> Floats:
         """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1.
 
         points: of the arcs at `self.inner(arc, t)`, where they are known.
@@ -131,7 +127,7 @@ class ArcNormals:
             normals[rest] = self.surfaces.normals(surface, u, v)
         return normals
 
-    def inner(self, arc: Index, t: Array) -> Array:
+    def inner(self, arc: Ints, t: Floats) -> Floats:
         """Parameters where a normal is one: an end may be the apex of a cone or a pole, so step in a ten-millionth."""
         t0, t1 = self.curves.t0, self.curves.t1
         step = 1e-7 * (t1 - t0)
@@ -169,7 +165,7 @@ def adjacency(normals: ArcNormals) -> Table:
     return {"surface_a": surface_a, "surface_b": surface_b, "convexity": convexity.tolist(), "angle": angle}
 
 
-def _hollow(normals: ArcNormals, arc: Index, t: Array, normal_a: Array, tangent: Array) -> npt.NDArray[np.bool_]:
+def _hollow(normals: ArcNormals, arc: Ints, t: Floats, normal_a: Floats, tangent: Floats) -> Bools:
     """Whether it is void that lies in the cusp of arcs where both faces leave the same way, their normals opposed.
 
     The normals alone leave it to round-off; a little way along the faces the one that lies outside of the other tells.
@@ -185,7 +181,7 @@ def _hollow(normals: ArcNormals, arc: Index, t: Array, normal_a: Array, tangent:
     return np.asarray(~(outward <= 0))
 
 
-def samples(normals: ArcNormals, length: Array) -> ArcSamples:
+def samples(normals: ArcNormals, length: Floats) -> ArcSamples:
     """Points along each arc, ends included, evenly spaced: about 1 mm, at least 2 and at most 2000 an arc."""
     curves = normals.curves
     steps = np.ceil(length / SAMPLE_SPACING_MM - _STEP_SLACK).astype(np.int64)
@@ -219,15 +215,15 @@ def samples(normals: ArcNormals, length: Array) -> ArcSamples:
     )
 
 
-def _blocks(offsets: Index) -> list[Index]:
+def _blocks(offsets: Ints) -> list[Ints]:
     """Arcs in runs of about as many samples as stay in the cache while they are worked on."""
     block = offsets[:-1] // _SAMPLES_AT_ONCE
     return np.split(np.arange(len(block)), np.flatnonzero(np.diff(block)) + 1) if len(block) else []
 
 
 def _sampled(
-    normals: ArcNormals, arcs: Index, arc: Index, t: Array, ends: Index
-) -> tuple[Array, Floats, Floats, Floats]:
+    normals: ArcNormals, arcs: Ints, arc: Ints, t: Floats, ends: Ints
+) -> tuple[Floats, Floats32, Floats32, Floats32]:
     """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,).
 
     arcs: (m,) those that occur, in order; ends: (m + 1,) where their samples begin and end.
@@ -235,18 +231,18 @@ def _sampled(
     curves, count = normals.curves, np.diff(ends)
     points, by = curves.evaluate(arc, t)
     tangents, bent = _repeated(unit(curves.x[arcs].T).T, curves.kind[arcs] == "line", count)
-    put(tangents.T, bent, unit(taken(by, bent)))
+    scatter(tangents.T, bent, unit(take(by, bent)))
     inner = points.copy(order="K")
     last = np.concatenate([ends[:-1], ends[1:] - 1])
-    put(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
-    sides: list[Floats] = []
+    scatter(inner.T, last, curves.evaluate(arc[last], normals.inner(arc[last], t[last]))[0].T)
+    sides: list[Floats32] = []
     for coedges in (normals.a, normals.b):
         own = coedges[arcs]
         surface = normals.surface[own] if len(normals.surface) else own
         known = (own < 0) | normals.flat[surface]
         side, curved = _repeated(np.where(own[:, None] < 0, 0.0, normals.level[surface]), known, count)
         of = np.take(arc, curved)
-        put(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), taken(inner, curved).T).T)
+        scatter(side.T, curved, normals.at(np.take(coedges, of), of, np.take(t, curved), take(inner, curved).T).T)
         if sides:  # a free edge is sharp, and one of its sides always looks at the camera
             free = np.flatnonzero(np.repeat(own < 0, count))
             side[free] = -sides[0][free]
@@ -256,13 +252,13 @@ def _sampled(
     return points, tangents, sides[0], sides[1]
 
 
-def _repeated(vectors: Array, known: npt.NDArray[np.bool_], count: Index) -> tuple[Floats, Index]:
+def _repeated(vectors: Floats, known: Bools, count: Ints) -> tuple[Floats32, Ints]:
     """Vectors (m, 3) that stand for `count` (m,) samples each, and those samples (k,) for which they are not known."""
-    out: Floats = np.repeat(vectors.astype(np.float32), count, axis=0)
+    out: Floats32 = np.repeat(vectors.astype(np.float32), count, axis=0)
     return out, np.flatnonzero(np.repeat(~known, count))
 
 
-def _evenly(curves: Curves, arc: Index, count: Index) -> Array:
+def _evenly(curves: Curves, arc: Ints, count: Ints) -> Floats:
     """Parameters of `count` (n,) points evenly spaced along each arc (n,), by the chords of a finer polyline."""
     out = [np.empty(0)]
     fine = 2 * count + 63
@@ -283,7 +279,7 @@ def _evenly(curves: Curves, arc: Index, count: Index) -> Array:
     return np.concatenate(out)
 
 
-def _shares(count: Index) -> tuple[Index, Array]:
+def _shares(count: Ints) -> tuple[Ints, Floats]:
     """Numbers 0 to 1 in `count` (n,) steps less one, after each other, and whose each is."""
     row = np.repeat(np.arange(len(count)), count)
     return row, (np.arange(len(row)) - (np.cumsum(count) - count)[row]) / (count[row] - 1)

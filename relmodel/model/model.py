@@ -11,9 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
+from relmodel.arrays import Floats, Floats32, Ints, Ints32
 from relmodel.columns import Ragged
 from relmodel.geometry.joints import Joint
 
@@ -44,10 +42,10 @@ class Mesh:
 
     chord_mm: float
     chord_rad: float
-    vertices: npt.NDArray[np.float64]  # (n, 3)
-    normals: npt.NDArray[np.float32]  # (n, 3) outward, of the exact surface
-    triangles: npt.NDArray[np.int32]  # (m, 3) counter-clockwise from outside
-    triangle_surfaces: npt.NDArray[np.int32]  # (m,) surface_no
+    vertices: Floats  # (n, 3)
+    normals: Floats32  # (n, 3) outward, of the exact surface
+    triangles: Ints32  # (m, 3) counter-clockwise from outside
+    triangle_surfaces: Ints32  # (m,) surface_no
     deviation_mm: float = float("nan")
 
 
@@ -55,7 +53,7 @@ class Mesh:
 class ArcSamples:
     """Points along arcs: `shape_arc_sample`; row i of each column is arc `arc_no[i]`."""
 
-    arc_no: npt.NDArray[np.int64]
+    arc_no: Ints
     parameters: Ragged
     points: Ragged  # x y z after each other
     tangents: Ragged
@@ -151,7 +149,7 @@ class Instance:
     name: str
     kind: Literal["part", "assembly"]
     child: int
-    parent_from_child: npt.NDArray[np.float64]  # (4, 4)
+    parent_from_child: Floats  # (4, 4)
     colour: str | None = None
 
 

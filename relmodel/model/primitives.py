@@ -10,14 +10,14 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.model import measures as brep
+from relmodel.model import measures
 from relmodel.model.model import Mesh, Shape, Table
-from relmodel.model.trimmed_faces import Trims
-
-Array = npt.NDArray[np.float64]
+from relmodel.model.tessellation import HalfEdges, surface_deviation
+from relmodel.model.trimmed_faces import TrimmedFaces
 
 CHORD_MM = 0.05
 CHORD_RAD = 0.15
@@ -122,10 +122,10 @@ def _segments(radius: float) -> int:
     return 2 * int(np.ceil(min(max(_TURN / CHORD_RAD, np.pi / chord), _MOST_SEGMENTS) / 2))
 
 
-_MeshPiece = tuple[Array, Array, npt.NDArray[np.int64]]
+_MeshPiece = tuple[Floats, Floats, Ints]
 
 
-def _grid(points: Array, normals: Array) -> _MeshPiece:
+def _grid(points: Floats, normals: Floats) -> _MeshPiece:
     """Triangles of a grid of points (n, m, 3), counter-clockwise from outside; those without an area left out."""
     n, m = points.shape[:2]
     at = np.arange(n * m).reshape(n, m)
@@ -149,14 +149,14 @@ class _Rows:
     def surface(
         self,
         kind: Literal["plane", "cylinder", "sphere"],
-        origin: Array,
-        x: Array,
-        z: Array,
+        origin: Floats,
+        x: Floats,
+        z: Floats,
         radius: float | None,
         domain: tuple[float, float, float, float],
         area: float,
-        centroid: Array,
-        bounds: Array,
+        centroid: Floats,
+        bounds: Floats,
         *,
         reversed_: bool = False,
     ) -> None:
@@ -168,17 +168,17 @@ class _Rows:
             }
         )  # fmt: skip
 
-    def line(self, start: Array, end: Array) -> int:
+    def line(self, start: Floats, end: Floats) -> int:
         length = float(np.linalg.norm(end - start))
         return self._arc("line", start, (end - start) / length, _NONE, np.nan, 0.0, length)
 
-    def circle(self, centre: Array, x: Array, z: Array, radius: float, t0: float, t1: float) -> int:
+    def circle(self, centre: Floats, x: Floats, z: Floats, radius: float, t0: float, t1: float) -> int:
         return self._arc("circle", centre, x, z, radius, t0, t1)
 
-    def degenerate(self, point: Array) -> int:
+    def degenerate(self, point: Floats) -> int:
         return self._arc("degenerate", point, _NONE, _NONE, np.nan, 0.0, _TURN)
 
-    def _arc(self, kind: str, origin: Array, x: Array, z: Array, radius: float, t0: float, t1: float) -> int:
+    def _arc(self, kind: str, origin: Floats, x: Floats, z: Floats, radius: float, t0: float, t1: float) -> int:
         self.arcs.append(
             {"kind": kind, "origin": origin, "axis_x": x, "axis_z": z, "radius": radius, "t0": t0, "t1": t1}
         )
@@ -205,9 +205,9 @@ class _Rows:
         pcurves = self._pcurve_columns()
         curves = Curves(arc_columns, {})
         surfaces = Surfaces(surface_columns)
-        arc_columns |= brep.arc_measures(curves)
-        normals = brep.ArcNormals(Trims(surfaces, curves, coedges, pcurves))
-        arc_columns |= brep.adjacency(normals)
+        arc_columns |= measures.arc_measures(curves)
+        normals = measures.ArcNormals(TrimmedFaces(surfaces, curves, coedges, pcurves))
+        arc_columns |= measures.adjacency(normals)
         return Shape(
             kind="solid",
             volume=volume,
@@ -223,8 +223,8 @@ class _Rows:
             basis_arc_splines={},
             basis_surfaces={},
             basis_surface_splines={},
-            mesh=_joined(meshes),
-            samples=brep.samples(normals, arc_columns["length"]),
+            mesh=_joined(meshes, surfaces),
+            samples=measures.samples(normals, arc_columns["length"]),
         )
 
     def _surface_columns(self) -> Table:
@@ -281,18 +281,23 @@ class _Rows:
         }
 
 
-def _vectors(name: str, rows: list[dict[str, Any]]) -> dict[str, Array]:
+def _vectors(name: str, rows: list[dict[str, Any]]) -> dict[str, Floats]:
     return vector_columns(name, np.array([r[name] for r in rows], float))
 
 
-def _joined(pieces: list[_MeshPiece]) -> Mesh:
+def _joined(pieces: list[_MeshPiece], surfaces: Surfaces) -> Mesh:
     starts = np.cumsum([0] + [len(points) for points, _, _ in pieces])
     triangles = [t + start for (_, _, t), start in zip(pieces, starts[:-1].tolist(), strict=True)]
+    vertices = np.concatenate([p for p, _, _ in pieces])
+    corners = np.concatenate(triangles).astype(np.int32)
+    owner = np.repeat(np.arange(len(pieces)), [len(t) for t in triangles])
+    uv = np.zeros((len(vertices), 2))  # not asked for: the surfaces are analytic
     return Mesh(
         chord_mm=CHORD_MM,
         chord_rad=CHORD_RAD,
-        vertices=np.concatenate([p for p, _, _ in pieces]),
+        vertices=vertices,
         normals=np.concatenate([n for _, n, _ in pieces]).astype(np.float32),
-        triangles=np.concatenate(triangles).astype(np.int32),
-        triangle_surfaces=np.repeat(np.arange(len(pieces)), [len(t) for t in triangles]).astype(np.int32),
+        triangles=corners,
+        triangle_surfaces=owner.astype(np.int32),
+        deviation_mm=surface_deviation(surfaces, vertices, uv, corners, HalfEdges.of(corners), owner, CHORD_MM),
     )

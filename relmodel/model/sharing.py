@@ -9,16 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.congruence import Elements, motions
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Model, Shape
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 # Round-off of a file's digits: mm, and of the extent of a shape.
 ROUND_OFF_MM = 2e-6

@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.curves import BOX, vectors
 from relmodel.geometry.pcurves import Pcurves
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
@@ -22,8 +22,6 @@ from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Finding, Model, Part, Shape
 from relmodel.model.trimmed_faces import pcurve_of
-
-Array = npt.NDArray[np.float64]
 
 LEAST_TOLERANCE_MM = 0.01
 MOST_TOLERANCE_MM, MOST_TOLERANCE_SHARE = 0.1, 1e-4  # share: of the diagonal of the shape's box
@@ -101,7 +99,7 @@ def _validated_shape(shape: Shape) -> Shape:
     return replace(shape, coedges=coedges, findings=tuple(findings))
 
 
-def _bounds(shape: Shape) -> Array:
+def _bounds(shape: Shape) -> Floats:
     """What the loop gap behind each coedge (n,), and its distance from its surface, may be, mm."""
     arc = np.asarray(shape.coedges["arc_no"], np.int64)
     low, high = (np.array([fold(shape.arcs[f"{c}{i}"]) for c in "xyz"]) for i, fold in ((0, np.min), (1, np.max)))
@@ -110,7 +108,7 @@ def _bounds(shape: Shape) -> Array:
     return np.asarray(np.clip(np.maximum(stated, stated[_following(shape)]), LEAST_TOLERANCE_MM, most))
 
 
-def _beyond(kind: str, said: str, values: Array, bounds: Array, shape: Shape) -> list[Finding]:
+def _beyond(kind: str, said: str, values: Floats, bounds: Floats, shape: Shape) -> list[Finding]:
     """A finding for each arc with a value (n,) of a coedge beyond its bound (n,), that of the worst."""
     worst: dict[int, int] = {}
     for i in np.flatnonzero(~(values <= bounds)).tolist():
@@ -131,7 +129,7 @@ def _beyond(kind: str, said: str, values: Array, bounds: Array, shape: Shape) ->
     ]
 
 
-def _following(shape: Shape) -> npt.NDArray[np.int64]:
+def _following(shape: Shape) -> Ints:
     """Row of the coedge that follows each (n,) in its loop."""
     coedge_no = np.asarray(shape.coedges["coedge_no"], np.int64)
     first = np.flatnonzero(coedge_no == 0)
@@ -140,7 +138,7 @@ def _following(shape: Shape) -> npt.NDArray[np.int64]:
     return following
 
 
-def _loop_gaps(shape: Shape) -> Array:
+def _loop_gaps(shape: Shape) -> Floats:
     """Distance from the end of each coedge to the start of the next one of its loop (n,), mm."""
     coedges = shape.coedges
     arc, back = coedges["arc_no"], coedges["reversed"][:, None]
@@ -149,7 +147,7 @@ def _loop_gaps(shape: Shape) -> Array:
     return np.asarray(np.linalg.norm(from_[_following(shape)] - to, axis=1))
 
 
-def _surface_gaps(shape: Shape) -> Array:
+def _surface_gaps(shape: Shape) -> Floats:
     """Greatest distance of each coedge from its surface (n,), mm; 0 where a free-form face has no pcurve of it.
 
     An edge without length lies in a point of its surface all along its pcurve: the kernel takes edges for such ones
@@ -174,7 +172,7 @@ def _surface_gaps(shape: Shape) -> Array:
     return gaps
 
 
-def _distance(surfaces: Surfaces, row: npt.NDArray[np.int64], points: Array) -> Array:
+def _distance(surfaces: Surfaces, row: Ints, points: Floats) -> Floats:
     """Distance of the points (n, 3) from the unbounded analytic surfaces `row` (n,), mm."""
     d = points - surfaces.origin[row]
     height = np.einsum("nd,nd->n", d, surfaces.z[row])

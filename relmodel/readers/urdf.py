@@ -16,16 +16,14 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.model import primitives
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers.formats import UNITLESS_FORMATS
-
-Array = npt.NDArray[np.float64]
 
 LOADER_VERSION = "urdf 3"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
@@ -217,7 +215,7 @@ class _Reader:
             self._shape_of[key] = len(self.shapes) - 1
         return self._shape_of[key]
 
-    def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Array) -> Instance:
+    def _mesh(self, element: Element, where: str, label: str, colour: str | None, link_from_visual: Floats) -> Instance:
         """A mesh file placed in a link: its one part, or all that it holds as an assembly."""
         from relmodel.readers.mesh.read import read_mesh
 
@@ -291,7 +289,7 @@ class _Reader:
         rgba = self._numbers(colour, "rgba", f"material {material.get('name')!r}", 4)
         return "#" + "".join(f"{round(255 * float(c)):02x}" for c in np.clip(rgba[:3], 0, 1))
 
-    def _origin(self, element: Element, where: str) -> Array:
+    def _origin(self, element: Element, where: str) -> Floats:
         """Transform of <origin>: fixed-axis roll, pitch, yaw, then the translation, mm."""
         out = np.eye(4)
         origin = element.find("origin")
@@ -313,7 +311,9 @@ class _Reader:
             self._refuse(f"{where} has the name {value!r} with a slash, which parts paths: give another name")
         return value
 
-    def _numbers(self, element: Element, key: str, where: str, count: int, default: list[float] | None = None) -> Array:
+    def _numbers(
+        self, element: Element, key: str, where: str, count: int, default: list[float] | None = None
+    ) -> Floats:
         text = element.get(key)
         if text is None and default is not None:
             return np.array(default)

@@ -8,17 +8,15 @@ from pathlib import Path
 from xml.sax.saxutils import escape
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import apply
 from relmodel.paths import check_writable
 from relmodel.show.tree import Tree
 from relmodel.store import Store
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 Colour = tuple[int, int, int]
 
 SUFFIXES = (".svg", ".png", ".jpg", ".jpeg")

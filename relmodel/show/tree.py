@@ -6,15 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _WHOLE = -1  # for the id of a part: of the file as a whole
 

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Table, TextClause
 from sqlalchemy.types import TypeEngine
 
+from relmodel.arrays import Ints
 from relmodel.columns import Columns, ColumnValues, Ragged, is_scalar, row_count
 
 _COUNTS = "relmodel_counts"
@@ -206,7 +207,7 @@ def _array(values: list[Any]) -> npt.NDArray[Any]:
 _NEXT_IDS = sa.text("SELECT nextval(:sequence) AS id FROM generate_series(1, :count) ORDER BY id")
 
 
-def new_ids(connection: Connection, table: str, count: int) -> npt.NDArray[np.int64]:
+def new_ids(connection: Connection, table: str, count: int) -> Ints:
     """`count` values of the sequence of `table`, increasing."""
     if count == 0:
         return np.empty(0, np.int64)

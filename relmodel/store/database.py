@@ -15,6 +15,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Engine, Row, Table, inspect
 from sqlalchemy.types import TypeEngine
 
+from relmodel.arrays import Ints
 from relmodel.columns import Columns
 from relmodel.errors import StoreError
 from relmodel.store import bulk, sql
@@ -187,7 +188,7 @@ class Database:
         """
         return bulk.fetch_columns(connection, sql.query(name), parameters)
 
-    def new_ids(self, connection: Connection, table: str, count: int) -> npt.NDArray[np.int64]:
+    def new_ids(self, connection: Connection, table: str, count: int) -> Ints:
         """`count` new identities for rows of `table`, increasing."""
         return bulk.new_ids(connection, table, count)
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.columns import stack
 from relmodel.errors import UsageError
 from relmodel.geometry.curves import Curves
@@ -18,8 +18,6 @@ from relmodel.store import Run, Store
 from relmodel.variants.features import FeatureSet, feature_set, other_dimensions, pair_features
 from relmodel.variants.parts import alike, differing_labels, motion, pair_parts, placed_parts, stays
 from relmodel.variants.surfaces import Pairs, SurfaceSet, boundary_integrals, carried, pair_surfaces, surface_set
-
-Floats = npt.NDArray[np.float64]
 
 _Block = dict[str, Any]
 

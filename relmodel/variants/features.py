@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints, Texts
 from relmodel.geometry.transforms import matrices
 from relmodel.variants.pairing import near_pairs, one_to_one
 from relmodel.variants.surfaces import TOLERANCE, Pairs
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Texts = npt.NDArray[np.object_]
 
 _TURN = 1e-6  # rad
 _ONE_SIDED = ("pocket", "blind_hole", "boss")
@@ -124,9 +120,7 @@ def _shared(a: FeatureSet, b: FeatureSet, surfaces: Pairs) -> tuple[Ints, Ints, 
     return pairs[:, 0].astype(np.int64), pairs[:, 1].astype(np.int64), share.astype(float)
 
 
-def _kept(
-    a: FeatureSet, b: FeatureSet, surfaces: Pairs, i: Ints, j: Ints
-) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+def _kept(a: FeatureSet, b: FeatureSet, surfaces: Pairs, i: Ints, j: Ints) -> tuple[Bools, Bools]:
     """Whether all surfaces of paired features are identical; whether all are at least on the same unbounded ones."""
     state = np.zeros(max(a.surfaces[1].max(initial=-1), surfaces.a.max(initial=-1)) + 1, np.int64)
     state[surfaces.a] = np.select([surfaces.status == "identical", surfaces.status == "retrimmed"], [2, 1], 0)

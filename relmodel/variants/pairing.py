@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from relmodel.arrays import Floats, Ints
 
 
 def near_pairs(a: Floats, b: Floats, within: float) -> tuple[Ints, Ints, Floats]:

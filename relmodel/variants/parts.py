@@ -5,17 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Bools, Floats, Ints, Texts
 from relmodel.geometry.transforms import boxes_carried, matrices
 from relmodel.store import Store
 from relmodel.variants.pairing import near_pairs, one_to_one
 from relmodel.variants.surfaces import TOLERANCE
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Texts = npt.NDArray[np.object_]
 
 LABELS = ("number", "name", "material", "colour", "attributes")
 _TURN = 1e-7  # rad: what TOLERANCE is at a distance of a metre
@@ -77,7 +73,7 @@ def pair_parts(a: Placed, b: Placed, reach: float) -> tuple[Ints, Ints]:
     return i[order], j[order]
 
 
-def stays(before: Floats, after: Floats) -> npt.NDArray[np.bool_]:
+def stays(before: Floats, after: Floats) -> Bools:
     """Whether poses (n, 4, 4) are equal but for round-off."""
     shift, angle = motion(before, after)
     return np.asarray((np.linalg.norm(shift, axis=1) < TOLERANCE) & (angle < _TURN))
@@ -92,7 +88,7 @@ def motion(before: Floats, after: Floats) -> tuple[Floats, Floats]:
     return after[:, :3, 3] - before[:, :3, 3], angle
 
 
-def alike(a: Placed, b: Placed, i: Ints, j: Ints) -> npt.NDArray[np.bool_]:
+def alike(a: Placed, b: Placed, i: Ints, j: Ints) -> Bools:
     """Whether the shapes of pairs have as many surfaces and the same area and volume: the first test of congruence."""
     return np.asarray(np.isclose(a.measures[i], b.measures[j], rtol=1e-6, atol=1e-9).all(axis=1))
 

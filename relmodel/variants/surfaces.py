@@ -13,15 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints, Texts
 from relmodel.geometry.congruence import Elements, motions
 from relmodel.geometry.curves import Curves, vectors
 from relmodel.variants.pairing import near_pairs, one_to_one
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Texts = npt.NDArray[np.object_]
 
 TOLERANCE = 1e-4  # mm: far above what round-off does, far below what a drawing says
 _LEVER = 1e3  # mm: a turn counts as what it does at this distance
@@ -41,7 +37,7 @@ class SurfaceSet:
     direction: Floats  # (n, 3) outward normal of a plane, axis of others; 0 where there is none
     place: Floats  # (n, 3) point of the support that stands for it
     sizes: Floats  # (n, 3) radius, radius2, semi-angle; 0 where there is none
-    outward: npt.NDArray[np.bool_]
+    outward: Bools
     area: Floats
     centroid: Floats
     boundary: Floats  # (n, 5) length, mean point, rms distance of it
@@ -154,11 +150,11 @@ def _whole(s: SurfaceSet) -> Floats:
     return np.hstack([s.centroid, s.boundary])
 
 
-def _equal_area(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> npt.NDArray[np.bool_]:
+def _equal_area(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> Bools:
     return np.asarray(np.abs(a.area[i] - b.area[j]) <= _RELATIVE * np.maximum(a.area[i], b.area[j]))
 
 
-def _alike(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> npt.NDArray[np.bool_]:
+def _alike(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> Bools:
     """Whether the unbounded surfaces are parallel, of one kind, side and size."""
     plane = a.kind[i] == "plane"  # its direction says the side
     turned = np.linalg.norm(a.direction[i] - b.direction[j], axis=1)
@@ -167,7 +163,7 @@ def _alike(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> npt.NDArray[np.boo
     return np.asarray(good & (np.abs(a.sizes[i] - b.sizes[j]) < TOLERANCE).all(axis=1))
 
 
-def _same_support(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> npt.NDArray[np.bool_]:
+def _same_support(a: SurfaceSet, b: SurfaceSet, i: Ints, j: Ints) -> Bools:
     """Whether surfaces lie on one unbounded surface; free-form ones are known by their key."""
     good = _alike(a, b, i, j) & (np.linalg.norm(a.place[i] - b.place[j], axis=1) < 10 * TOLERANCE)
     return np.asarray(good & ((a.kind[i] != "free") | (a.support[i] == b.support[j])))

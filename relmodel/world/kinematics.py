@@ -13,16 +13,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.geometry.joints import Joint, JointTree, Mimic
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
 from relmodel.store import Store
-
-Array = npt.NDArray[np.float64]
 
 _MOST_STEPS = 50
 _CONVERGED = 1e-11
@@ -34,8 +32,8 @@ class LinkFrame:
 
     robot: str
     name: str | None
-    object_from_robot: Array  # (4, 4)
-    robot_from_link: Array  # (4, 4)
+    object_from_robot: Floats  # (4, 4)
+    robot_from_link: Floats  # (4, 4)
 
 
 class Robots:
@@ -94,9 +92,9 @@ class Robots:
         links = store.rows(connection, "object_links", object_id=object_id)
         return LinkFrame(path, name, np.eye(4), next(_matrix(found) for found in links if found.name == name))
 
-    def frames(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Array]:
+    def frames(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Floats]:
         """`object_from_robot` (4, 4) of every robot, at the values of the joints of those that carry it."""
-        frames: dict[str, Array] = {}
+        frames: dict[str, Floats] = {}
         poses = {path: tree.poses(values[path]) for path, tree in self.trees.items()}
         for row in self._ways:
             if row.above is None:
@@ -143,14 +141,14 @@ class MountedRig:
     rig: str
     carrier: str
     link: str | None
-    world_from_object: Array  # (4, 4)
-    object_from_link: Array  # (4, 4)
-    link_from_rig: Array  # (4, 4)
+    world_from_object: Floats  # (4, 4)
+    object_from_link: Floats  # (4, 4)
+    link_from_rig: Floats  # (4, 4)
     tree: JointTree | None
     joints: Mapping[str, float]
 
     @property
-    def world_from_rig(self) -> Array:
+    def world_from_rig(self) -> Floats:
         """(4, 4), mm."""
         return np.asarray(self.world_from_object @ self.object_from_link @ self.link_from_rig)
 
@@ -203,7 +201,7 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
     return MountedRig(rig, row.carrier, link.name, world_from_robot, link.robot_from_link, link_from_rig, tree, joints)
 
 
-def _matrix(row: Any, letter: str = "m") -> Array:
+def _matrix(row: Any, letter: str = "m") -> Floats:
     return matrices({name: getattr(row, letter + name[1:]) for name in MATRIX_COLUMNS})
 
 
@@ -217,10 +215,10 @@ class Correction:
     where its sigma was given; joint_sigmas: what is left of those.
     """
 
-    world_from_object: Array
-    shift: Array
-    turn: Array
-    covariance: Array
+    world_from_object: Floats
+    shift: Floats
+    turn: Floats
+    covariance: Floats
     joints: dict[str, float]
     joint_sigmas: dict[str, float]
 
@@ -238,11 +236,11 @@ class Correction:
 
 def correct_base(
     mounted: MountedRig,
-    world_from_rig_found: Array,
-    covariance: Array,
+    world_from_rig_found: Floats,
+    covariance: Floats,
     *,
     joint_sigmas: Mapping[str, float] | None = None,
-    base_covariance: Array | None = None,
+    base_covariance: Floats | None = None,
 ) -> Correction:
     """The correction of an arm's base, and of joints, from the pose of its rig that was found.
 
@@ -277,7 +275,7 @@ def correct_base(
         base, change = _perturbed(base, step[:6]), change + step[6:]
         if np.abs(step).max() < _CONVERGED:
             break
-    posterior: Array = np.asarray(np.linalg.inv(information), float)
+    posterior: Floats = np.asarray(np.linalg.inv(information), float)
     values = _followed(
         mounted, dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change.tolist(), strict=True)}
     )
@@ -291,7 +289,7 @@ def correct_base(
     )
 
 
-def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> tuple[Array, Array]:
+def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> tuple[Floats, Floats]:
     """object_from_rig (4, 4) at joint values, and the Jacobian (6, 6 + n) of the rig's perturbation by the base's and
     the joints'."""
     if mounted.tree is None or mounted.link is None:
@@ -312,7 +310,7 @@ def _followed(mounted: MountedRig, values: dict[str, float]) -> dict[str, float]
     return values
 
 
-def _information(covariance: Array, what: str) -> Array:
+def _information(covariance: Floats, what: str) -> Floats:
     covariance = np.asarray(covariance, float)
     if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
         raise InputError(f"the covariance of {what} is not made of 6x6 numbers: give it in mm and rad")
@@ -323,7 +321,7 @@ def _information(covariance: Array, what: str) -> Array:
     return np.asarray(inner / np.outer(scale, scale))
 
 
-def _adjoint(a_from_b: Array) -> Array:
+def _adjoint(a_from_b: Floats) -> Floats:
     """(6, 6) that takes twists (v, w) in frame b to frame a."""
     rotation, (x, y, z) = a_from_b[:3, :3], a_from_b[:3, 3]
     out = np.zeros((6, 6))
@@ -332,13 +330,13 @@ def _adjoint(a_from_b: Array) -> Array:
     return out
 
 
-def _perturbed(transform: Array, delta: Array) -> Array:
+def _perturbed(transform: Floats, delta: Floats) -> Floats:
     step = np.eye(4)
     step[:3, :3], step[:3, 3] = rotation_matrix(delta[3:]), delta[:3]
     return np.asarray(transform @ step)
 
 
-def _perturbation(a: Array, b: Array) -> Array:
+def _perturbation(a: Floats, b: Floats) -> Floats:
     """The perturbation (6,) that takes pose a to pose b."""
     d = inverse(a) @ b
     return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])

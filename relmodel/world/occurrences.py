@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
 from relmodel.find.octree_tables import append_octree, keep_octree
 from relmodel.find.packing import outgrown, pack
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
@@ -56,7 +57,7 @@ def _keep(
     connection: Connection,
     world_id: int,
     previous: int,
-    kept: npt.NDArray[np.int64],
+    kept: Ints,
     stays: _Stays,
     placed: Columns,
 ) -> None:
@@ -85,7 +86,7 @@ class _Stays:
     first_overflow: int
 
     @classmethod
-    def of(cls, packing: Columns, kept: npt.NDArray[np.int64]) -> _Stays:
+    def of(cls, packing: Columns, kept: Ints) -> _Stays:
         stays = np.isin(packing["object_no"], kept)
         count = int(packing["occurrences"][stays].sum())
         first, last = int(packing["first_id"].min()), int(packing["last_id"].max())
@@ -96,14 +97,12 @@ class _Stays:
         return cls(count, changed, first, last, next_page, int(overflow.min(initial=next_page)))
 
 
-def _expanded(run: Run, connection: Connection, world_id: int, object_nos: npt.NDArray[np.int64]) -> Columns:
+def _expanded(run: Run, connection: Connection, world_id: int, object_nos: Ints) -> Columns:
     asked = run.store.array(object_nos)
     return run.store.columns(connection, "world_expansion", world_id=world_id, object_nos=asked)
 
 
-def _append(
-    run: Run, connection: Connection, world_id: int, placed: Columns, first_page: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+def _append(run: Run, connection: Connection, world_id: int, placed: Columns, first_page: int) -> tuple[Ints, Floats]:
     """Append what an expansion placed, its parts packed into pages from `first_page` on.
 
     Gives back identities (n,) and world boxes (n, 6) of the parts.
@@ -126,7 +125,7 @@ def _append(
     above = _parents(placed["depth"][objects])
     root = above < 0
 
-    def append(rows: npt.NDArray[np.int64], kind: str, columns: dict[str, Any]) -> None:
+    def append(rows: Ints, kind: str, columns: dict[str, Any]) -> None:
         references = ("object_id",) if kind == "object" else ("part_id", "shape_id")
         taken = {name: placed[name][rows] for name in ("object_no", "path", *references, *MATRIX_COLUMNS)}
         run.append(connection, "occurrence", {"world_id": world_id, "kind": kind, **columns, **taken})
@@ -138,7 +137,7 @@ def _append(
     return part_ids, boxes
 
 
-def _parents(depth: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _parents(depth: Ints) -> Ints:
     """Row of the parent of each row of a tree in preorder, -1 for roots: the last row before it one level up."""
     parents = np.full(len(depth), -1, np.int64)
     above = np.flatnonzero(depth == 0)

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.progress import Progress, silent
@@ -20,8 +20,6 @@ from relmodel.store import Run, Store, sql
 from relmodel.world.kinematics import Robots
 from relmodel.world.occurrences import write_occurrences
 from relmodel.world.world_file import WorldFile, read_world_file
-
-Array = npt.NDArray[np.float64]
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]
@@ -157,7 +155,7 @@ def _poses(
     pinned: list[dict[str, Any]],
     robots: list[Robots],
     values: list[dict[str, dict[str, float]]],
-) -> list[Array]:
+) -> list[Floats]:
     """`world_from_object` (4, 4) of each object of the file: as it says, or by its carrier at the joint values."""
     numbers = {placed.name: number for number, placed in enumerate(file.objects)}
     poses = {number: o.world_from_object for number, o in enumerate(file.objects) if o.world_from_object is not None}
@@ -204,7 +202,7 @@ def _write_joints(
 
 
 def _content_key(
-    file: WorldFile, pinned: list[dict[str, Any]], poses: list[Array], rig_digests: Mapping[str, str]
+    file: WorldFile, pinned: list[dict[str, Any]], poses: list[Floats], rig_digests: Mapping[str, str]
 ) -> str:
     """Hash of what the file says, of the content of the objects it names and of the rig files."""
     content = {
@@ -232,7 +230,7 @@ def _write_world(
     connection: Connection,
     file: WorldFile,
     pinned: list[dict[str, Any]],
-    poses: list[Array],
+    poses: list[Floats],
     revision: int,
     content_key: str,
     previous: int | None,

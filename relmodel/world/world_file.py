@@ -28,8 +28,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
 
@@ -49,7 +49,7 @@ class PlacedObject:
     variant: str
     name: str
     role: str
-    world_from_object: npt.NDArray[np.float64] | None  # (4, 4), mm; None: it is mounted
+    world_from_object: Floats | None  # (4, 4), mm; None: it is mounted
     joints: Mapping[str, float]  # as typed: mm, rad, or degrees where the name ends in _deg
 
 
@@ -61,7 +61,7 @@ class Mount:
     name: str  # of the rig or object
     on: str
     link: str | None
-    carrier_from_mounted: npt.NDArray[np.float64]  # (4, 4), mm
+    carrier_from_mounted: Floats  # (4, 4), mm
 
 
 @dataclass(frozen=True)
@@ -238,7 +238,7 @@ def _text(entry: dict[str, Any], key: str, path: Path, where: str, default: str 
     return str(value)
 
 
-def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> npt.NDArray[np.float64]:
+def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> Floats:
     value = entry.get(key)
     if value is None:
         return np.eye(4)

@@ -39,7 +39,17 @@ def met_by_kernel(volumes: list[Volume], triangles: np.ndarray, transforms: np.n
     inner = np.array([v.inner_point for v in volumes])
     first, solid = np.arange(len(triangles) + 1), np.zeros(len(triangles), bool)
     found = meet_volumes(
-        table.half_spaces, table.start, table.balls, inner, number, transforms, number, triangles, first, solid
+        table.half_spaces,
+        table.start,
+        table.balls,
+        inner,
+        number,
+        transforms,
+        number,
+        triangles,
+        first,
+        solid,
+        np.zeros(len(triangles)),
     )
     return np.asarray(found)
 
@@ -167,7 +177,7 @@ def test_at_corner_and_faces(plate: Store) -> None:
     assert counts(plate, corner, "exact") == {"part": 1, "feature": 1, "surface": 3, "arc": 3}  # the body
     flat = Box(*at(10, 20, 20), *at(20, 10, 20))  # lies in the top face
     assert counts(plate, flat, "exact")["surface"] == 1
-    above = Box(*at(10, 20, 20.001), *at(20, 10, 30))
+    above = Box(*at(10, 20, 20.05), *at(20, 10, 30))  # by more than the deviation of the triangles
     assert counts(plate, above, "exact") == {"part": 0, "feature": 0, "surface": 0, "arc": 0}
     rim = Sphere(*at(60, 30, 20), 0.5)
     assert counts(plate, rim, "exact")["surface"] == 2
@@ -194,6 +204,17 @@ def test_never_more_than_by_box_and_never_less_than_samples(plate: Store) -> Non
         exact = in_volumes(plate, list(spheres), level=level, precision="exact")
         keys = [set(zip(a["volume_no"].tolist(), a["element_no"].tolist(), strict=True)) for a in (exact, by_box)]
         assert keys[0] < keys[1]
+
+
+def test_nothing_that_touches_the_exact_geometry_is_missed(plate: Store) -> None:
+    """Balls of a thousandth about points of the hole's wall, most of them between the vertices of its triangles."""
+    angle = np.linspace(0, 2 * np.pi, 100, endpoint=False)
+    wall = np.column_stack([50 + 10 * np.cos(angle), 30 + 10 * np.sin(angle)])
+    for z, levels in ((7.3, ("part", "feature", "surface")), (20.0, ("part", "feature", "surface", "arc"))):
+        balls = [Sphere(*at(x, y, z), 1e-3) for x, y in wall.tolist()]
+        for level in levels:
+            found = in_volumes(plate, list(balls), level=level, precision="exact")
+            assert set(found["volume_no"].tolist()) == set(range(len(balls))), level
 
 
 def test_unknown_precision(plate: Store) -> None:

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from relmodel.find.volumes import Box, Floats, Frustum, OrientedBox, Polyhedron, Sphere, Volume
+from relmodel.arrays import Floats
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.loading.load import load
 from relmodel.store import Store

@@ -39,7 +39,7 @@ def bent() -> Any:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Vec
 
-    from tests.readers.test_masses import profile
+    from tests.readers.test_mass_properties import profile
 
     return BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakePrism(profile()[0], gp_Vec(1, 8, 0)).Shape()).Shape()
 

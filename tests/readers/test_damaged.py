@@ -94,9 +94,9 @@ def test_damage_that_the_text_shows(data_dir: Path, tmp_path: Path, pattern: str
             "cube-in.step",
             r"(#46 = CARTESIAN_POINT\('',\(0\.,0\.,)39",
             r"\g<1>38",
-            {"open_loop": (25.4, 0.1)},
+            {"open_loop": (25.4, 0.17320508)},
         ),
-        ("cube-in.step", r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", {"edge_off_face": (203.2, 0.1)}),
+        ("cube-in.step", r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", {"edge_off_face": (203.2, 0.17320508)}),
         (
             "io1-tu-203.stp",
             r"VOLUME_MEASURE\(78177",

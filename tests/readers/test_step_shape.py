@@ -163,3 +163,40 @@ def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_
             arcs = extracted(BRepBuilderAPI_Transform(shape, turn, True).Shape()).arcs
             cusps = np.flatnonzero(np.abs(arcs["angle"]) > 3)
             assert [arcs["convexity"][i] for i in cusps] == [expected], (degrees, expected)
+
+
+def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Dir
+
+    from relmodel.readers.step import recognition
+
+    class Throwing:
+        def __init__(self, shape: Any) -> None:
+            del shape
+
+        def __getattr__(self, name: str) -> Any:
+            return lambda *_: gp_Dir(0.0, 0.0, 0.0)  # the kernel throws
+
+    pin = BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakeCylinder(5.0, 12.0).Shape()).Shape()
+    monkeypatch.setattr(recognition, "ShapeAnalysis_CanonicalRecognition", Throwing)
+    shape = extracted(pin)
+    assert not {"plane", "cylinder"} & set(shape.surfaces["recognised_kind"])
+    assert set(shape.arcs["recognised_kind"]) == {"spline"}
+    assert shape.volume == pytest.approx(np.pi * 25 * 12, rel=1e-6)
+
+
+@pytest.mark.parametrize(("major", "minor"), [(0.9, 0.4), (30.0, 1.5), (500.0, 499.0)])
+def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> None:
+    """The kernel throws where the form that it fills in has a greater minor radius than the ellipse found."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt
+
+    oval = gp_Elips(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), major, minor)
+    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(oval).Edge()).Wire()
+    shape = extracted(Convert(BRepBuilderAPI_MakeFace(wire).Face()).Shape())
+    assert shape.arcs["kind"] == ["spline"]
+    assert shape.arcs["recognised_kind"] == ["ellipse"]
+    assert (shape.arcs["radius"][0], shape.arcs["radius2"][0]) == pytest.approx((major, minor), rel=1e-5)

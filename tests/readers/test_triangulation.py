@@ -1,4 +1,4 @@
-"""Triangles of faces from rows, and where these do not do by the kernel: against exact geometry and each other."""
+"""Triangles of shapes against exact geometry and each other, and what is measured on them against the kernel."""
 
 from __future__ import annotations
 
@@ -12,12 +12,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from relmodel.loading.facets import polygons
-from relmodel.loading.facets.rims import Rims
-from relmodel.loading.facets.sweeps import Sweep
 from relmodel.model.measures import surfaces_of
 from relmodel.model.model import Mesh, Shape
-from relmodel.readers.step import maps
+from relmodel.model.tessellation import HalfEdges, open_edges
+from relmodel.readers.step import maps, triangulation
 from relmodel.readers.step import shape as step_shape
 from tests.parts.seat_parts import workshop
 from tests.parts.step_parts import loaded
@@ -56,7 +54,9 @@ def test_triangles_of_a_composed_part_meet_and_keep_to_its_surfaces(seed: int) -
     middle = (corner + np.roll(corner, -1, axis=1))[ruled].reshape(-1, 3) / 2
     which = np.repeat(row[ruled], 3)
     feet = surfaces.evaluate(which, *surfaces.parameters(which, middle)).points
-    assert np.linalg.norm(feet - middle, axis=1).max() <= mesh.chord_mm
+    away = np.linalg.norm(feet - middle, axis=1) * np.cos(np.nan_to_num(surfaces.semi_angle[which]))  # at one height
+    assert away.max() <= mesh.deviation_mm + 1e-9
+    assert mesh.deviation_mm <= 2 * mesh.chord_mm
 
 
 def facing(mesh: Mesh) -> npt.NDArray[np.float64]:
@@ -112,10 +112,8 @@ def cut_solids() -> dict[str, Any]:
 @pytest.mark.parametrize("name", ["ball", "ring", "pin", "egg", "taper", "tip"])
 def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) -> None:
     from OCP.BRep import BRep_Tool
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
     from OCP.gp import gp_Pnt
-    from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
     solid = cut_solids()[name]
@@ -127,68 +125,13 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
     area = np.linalg.norm(np.cross(*np.diff(mesh.vertices[mesh.triangles], axis=1).swapaxes(0, 1)), axis=1) / 2
     whole = np.bincount(mesh.triangle_surfaces, area, len(shape.surfaces["area"]))
     assert whole == pytest.approx(shape.surfaces["area"], rel=0.02)
+    assert not shape.findings
     rng = np.random.default_rng(0)
     for i in rng.permutation(len(mesh.triangles))[:150].tolist():
         share = rng.dirichlet(np.ones(3))
         point = gp_Pnt(*(share @ mesh.vertices[mesh.triangles[i]]).tolist())
         face = TopoDS.Face(keys.FindKey(int(mesh.triangle_surfaces[i]) + 1))
-        assert GeomAPI_ProjectPointOnSurf(point, BRep_Tool.Surface_s(face)).LowerDistance() <= mesh.chord_mm
-    BRepMesh_IncrementalMesh(solid, mesh.chord_mm, False, mesh.chord_rad, False)
-    faces = [TopoDS.Face(keys.FindKey(i + 1)) for i in range(keys.Extent())]
-    kernels = sum(BRep_Tool.Triangulation_s(face, TopLoc_Location()).NbTriangles() for face in faces)
-    assert len(mesh.triangles) < 1.5 * kernels
-
-
-def test_holes_in_rows_leave_no_flat_triangle() -> None:
-    x, y = (place.ravel() for place in np.meshgrid(np.arange(5.0), np.arange(4.0)))
-    holes = np.stack([x, y], axis=1)[:, None] + np.array([(0.2, 0.2), (0.2, 0.7), (0.7, 0.7), (0.7, 0.2)])
-    outer = np.array([(0.0, 0.0), (2.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0), (0.0, 2.0), (0.0, 1.0)])
-    uv = np.concatenate([outer, holes.reshape(-1, 2)])
-    face = np.zeros(len(uv), np.int64)
-    ends = len(outer) + 4 * np.arange(len(holes) + 1)
-    corners, failed = polygons.triangles(Rims(np.zeros((len(uv), 3)), uv, face, ends), 1)
-    assert not failed.any()
-    a, b, c = (uv[corners[:, k]] for k in range(3))
-    area = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
-    assert area.min() > 1e-3
-    assert area.sum() == pytest.approx(20.0 - 20 * 0.25)
-    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    assert np.bincount(np.unique(sides, axis=0, return_counts=True)[1])[1] == len(uv)  # met by none: those of the rings
-
-
-def wave(seed: int) -> tuple[Rims, float]:
-    """A band with wavy rims, a notch that turns back, and holes in it, and its area."""
-    rng = np.random.default_rng(seed)
-    x = np.linspace(0.0, 20.0, 81)
-    below, above = (np.stack([x, height + 0.3 * np.sin(x)], axis=1) for height in (0.0, 5.0))
-    turns = np.array([(6.0, 4.9), (7.2, 4.5), (6.6, 4.2), (7.6, 4.0), (8.0, 5.2)])
-    notch = np.stack([np.interp(np.linspace(0, 4, 33), np.arange(5), values) for values in turns.T], axis=1)
-    above = np.concatenate([above[x < 6.0], notch, above[x > 8.0]])
-    rings, angle = [np.concatenate([below, above[::-1]])], -np.linspace(0, 2 * np.pi, 16, endpoint=False)
-    for k in range(8):
-        middle = 2.0 + 2.0 * k + rng.uniform(-0.2, 0.2), rng.uniform(1.3, 3.0)
-        rings.append(middle + rng.uniform(0.2, 0.6, 2) * np.stack([np.cos(angle), np.sin(angle)], axis=1))
-    uv = np.concatenate(rings)
-    ends = np.cumsum([len(ring) for ring in rings])
-    area = [np.sum(r[:, 0] * np.roll(r[:, 1], -1) - np.roll(r[:, 0], -1) * r[:, 1]) / 2 for r in rings]
-    return Rims(np.zeros((len(uv), 3)), uv, np.zeros(len(uv), np.int64), ends), float(sum(area))
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_a_sweep_fills_a_band_with_holes_by_triangles_as_narrow_as_its_chords(seed: int) -> None:
-    rims, area = wave(seed)
-    corners, _ = Sweep(rims).triangles()
-    a, b, c = (rims.uv[corners[:, k]] for k in range(3))
-    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    assert twice.min() > -1e-9
-    assert twice.sum() / 2 == pytest.approx(area)
-    sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    number, count = np.unique(sides, axis=0, return_counts=True)
-    rim = np.sort(np.stack([np.arange(len(rims.uv)), rims.following], axis=1), axis=1)
-    assert set(map(tuple, number[count == 1].tolist())) == set(map(tuple, rim.tolist()))
-    assert count.max() == 2
-    longest = np.abs(rims.uv[:, 0] - rims.uv[rims.following, 0]).max()
-    assert np.ptp(rims.uv[corners, 0], axis=1).max() < 2 * longest
+        assert GeomAPI_ProjectPointOnSurf(point, BRep_Tool.Surface_s(face)).LowerDistance() <= 1.1 * mesh.deviation_mm
 
 
 @pytest.mark.data
@@ -206,3 +149,42 @@ def test_triangles_of_a_file_meet(data_dir: Path, name: str) -> None:
     mesh = loaded(data_dir / name).shapes[0].mesh
     assert is_closed(mesh)
     assert facing(mesh).min() > 0.3
+
+
+def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
+    def missing_one(faces: list[Any], chord: float) -> list[tuple[Any, Any]]:
+        return [(None, place) if i == 0 else (one, place) for i, (one, place) in enumerate(made(faces, chord))]
+
+    pin = BRepPrimAPI_MakeCylinder(20.0, 30.0).Shape()
+    made = triangulation._triangulations
+    with monkeypatch.context() as patch:
+        patch.setattr(triangulation, "_triangulations", missing_one)
+        shape = step_shape.extract(pin, {}, {}, {})
+    steps = 2 * np.pi / np.diff(np.unique(np.round(np.arctan2(*shape.mesh.vertices.T[:2]), 9))).max()
+    kinds = {one.kind: one for one in shape.findings}
+    assert set(kinds) == {"unmeshed_face", "open_mesh"}
+    assert kinds["unmeshed_face"].surface_no == 0
+    assert kinds["open_mesh"].value == pytest.approx(2 * steps, abs=1)  # both circles
+    assert shape.volume == pytest.approx(np.pi * 400 * 30)
+    with monkeypatch.context() as patch:
+        patch.setattr(triangulation, "MOST_CHORDS", 0.01)
+        far = step_shape.extract(pin, {}, {}, {})
+    (found,) = far.findings
+    assert found.kind == "mesh_deviation"
+    assert found.value == far.mesh.deviation_mm
+    assert found.value == pytest.approx(20 * (1 - np.cos(np.pi / steps)), rel=1e-6)
+
+
+def test_closedness_against_trimesh() -> None:
+    """Of composed parts as they are, and with triangles taken out."""
+    import trimesh
+
+    for seed in range(3):
+        mesh = composed(seed).mesh
+        for left in (mesh.triangles, mesh.triangles[5:], mesh.triangles[::2]):
+            other = trimesh.Trimesh(mesh.vertices, left, process=True)
+            sides = np.sort(other.edges, axis=1)
+            alone = np.count_nonzero(np.unique(sides, axis=0, return_counts=True)[1] == 1)
+            assert open_edges(mesh.vertices, HalfEdges.of(left)) == alone

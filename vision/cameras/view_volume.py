@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.find import BOX_COLUMNS, in_volumes
-from relmodel.find.pairs import Integers
 from relmodel.find.volumes import Frustum, Polyhedron, boxes_met
 from relmodel.find.widening import widened
 from relmodel.geometry.transforms import matrices
@@ -70,8 +69,8 @@ class Selection:
     shown: (n,) whether one of the sampled views contains it too; the others are superfluous, as far as sampling tells.
     """
 
-    occurrence_id: Integers
-    element_no: Integers
+    occurrence_id: Ints
+    element_no: Ints
     shown: Bools
 
     @property

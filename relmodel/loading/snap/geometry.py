@@ -11,15 +11,13 @@ import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import BOX
 from relmodel.loading.snap.splines import ROUND_OFF_MM, snapped_splines
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.model.trimmed_faces import pcurve_of
 from relmodel.store.database import Database
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 _LEAST_SIZE = 1e-3  # mm
 _PLACE_MM = 1e-4  # of a centroid, which for slivers is known less well than the rest
@@ -107,7 +105,7 @@ def _snapped(
     shape: Shape,
     level: _Level,
     names: tuple[str, str],
-    is_bare: npt.NDArray[np.bool_],
+    is_bare: Bools,
     at: Ints,
     stored: Table,
     splines: Table,
@@ -133,7 +131,7 @@ def _snapped(
     return replace(shape, **changed)
 
 
-def _is_bare(shape: Shape, rows: str) -> npt.NDArray[np.bool_]:
+def _is_bare(shape: Shape, rows: str) -> Bools:
     """Whether it is parameter intervals that bound each row of a table, and not loops."""
     bare = np.ones(row_count_or_none(getattr(shape, rows)), bool)
     if rows == "surfaces" and row_count_or_none(shape.coedges):
@@ -170,7 +168,7 @@ def _turned_back(shape: Shape, arcs: Ints, shift: Floats) -> dict[str, Any]:
 
 
 def _near(
-    store: Database, connection: Connection, level: _Level, tables: list[Table], bare_rows: list[npt.NDArray[np.bool_]]
+    store: Database, connection: Connection, level: _Level, tables: list[Table], bare_rows: list[Bools]
 ) -> tuple[Ints, dict[str, npt.NDArray[Any]], Ints]:
     """Rows of all tables after each other that the store has but for round-off, the rows found, and which are whose."""
     mine = {

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
 from relmodel.loading.snap.geometry import snapped_shapes
 from relmodel.loading.snap.splines import ROUND_OFF_MM
@@ -24,8 +24,6 @@ from relmodel.loading.stored_keys import stored_ids
 from relmodel.model.content_keys import ModelKeys
 from relmodel.model.model import Assembly, Attribute, Model
 from relmodel.store.database import Database
-
-Floats = npt.NDArray[np.float64]
 
 _TURN = 1e-7  # of placed parts, rad
 _SHARE = 1e-9  # of attributes, as a share of the value

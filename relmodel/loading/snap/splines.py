@@ -5,24 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged, stack, take
 from relmodel.geometry.spline_curves import SplineCurves
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Table
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 ROUND_OFF_MM = 2e-6  # as far as the digits of a file reach
 _EXACT = tuple(f"{way}{name}" for way in ("", "u_", "v_") for name in ("degree", "periodic", "multiplicities"))
 _KNOTS, _KNOT_SHARE = ("knots", "u_knots", "v_knots", "weights"), 1e-9  # of their range
 
 
-def snapped_splines(
-    table: Table, owner: str, row: Ints, ids: Ints, stored: Table
-) -> tuple[Table, npt.NDArray[np.bool_]]:
+def snapped_splines(table: Table, owner: str, row: Ints, ids: Ints, stored: Table) -> tuple[Table, Bools]:
     """Splines of a shape, those of the store for rows (n,) where the stored ones of these identities (n,) are alike;
     and of which of these (n,) they are not."""
     unlike = np.zeros(len(row), bool)

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.arrays import Bools
 from relmodel.columns import Columns, stack, take
 from relmodel.loading.stored_keys import ids_by_key
 from relmodel.loading.write.shape import NewShape, append_shapes
 from relmodel.model.content_keys import ShapeKeys, row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.store import Run
-
-Ints = npt.NDArray[np.int64]
 
 
 def append_geometry(
@@ -75,7 +73,7 @@ class _Rows:
 
 def _append_rows(
     run: Run, connection: Connection, table: str, spline_table: str, owner: str, blocks: list[_Rows]
-) -> tuple[dict[str, int], list[npt.NDArray[np.bool_]]]:
+) -> tuple[dict[str, int], list[Bools]]:
     """Append what is new of arcs or surfaces; returns identities by key, and for each block which rows were new."""
     keys = [key for block in blocks for key in block.keys]
     ids, fresh_rows = ids_by_key(run, connection, table, keys)
@@ -114,7 +112,7 @@ def _append_trims(
     connection: Connection,
     shape: Shape,
     keys: ShapeKeys,
-    fresh: npt.NDArray[np.bool_],
+    fresh: Bools,
     surface_ids: dict[str, int],
     arc_ids: dict[str, int],
 ) -> None:
@@ -138,9 +136,7 @@ def _append_trims(
         _append(run, connection, table, [columns])
 
 
-def _made_from(
-    given: Table, owner: str, fresh: npt.NDArray[np.bool_], keys: list[str], ids: dict[str, int]
-) -> dict[str, Any]:
+def _made_from(given: Table, owner: str, fresh: Bools, keys: list[str], ids: dict[str, int]) -> dict[str, Any]:
     """Rows that say of new arcs or surfaces what they are made from, with the identities of those."""
     if not row_count_or_none(given):
         return {}

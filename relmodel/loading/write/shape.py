@@ -116,6 +116,7 @@ def _mesh_row(shape: Shape) -> Table:
     return {
         "chord_mm": [mesh.chord_mm],
         "chord_rad": [mesh.chord_rad],
+        "deviation_mm": [None if np.isnan(mesh.deviation_mm) else mesh.deviation_mm],
         "vertices": Ragged.pack([mesh.vertices]),
         "normals": Ragged.pack([mesh.normals], np.float32),
         "triangles": Ragged.pack([mesh.triangles], np.int32),

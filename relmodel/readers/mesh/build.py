@@ -13,11 +13,9 @@ from pathlib import Path
 from xml.parsers import expat
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
-
-Floats = npt.NDArray[np.float64]
 
 _MOST_NODES = 100_000
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from relmodel.arrays import Bools, Floats, Ints
 
 LONG_RUN = 5.0  # how much longer a line is than the pieces of a curve that it runs into
 CORNER_RAD = np.radians(30)  # a chain that turns more between two edges ends there
@@ -22,7 +20,7 @@ class Chains:
 
     offsets: Ints
     edges: Ints
-    turned: npt.NDArray[np.bool_]
+    turned: Bools
     vertices: Ints
 
     @property
@@ -78,7 +76,7 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Cha
     return Chains(offsets, order, turned[order], walked)
 
 
-def without_lines(vertices: Floats, chains: Chains, which: npt.NDArray[np.bool_], fine: float) -> Chains:
+def without_lines(vertices: Floats, chains: Chains, which: Bools, fine: float) -> Chains:
     """Chains of which those that `which` says are cut where a straight run begins or ends that is much longer than
     what comes before and after: between two surfaces an edge may go on as another curve.
 

@@ -11,10 +11,8 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from relmodel.arrays import Floats, Ints
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)

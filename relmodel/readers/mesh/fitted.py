@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
 from relmodel.readers.mesh.segment import Regions
 from relmodel.readers.mesh.triangles import area_normals, mean_planes, rounding
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 _ALIKE_RAD = 2e-3  # an axis that leans less against one of the part's is that one, where the vertices allow it
 

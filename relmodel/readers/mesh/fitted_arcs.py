@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
+from relmodel.arrays import Bools, Floats, Ints
 
 _LEAST_POINTS = {"circle": 4, "ellipse": 6}  # more than a curve of the kind can always be drawn through
 _SHARE_OF_SAG = 0.1  # points lie nearer to a curve than this share of the distance of chords' middles
@@ -137,7 +136,7 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
 
 
 def _take(
-    out: FittedArcs, points: Floats, start: Ints, which: Ints, rows: npt.NDArray[np.bool_], kind: str, middle: Floats,
+    out: FittedArcs, points: Floats, start: Ints, which: Ints, rows: Bools, kind: str, middle: Floats,
     x: Floats, z: Floats, radius: Floats, radius2: Floats | None, residual: Floats,
 ) -> None:  # fmt: skip
     """Enter curves where the angles of their points rise all along: a curve does not turn back."""

@@ -13,16 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
 from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
 from relmodel.readers.mesh.build import Node, build_nodes
 from relmodel.readers.mesh.shape import shape_from_triangles
-
-Floats = npt.NDArray[np.float64]
 
 LOADER_VERSION = "mesh 8"
 _MOST_BYTES = 1 << 30

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.readers.mesh.fit import (
     CONE,
     CYLINDER,
@@ -38,10 +39,6 @@ from relmodel.readers.mesh.triangles import (
     rounding,
     slim,
 )
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
 _GIVEN_RAD = 0.05  # how far normals that the source gives may be off

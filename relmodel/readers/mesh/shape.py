@@ -6,8 +6,8 @@ Everything is said to be fitted: a mesh only tells of points on the surfaces tha
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
@@ -16,10 +16,6 @@ from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.readers.mesh.segment import FREE_RAD, Regions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 CONVEXITY_RAD = np.radians(1)
 SAMPLE_MM = 1.0

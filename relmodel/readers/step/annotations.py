@@ -9,15 +9,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Floats
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.model.model import Instance, Model, Part, Table
 from relmodel.readers.step import supplemental as step_supplemental
 from relmodel.readers.step.part21_instances import Instances, Reference, references
-
-Floats = npt.NDArray[np.float64]
 
 _SET, _CURVES, _MOVED = "TESSELLATED_GEOMETRIC_SET", "TESSELLATED_CURVE_SET", "REPOSITIONED_TESSELLATED_ITEM"
 

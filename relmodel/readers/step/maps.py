@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp, TopExp_Explorer
-from OCP.TopoDS import TopoDS
+from OCP.TopoDS import TopoDS, TopoDS_Compound
 
-from relmodel.readers.step.boundary import NO_TURN
+NO_TURN = 1e-6  # rad, of a degenerate edge: kernels put such where round-off leaves a gap between two edges
 
 
 def face_map(shape: Any) -> Any:
@@ -38,7 +38,7 @@ def solids(shape: Any) -> list[Any]:
 
 
 def edge_map(faces: Any) -> Any:
-    """Edges of the faces of a `face_map`, without those of no turn about a pole or apex, as `Boundary` has them."""
+    """Edges of the faces of a `face_map`, without those of no turn about a pole or apex."""
     every, keys = ShapeMap(), ShapeMap()
     for i in range(1, faces.Extent() + 1):
         TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
@@ -61,4 +61,13 @@ def edge_tolerances(edges: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
         for vertex in (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge)):
             if not vertex.IsNull():
                 out[i] = max(out[i], 2 * BRep_Tool.Tolerance_s(vertex))
+    return out
+
+
+def compound(shapes: list[Any]) -> Any:
+    """Shapes as one."""
+    builder, out = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(out)
+    for shape in shapes:
+        builder.Add(out, shape)
     return out

@@ -6,14 +6,11 @@ import re
 import sys
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.errors import InputError
 from relmodel.model.model import Finding
 from relmodel.readers.step.part21_instances import Instances
 from relmodel.readers.step.part21_strings import decoded
-
-Ints = npt.NDArray[np.int64]
 
 EXACT_FACES = ("ADVANCED_FACE", "FACE_SURFACE")
 TRIANGULATED_FACES = ("TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE")

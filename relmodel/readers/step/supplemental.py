@@ -9,16 +9,16 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRep import BRep_Tool
 from OCP.BRepLib import BRepLib
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp
-from OCP.TopoDS import TopoDS, TopoDS_Compound
+from OCP.TopoDS import TopoDS
 
 from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
-from relmodel.model import measures as brep
+from relmodel.model import measures
 from relmodel.model.model import ArcSamples, Mesh, Shape, Table
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps
@@ -32,21 +32,13 @@ def without_loose_faces(shape: Any) -> tuple[Any, Any]:
         TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
     faces = maps.face_map(shape)
     loose = [faces.FindKey(i) for i in range(1, faces.Extent() + 1) if not bounding.Contains(faces.FindKey(i))]
-    return (_compound(solids), _compound(loose)) if solids and loose else (shape, None)
+    return (maps.compound(solids), maps.compound(loose)) if solids and loose else (shape, None)
 
 
 def _sub_shapes(shape: Any, kind: Any) -> list[Any]:
     keys = ShapeMap()
     TopExp.MapShapes_s(shape, kind, keys)
     return [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
-
-
-def _compound(shapes: list[Any]) -> Any:
-    builder, compound = BRep_Builder(), TopoDS_Compound()
-    builder.MakeCompound(compound)
-    for shape in shapes:
-        builder.Add(compound, shape)
-    return compound
 
 
 def loose_edges(shape: Any) -> list[Any]:
@@ -66,12 +58,15 @@ def extract_edges(shape: Any) -> Shape | None:
         edge = TopoDS.Edge(one)
         if not BRep_Tool.Degenerated_s(edge) and (curve := BRep_Tool.Curve_s(edge, 0.0, 0.0)) is not None:
             t0, t1 = BRep_Tool.Range_s(edge)
-            rows.add(curve, t0, t1, shape=edge)
+            try:
+                rows.add(curve, t0, t1, shape=edge)
+            except Exception:  # of the kernel: a construction line less
+                continue
     arcs = rows.columns()
     count = len(arcs["kind"])
     if count == 0:
         return None
-    arcs |= brep.arc_measures(rows.curves) | {
+    arcs |= measures.arc_measures(rows.curves) | {
         "surface_a": np.full(count, -1),
         "surface_b": np.full(count, -1),
         "convexity": ["free"] * count,
@@ -79,7 +74,7 @@ def extract_edges(shape: Any) -> Shape | None:
     }
     return replace(
         wire(arcs, rows.splines),
-        basis_arcs=basis.columns() | brep.arc_measures(basis.curves),
+        basis_arcs=basis.columns() | measures.arc_measures(basis.curves),
         basis_arc_splines=basis.splines,
         arc_offsets=rows.offsets,
         basis_arc_offsets=basis.offsets,

@@ -9,19 +9,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from OCP.BRep import BRep_Tool
 from OCP.TopAbs import TopAbs_Orientation as Sense
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 
+from relmodel.arrays import Floats
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.readers.mesh.triangles import area_normals, weld
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps
-
-Floats = npt.NDArray[np.float64]
 
 
 class NoAreaError(Exception):

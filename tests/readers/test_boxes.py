@@ -84,4 +84,4 @@ def test_boxes_of_free_faces_that_bulge_within_their_trims() -> None:
         box = np.array([got.surfaces[c][0] for c in ("x0", "y0", "z0", "x1", "y1", "z1")])
         assert (grid.min(0) > box[:3] - 1e-5).all()
         assert (grid.max(0) < box[3:] + 1e-5).all()
-        assert np.abs(box - np.concatenate([grid.min(0), grid.max(0)])).max() < 0.02  # the grid is not that fine
+        assert np.abs(box - np.concatenate([grid.min(0), grid.max(0)])).max() < 0.02 + got.mesh.deviation_mm

@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.components import unit
 from relmodel.geometry.surfaces import Surfaces
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 _SIDE, _CLOSE_SIDE = 7, 25  # points each way of the domain that a torus is laid through, and that it is held against
 _SHARE = 1e-3  # of the depth of a face: a shallow one is near to many a surface
@@ -21,18 +18,18 @@ _SHARE = 1e-3  # of the depth of a face: a shallow one is near to many a surface
 class Tori:
     """Tori found: rows of their surfaces (n,), centres, axes and directions across them (n, 3), radii (n,), mm."""
 
-    row: Index
-    centre: Array
-    axis: Array
-    across: Array
-    major: Array
-    minor: Array
+    row: Ints
+    centre: Floats
+    axis: Floats
+    across: Floats
+    major: Floats
+    minor: Floats
 
-    def __getitem__(self, which: npt.NDArray[np.bool_]) -> Tori:
+    def __getitem__(self, which: Bools) -> Tori:
         return Tori(*(values[which] for values in vars(self).values()))
 
 
-def tori(surfaces: Surfaces, row: Index, tolerance: float) -> Tori:
+def tori(surfaces: Surfaces, row: Ints, tolerance: float) -> Tori:
     """Those of the surfaces `row` (n,) that are, within their domains, tori as near as `tolerance` (mm).
 
     The normals of a surface of revolution meet its axis: their Pluecker coordinates are linear in those of the axis
@@ -48,7 +45,7 @@ def tori(surfaces: Surfaces, row: Index, tolerance: float) -> Tori:
     return found[_away(found, points) <= near]
 
 
-def _fitted(row: Index, points: Array, normals: Array, tolerance: float) -> tuple[Tori, Array]:
+def _fitted(row: Ints, points: Floats, normals: Floats, tolerance: float) -> tuple[Tori, Floats]:
     """The torus through points (n, m, 3) with unit normals, and how near it is to be (n,); 0 where it is not."""
     middle = points.mean(axis=1, keepdims=True)
     scale = np.maximum(np.abs(points - middle).max(axis=(1, 2), keepdims=True, initial=0), 1e-300)
@@ -73,7 +70,7 @@ def _fitted(row: Index, points: Array, normals: Array, tolerance: float) -> tupl
     return found, np.where(whole, near, 0.0)
 
 
-def _away(found: Tori, points: Array) -> Array:
+def _away(found: Tori, points: Floats) -> Floats:
     """Greatest distance (n,) of points (n, m, 3) from tori."""
     height, off = _meridian(points, found.centre, found.axis)
     return np.asarray(
@@ -81,7 +78,7 @@ def _away(found: Tori, points: Array) -> Array:
     )
 
 
-def _grid(surfaces: Surfaces, row: Index, side: int) -> tuple[Array, Array]:
+def _grid(surfaces: Surfaces, row: Ints, side: int) -> tuple[Floats, Floats]:
     """Points and unit normals (n, side^2, 3) of surfaces evenly over their domains."""
     share = np.linspace(0, 1, side)
     u0, u1, v0, v1 = (surfaces.domain[row, i, None, None] for i in range(4))
@@ -92,7 +89,7 @@ def _grid(surfaces: Surfaces, row: Index, side: int) -> tuple[Array, Array]:
     return place.points.reshape(-1, side * side, 3), normal.reshape(-1, side * side, 3)
 
 
-def _meridian(points: Array, foot: Array, axis: Array) -> tuple[Array, Array]:
+def _meridian(points: Floats, foot: Floats, axis: Floats) -> tuple[Floats, Floats]:
     """Height (n, m) of points (n, m, 3) along axes (n, 3) over `foot` (n, 3) on them, and distance from them."""
     arm = points - foot[:, None]
     height = np.einsum("nmi,ni->nm", arm, axis)

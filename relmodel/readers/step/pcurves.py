@@ -1,0 +1,94 @@
+"""Pcurves of the CAD kernel as rows; runs in the child process of `kernel.py` alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from OCP.Geom2d import (
+    Geom2d_BezierCurve,
+    Geom2d_BSplineCurve,
+    Geom2d_Circle,
+    Geom2d_Ellipse,
+    Geom2d_Hyperbola,
+    Geom2d_Line,
+    Geom2d_Parabola,
+    Geom2d_TrimmedCurve,
+)
+from OCP.Geom2dConvert import Geom2dConvert
+
+from relmodel.model.model import Table
+from relmodel.readers.step.splines import Spline, spline_columns, spline_of
+
+_NAN = float("nan")
+
+
+class PcurveRows:
+    """Collects columns of `pcurve`."""
+
+    def __init__(self) -> None:
+        self._keys: list[tuple[int, int, int]] = []
+        self._kinds: list[str] = []
+        self._numbers: list[tuple[float, ...]] = []  # origin, axis, radius, radius2, t0, t1
+        self._direct: list[bool] = []
+        self._splines: list[Spline | None] = []
+
+    def add(self, key: tuple[int, int, int], curve: Any, t0: float, t1: float) -> None:
+        """Append a pcurve of the kernel; key: surface_no, loop_no, coedge_no."""
+        while isinstance(curve, Geom2d_TrimmedCurve):
+            curve = curve.BasisCurve()
+        if isinstance(curve, Geom2d_Line):
+            place, way = curve.Location(), curve.Direction()
+            self._append(key, "line", (place.X(), place.Y(), way.X(), way.Y(), _NAN, _NAN, t0, t1))
+            return
+        for kind, form, radii in _CONICS:
+            if isinstance(curve, form):
+                position = curve.Position()
+                x, y = position.XDirection().Coord(), position.YDirection().Coord()
+                sizes = (*(getattr(curve, radius)() for radius in radii), _NAN)[:2]
+                numbers = (*position.Location().Coord(), *x, *sizes, t0, t1)
+                self._append(key, kind, numbers, direct=x[0] * y[1] - x[1] * y[0] > 0)
+                return
+        if isinstance(curve, Geom2d_BezierCurve):
+            curve = Geom2dConvert.CurveToBSplineCurve_s(curve)
+        elif not isinstance(curve, Geom2d_BSplineCurve):  # an offset: as near as a spline comes
+            curve = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(curve, t0, t1))
+        self._append(key, "spline", (*[_NAN] * 6, t0, t1), spline=spline_of(curve))
+
+    def _append(
+        self,
+        key: tuple[int, int, int],
+        kind: str,
+        numbers: tuple[float, ...],
+        direct: bool = True,
+        spline: Spline | None = None,
+    ) -> None:
+        self._keys.append(key)
+        self._kinds.append(kind)
+        self._numbers.append(numbers)
+        self._direct.append(direct)
+        self._splines.append(spline)
+
+    def columns(self) -> Table:
+        keys = np.array(self._keys, np.int64).reshape(-1, 3)
+        numbers = np.array(self._numbers, float).reshape(-1, 8)
+        names = ("origin_u", "origin_v", "axis_u", "axis_v", "radius", "radius2", "t0", "t1")
+        splines = spline_columns(self._splines)
+        del splines["rational"]
+        return {
+            "surface_no": keys[:, 0].copy(),
+            "loop_no": keys[:, 1].copy(),
+            "coedge_no": keys[:, 2].copy(),
+            "kind": list(self._kinds),
+            "direct": np.array(self._direct, bool),
+            **{name: np.ascontiguousarray(numbers[:, i]) for i, name in enumerate(names)},
+            **splines,
+        }
+
+
+_CONICS = (
+    ("circle", Geom2d_Circle, ("Radius",)),
+    ("ellipse", Geom2d_Ellipse, ("MajorRadius", "MinorRadius")),
+    ("parabola", Geom2d_Parabola, ("Focal",)),
+    ("hyperbola", Geom2d_Hyperbola, ("MajorRadius", "MinorRadius")),
+)
