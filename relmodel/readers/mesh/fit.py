@@ -21,7 +21,8 @@ _FREE = {CYLINDER: [0, 1, 3, 4, 5], CONE: [0, 1, 3, 4, 5, 6], SPHERE: [0, 1, 2, 
 PARAMETERS = {kind: len(steps) for kind, steps in _FREE.items()}
 _NO_DIRECTIONS: Floats = np.empty((0, 3))
 _ITERATIONS = 10
-_MANY = 100  # points
+_MANY = 150  # points
+_GOLDEN = 0.6180339887498949
 _REACHES = np.outer([-1, 1], np.geomspace(0.5, 30, 6)).ravel()  # where axes of tori are looked for, in sizes
 _LEAST_RADIUS = 0.02  # of a torus, in tubes: else it is a sphere
 _MOST_RADIUS = 1e4  # in sizes of the group: beyond, it is flat
@@ -76,9 +77,9 @@ def fit_surfaces(
         row = np.nan_to_num(row, posinf=0.0, neginf=0.0)
         lost = ~(np.linalg.norm(row[:, 3:6], axis=1) > 0.5)
         row[lost, 3:6] = [0.0, 0.0, 1.0]
-        # Of many points some tell the surface as well.
+        # Of many points some tell the surface as well: not every n-th, which may be those of one boundary.
         number = np.arange(len(points)) - start[:-1][group]
-        some = number % (1 + np.diff(start) // _MANY)[group] == 0
+        some = (number * _GOLDEN) % 1 < (_MANY / np.diff(start))[group]
         some_start = np.append(0, np.cumsum(np.bincount(group[some], minlength=count)))
         row = _refine(kind, row, points[some], some_start, _ITERATIONS if begin is None else _ITERATIONS // 2)
         away = np.maximum.reduceat(np.abs(distances(np.full(len(points), kind), row[group], points)), start[:-1])

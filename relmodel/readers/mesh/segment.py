@@ -425,12 +425,16 @@ class _Segmentation:
         rim = rim[p.angle[rim] < FREE_RAD]
         rim = rim[~self.plane[p.b[rim]]]
         few = np.bincount(owner[owner >= 0], minlength=count) < _FEW
+        bends = (p.angle < FREE_RAD) & ~self.plane[p.b]
         dropped = np.zeros(count + 1, bool)
         while True:
             a, b = owner[p.a[rim]], owner[p.b[rim]]
-            free = (b < 0) | dropped[b]
+            # A patch that bends on into none of the free ones is a plane.
+            loose = (owner < 0) | dropped[owner]
+            run_on = np.bincount(p.a[bends & loose[p.b]], minlength=self.count) > 0
+            free = ((b < 0) | dropped[b]) & run_on[p.b[rim]]
             into_free, into_few = (
-                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | few[np.maximum(b, 0)])
+                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | ((b >= 0) & few[b]))
             )
             new = few & ((into_free > _FREE_RIM * total) | (into_few > _FEW_RIM * total)) & ~dropped[:count]
             if not new.any():
