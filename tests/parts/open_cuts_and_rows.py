@@ -57,12 +57,12 @@ def _step_along_a_corner(work: Work, rng: Rng) -> None:
 
 
 def _round_cut_out(work: Work, rng: Rng) -> None:
-    """Of more than half a turn: the axis lies within the plate."""
+    """Of little more than half a turn: the axis lies within the plate."""
     r, y = u(rng, 8, 20), 80.0
-    within = r * u(rng, 0.2, 0.6)
+    within = r * u(rng, 0.1, 0.35)
     work.cut(rod((within, y, -1), UP, r, HEIGHT + 2))
     mouth = 2 * (r * r - within * within) ** 0.5
-    work.note("open_slot", out=(-1, 0, 0), depth=within + r, width=mouth, length=HEIGHT)
+    work.note("open_slot", out=(-1, 0, 0), depth=within + r, width=mouth, undercut_width=2 * r, length=HEIGHT)
 
 
 def _open_slots_in_line(work: Work, rng: Rng) -> None:
