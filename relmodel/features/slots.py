@@ -87,10 +87,17 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
 
 
 def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
-    """Whether a floor is the top of a rib: it falls on either side into one of its sides."""
+    """Whether a floor is the top of a rib between two walls: it falls on either side into one of its sides.
+
+    Where the walls are of the rib too, it is cut into the rib.
+    """
     s = b.surfaces
     sides = sorted({j for i in floor.faces for j in b.neighbours(i, "convex") if j in thin})
-    return any(s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE for one, two in combinations(sides, 2))
+    walls = [set(b.neighbours(j, "convex")) for i in floor.faces for j in b.neighbours(i, "concave")]
+    return any(
+        s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE and not any({one, two} <= around for around in walls)
+        for one, two in combinations(sides, 2)
+    )
 
 
 def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
