@@ -19,7 +19,7 @@ _REACH = 10.0  # length of a gap, in diameters, that a drill crosses
 _AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
 _WITHIN = 0.9  # of the radius
 _SKEW = ANGLE_TOLERANCE**2  # of a cosine
-_HOLDS_A_PIN = np.pi * 1.25  # a cylinder of more of a turn than this; what is open further is cut out of a side
+_HOLDS_A_PIN = np.pi * 1.2  # a cylinder of more of a turn than this; what is open further is cut out of a side
 
 
 def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:

@@ -59,7 +59,7 @@ def _step_along_a_corner(work: Work, rng: Rng) -> None:
 def _round_cut_out(work: Work, rng: Rng) -> None:
     """Of little more than half a turn: the axis lies within the plate."""
     r, y = u(rng, 8, 20), 80.0
-    within = r * u(rng, 0.1, 0.35)
+    within = r * u(rng, 0.1, 0.3)
     work.cut(rod((within, y, -1), UP, r, HEIGHT + 2))
     mouth = 2 * (r * r - within * within) ** 0.5
     work.note("open_slot", out=(-1, 0, 0), depth=within + r, width=mouth, undercut_width=2 * r, length=HEIGHT)
