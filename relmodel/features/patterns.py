@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import Feature, feature_class_key, frame, lengths, union
+from relmodel.features.feature import Feature, feature_class_key, frame, lengths, outline_form, union
 from relmodel.geometry.clusters import clusters
 
 if TYPE_CHECKING:
@@ -111,8 +111,7 @@ def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
                 t = 2 * np.pi * np.arange(count) / count
                 turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
                 members = tuple(sorted(set(_among(tree, middle + turned))))
-                with_gaps = len(members) >= max(_SURELY_A_CIRCLE, _FILLED * count)
-                if len(members) == count or with_gaps:
+                if len(members) == count or len(members) >= max(_SURELY_A_CIRCLE, _FILLED * count):
                     found.add(members)
     return [list(c) for c in sorted(found)]
 
@@ -193,4 +192,14 @@ def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature
     box = union(np.array([h.box for h in holes]))
     surfaces = sorted({i for h in holes for i, _ in h.surfaces})
     dimensions = {"count": (float(len(holes)), "1"), **measures}
-    return Feature(kind, "", dimensions, frame(x, z, centre), box, [(i, "hole") for i in surfaces])
+    pose = frame(x, z, centre)
+    form = _form_with_gaps(at, pose) if kind == "circular_pattern" else ()
+    return Feature(kind, "", dimensions, pose, box, [(i, "hole") for i in surfaces], form)
+
+
+def _form_with_gaps(at: Floats, pose: Floats) -> tuple[float, ...]:
+    """The form of a circle of holes (n, 3) some places of which are empty; of an even one nothing."""
+    local = (at - pose[:3, 3]) @ pose[:3, :2]
+    angle = np.sort(np.arctan2(local[:, 1], local[:, 0]))
+    even = np.ptp(np.diff(angle, append=angle[0] + 2 * np.pi)) < _SAME
+    return () if even else outline_form(at, ["hole"] * len(at), pose, either_way=False)

@@ -307,7 +307,7 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
         radius = float(s.radius[i])
         more = lengths(fillet_radius=radius)
         above = s.along(i, up)[1] - float(s.origin[i] @ up)
-        if not walls and above > LENGTH_TOLERANCE:  # more than half a turn
+        if not walls and LENGTH_TOLERANCE < above < radius / 2:  # little more than half a turn
             more |= lengths(width=2 * (radius**2 - above**2) ** 0.5, undercut_width=2 * radius)
         found.append(_groove(b, [*floor, *walls], floor, s.axis[i], up, more, kind))
         used |= {*floor, *walls}

@@ -91,7 +91,7 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
     roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
     points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
     depth = top(b, walls, up) - level
-    square = all(_spans(b, _in_plane(b, walls, i), points, run_along(up, s.axis[i])) for i in walls)
+    square = all(_spans(b, _parallel(b, walls, i), points, run_along(up, s.axis[i])) for i in walls)
     run = run_along(up, s.axis[walls[0]]) if square else _edge_along(b, walls, points, up)
     if run is None or depth < LENGTH_TOLERANCE:
         return None
@@ -109,7 +109,7 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
     return Feature("step", "", dimensions, pose, box, sorted(roles.items()), form)
 
 
-def _in_plane(b: Boundary, walls: list[int], wall: int) -> list[int]:
+def _parallel(b: Boundary, walls: list[int], wall: int) -> list[int]:
     """Those of the walls that are parallel to one of them."""
     s = b.surfaces
     return [i for i in walls if abs(s.axis[i] @ s.axis[wall]) > 0.99]
@@ -117,16 +117,15 @@ def _in_plane(b: Boundary, walls: list[int], wall: int) -> list[int]:
 
 def _spans(b: Boundary, walls: list[int], points: Floats, run: Floats) -> bool:
     """Whether walls reach as far along a direction as the points of a floor."""
-    share = np.ptp(np.concatenate([b.surfaces.points(i) for i in walls]) @ run) / max(
-        np.ptp(points @ run), LENGTH_TOLERANCE
-    )
-    return bool(_SPANS < share < 1 / _SPANS)
+    reach = np.ptp(np.concatenate([b.surfaces.points(i) for i in walls]) @ run)
+    share = float(reach / max(np.ptp(points @ run), LENGTH_TOLERANCE))
+    return _SPANS < share < 1 / _SPANS
 
 
 def _edge_along(b: Boundary, walls: list[int], points: Floats, up: Floats) -> Floats | None:
     """Direction of the open edge of a floor which a slanted wall, or two that meet, face from end to end."""
     s = b.surfaces
-    if any(j not in [*b.neighbours(i, "concave"), *_in_plane(b, walls, i)] for i in walls for j in walls):
+    if any(j not in [*b.neighbours(i, "concave"), *_parallel(b, walls, i)] for i in walls for j in walls):
         return None
     x = rectangle(points, up)[0]
     for run in (x, cross(up, x)):
