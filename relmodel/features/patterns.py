@@ -87,7 +87,8 @@ def _at(tree: cKDTree, places: Floats) -> list[int] | None:
 def _among(tree: cKDTree, places: Floats) -> list[int]:
     """Rows of the points that are at some of the places (n, 2)."""
     away, row = tree.query(places)
-    return np.asarray(row)[away < _SAME].tolist()
+    found: list[int] = np.asarray(row)[away < _SAME].tolist()
+    return found
 
 
 def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
