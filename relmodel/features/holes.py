@@ -19,11 +19,11 @@ _REACH = 10.0  # length of a gap, in diameters, that a drill crosses
 _AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
 _WITHIN = 0.9  # of the radius
 _SKEW = ANGLE_TOLERANCE**2  # of a cosine
-_HOLDS_A_PIN = np.pi * 1.05  # a cylinder of more than half a turn; exactly half is the end of a slot
+_HOLDS_A_PIN = np.pi * 1.2  # a cylinder of more of a turn than this; what is open further is cut out of a side
 
 
 def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
-    """Stacks of coaxial concave surfaces of revolution around a cylinder of more than half a turn."""
+    """Stacks of coaxial concave surfaces of revolution around a cylinder that holds a pin."""
     import networkx as nx
 
     bores = _bores(s, graph)
@@ -54,7 +54,7 @@ def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
 
 
 def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
-    """Concave cylinders merged where they are one: same axis and radius, touching extents, more than half a turn.
+    """Concave cylinders merged where they are one: same axis and radius, touching extents, all around a pin.
 
     One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
     """

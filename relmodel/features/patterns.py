@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import Feature, feature_class_key, frame, lengths, union
+from relmodel.features.feature import Feature, feature_class_key, frame, lengths, outline_form, union
 from relmodel.geometry.clusters import clusters
 
 if TYPE_CHECKING:
@@ -18,13 +18,14 @@ _SAME = 1e-2  # mm, rad
 _NEAREST = 8  # neighbours that are tried as the next of a row or circle
 _LEAST = 3
 _SURELY_A_CIRCLE = 5  # four may be corners of a grid
+_FILLED = 2 / 3  # share of the places of a circle that holes take at least
 
 
 def patterns(holes: list[Feature]) -> list[Feature]:
     """Holes of one class with mouths in one plane, evenly spaced on a circle, a line or a rectangular grid.
 
     Each hole counts once: circles of five and more first, then grids of six and more, rows, smaller circles, and last
-    the corners of rectangles; of each the one of most holes first.
+    the corners of rectangles; of each the one of most holes first.  A circle of five and more may have gaps.
     """
     groups: dict[str, list[int]] = {}
     for i, hole in enumerate(holes):
@@ -79,12 +80,19 @@ def _nearest(flat: Floats, tree: cKDTree) -> list[list[int]]:
 
 def _at(tree: cKDTree, places: Floats) -> list[int] | None:
     """Rows of the points at places (n, 2); None where one is empty."""
+    members = _among(tree, places)
+    return members if len(members) == len(places) else None
+
+
+def _among(tree: cKDTree, places: Floats) -> list[int]:
+    """Rows of the points that are at some of the places (n, 2)."""
     away, row = tree.query(places)
-    return np.asarray(row).tolist() if np.all(away < _SAME) else None
+    found: list[int] = np.asarray(row)[away < _SAME].tolist()
+    return found
 
 
 def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
-    """Circles on which some point has two neighbours at equal chords, and every place is taken."""
+    """Circles on which some point has two neighbours at equal chords, and every place is taken, or most of many."""
     found: set[tuple[int, ...]] = set()
     for i, beside in enumerate(_nearest(flat, tree)):
         for n, j in enumerate(beside):
@@ -97,15 +105,15 @@ def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
                 # The angle at the point is that of a regular polygon of `count` corners.
                 turn = np.pi - np.arccos(np.clip(p @ q / (a * c), -1, 1))
                 count = round(2 * np.pi / turn)
-                if count < _LEAST or count > len(flat) or abs(turn * count - 2 * np.pi) > 1e-3 * count:
+                if count < _LEAST or _FILLED * count > len(flat) or abs(turn * count - 2 * np.pi) > 1e-3 * count:
                     continue
                 middle = flat[i] + (p + q) / np.linalg.norm(p + q) * a / (2 * np.sin(np.pi / count))
                 arm = flat[i] - middle
                 t = 2 * np.pi * np.arange(count) / count
                 turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
-                members = _at(tree, middle + turned)
-                if members is not None and len(set(members)) == count:
-                    found.add(tuple(sorted(members)))
+                members = tuple(sorted(set(_among(tree, middle + turned))))
+                if len(members) == count or len(members) >= max(_SURELY_A_CIRCLE, _FILLED * count):
+                    found.add(members)
     return [list(c) for c in sorted(found)]
 
 
@@ -159,11 +167,19 @@ def _run(flat: Floats, tree: cKDTree, start: int, step: Floats) -> int:
     return count
 
 
+def _centre(at: Floats) -> Floats:
+    """Centre of the circle that points (n, 3) of one plane, which holds the origin, lie on."""
+    squares = np.sum(at * at, axis=1)
+    out: Floats = np.linalg.lstsq(2 * (at - at[0]), squares - squares[0], rcond=1e-9)[0]
+    return out
+
+
 def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature:
     z = holes[0].shape_from_feature[:3, 2]
     at = np.array([h.shape_from_feature[:3, 3] for h in holes])
     centre = at.mean(axis=0)
     if kind == "circular_pattern":
+        centre = centre + _centre(at - centre)
         x = at[0] - centre
         measures = lengths(pattern_diameter=2 * float(np.linalg.norm(x)))
     else:
@@ -177,4 +193,14 @@ def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature
     box = union(np.array([h.box for h in holes]))
     surfaces = sorted({i for h in holes for i, _ in h.surfaces})
     dimensions = {"count": (float(len(holes)), "1"), **measures}
-    return Feature(kind, "", dimensions, frame(x, z, centre), box, [(i, "hole") for i in surfaces])
+    pose = frame(x, z, centre)
+    form = _form_with_gaps(at, pose) if kind == "circular_pattern" else ()
+    return Feature(kind, "", dimensions, pose, box, [(i, "hole") for i in surfaces], form)
+
+
+def _form_with_gaps(at: Floats, pose: Floats) -> tuple[float, ...]:
+    """The form of a circle of holes (n, 3) some places of which are empty; of an even one nothing."""
+    local = (at - pose[:3, 3]) @ pose[:3, :2]
+    angle = np.sort(np.arctan2(local[:, 1], local[:, 0]))
+    even = np.ptp(np.diff(angle, append=angle[0] + 2 * np.pi)) < _SAME
+    return () if even else outline_form(at, ["hole"] * len(at), pose, either_way=False)

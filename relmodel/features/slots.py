@@ -62,7 +62,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         if sides or len(hollow) == 1:
             ledges.append(Ledge(floor, sides, set(walls), sorted(hollow)))
     ledges.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c.floor.faces), 3), c.floor.faces))
-    slots: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}
+    slots: dict[tuple[float, ...], list[tuple[int, int, int]]] = {}
     used: set[int] = set()
     for ledge in ledges:
         faces = ledge.floor.faces
@@ -70,11 +70,14 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         for one, two in pairs:
             if {one, two} <= gussets:  # they stand apart in one corner
                 continue
-            floors, members = slots.setdefault(b.plane_key([faces[0], one, two]), ([], []))
-            floors += faces
-            members += [one, two]
+            pieces = slots.setdefault(b.plane_key([faces[0], one, two]), [])
+            pieces += [(i, one, two) for i in faces]
             used |= set(faces) | ledge.around
-    found = [_slot(b, floor_of(b, f), sorted(set(w))) for f, w in slots.values()]
+    found = [
+        _slot(b, floor_of(b, [p[0] for p in own]), sorted({i for p in own for i in p[1:]}))
+        for pieces in slots.values()
+        for own in _cut_in_one_go(b, pieces)
+    ]
     rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
     rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
     notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
@@ -84,10 +87,17 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
 
 
 def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
-    """Whether a floor is the top of a rib: it falls on either side into one of its sides."""
+    """Whether a floor is the top of a rib between two walls: it falls on either side into one of its sides.
+
+    Where the walls are of the rib too, it is cut into the rib.
+    """
     s = b.surfaces
     sides = sorted({j for i in floor.faces for j in b.neighbours(i, "convex") if j in thin})
-    return any(s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE for one, two in combinations(sides, 2))
+    walls = [set(b.neighbours(j, "convex")) for i in floor.faces for j in b.neighbours(i, "concave")]
+    return any(
+        s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE and not any({one, two} <= around for around in walls)
+        for one, two in combinations(sides, 2)
+    )
 
 
 def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
@@ -135,6 +145,23 @@ def _not_boxed_in(b: Boundary, pairs: list[tuple[int, int]]) -> list[tuple[int, 
         if all(sum(len(met[i] & set(other)) for i in pair) < _CORNERS for other in kept):
             kept.append(pair)
     return sorted(kept)
+
+
+def _cut_in_one_go(b: Boundary, pieces: list[tuple[int, int, int]]) -> list[list[tuple[int, int, int]]]:
+    """Pieces (floor, wall, wall) of one section in line, parted where material lies between them."""
+    s, (floor, wall, _) = b.surfaces, pieces[0]
+    run = run_along(s.axis[floor], s.axis[wall])
+    pieces = sorted(pieces, key=lambda p: (s.along(p[0], run), p))
+    parts, reach = [pieces[:1]], s.along(pieces[0][0], run)[1]
+    for piece in pieces[1:]:
+        low, high = s.along(piece[0], run)
+        beside = np.array([s.points(i).mean(axis=0) for i in piece[1:]])
+        lines, ends = (beside + beside.mean(axis=0)) / 2, (reach - LENGTH_TOLERANCE, low + LENGTH_TOLERANCE)
+        if low > reach and not s.is_free(lines, run, *ends):
+            parts.append([])
+        parts[-1].append(piece)
+        reach = max(reach, high)
+    return parts
 
 
 def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
@@ -277,7 +304,11 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
         else:
             continue
         floor, kind = [i, *(smooth - set(walls))], "slot" if len(smooth) == 2 and not walls else "open_slot"
-        more = lengths(fillet_radius=float(s.radius[i]))
+        radius = float(s.radius[i])
+        more = lengths(fillet_radius=radius)
+        above = s.along(i, up)[1] - float(s.origin[i] @ up)
+        if not walls and LENGTH_TOLERANCE < above < radius / 2:  # little more than half a turn
+            more |= lengths(width=2 * (radius**2 - above**2) ** 0.5, undercut_width=2 * radius)
         found.append(_groove(b, [*floor, *walls], floor, s.axis[i], up, more, kind))
         used |= {*floor, *walls}
     return found

@@ -17,6 +17,7 @@ from relmodel.features.feature import (
     rectangle,
 )
 from relmodel.features.graph import Boundary
+from relmodel.features.openings import walls_form
 from relmodel.features.pockets import Floor, fillet_radius, prism_box, top, walls_of
 
 _OVER = np.sin(np.radians(10))  # a wall may lean over its floor by so much
@@ -89,27 +90,49 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
     s, up, level = b.surfaces, floor.up, floor.level
     roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
     points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
-    for wall in walls:
-        run = run_along(up, s.axis[wall])
-        places = np.concatenate([s.points(i) for i in walls if abs(s.axis[i] @ s.axis[wall]) > 0.99]) @ run
-        shares = np.ptp(places) / max(np.ptp(points @ run), LENGTH_TOLERANCE)
-        if not _SPANS < shares < 1 / _SPANS:
-            return None
-    run = run_along(up, s.axis[walls[0]])
+    depth = top(b, walls, up) - level
+    square = all(_spans(b, _parallel(b, walls, i), points, run_along(up, s.axis[i])) for i in walls)
+    run = run_along(up, s.axis[walls[0]]) if square else _edge_along(b, walls, points, up)
+    if run is None or depth < LENGTH_TOLERANCE:
+        return None
     across = cross(up, run)
     length, width = float(np.ptp(points @ run)), float(np.ptp(points @ across))
     if len(walls) > 1 and width > length:
         run, length, width = across, width, length
-    depth = top(b, walls, up) - level
-    if depth < LENGTH_TOLERANCE:
-        return None
     across = cross(up, run)
     centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
     x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
     pose = frame(x, up, centre)
     box = prism_box(b, sorted(roles), pose, length, width, depth)
     dimensions = lengths(length=length, width=width, depth=depth) | fillet_radius(b, roles)
-    return Feature("step", "", dimensions, pose, box, sorted(roles.items()))
+    form = () if square else walls_form(b, walls, pose, either_way=False)
+    return Feature("step", "", dimensions, pose, box, sorted(roles.items()), form)
+
+
+def _parallel(b: Boundary, walls: list[int], wall: int) -> list[int]:
+    """Those of the walls that are parallel to one of them."""
+    s = b.surfaces
+    return [i for i in walls if abs(s.axis[i] @ s.axis[wall]) > 0.99]
+
+
+def _spans(b: Boundary, walls: list[int], points: Floats, run: Floats) -> bool:
+    """Whether walls reach as far along a direction as the points of a floor."""
+    reach = np.ptp(np.concatenate([b.surfaces.points(i) for i in walls]) @ run)
+    share = float(reach / max(np.ptp(points @ run), LENGTH_TOLERANCE))
+    return _SPANS < share < 1 / _SPANS
+
+
+def _edge_along(b: Boundary, walls: list[int], points: Floats, up: Floats) -> Floats | None:
+    """Direction of the open edge of a floor which a slanted wall, or two that meet, face from end to end."""
+    s = b.surfaces
+    if any(j not in [*b.neighbours(i, "concave"), *_parallel(b, walls, i)] for i in walls for j in walls):
+        return None
+    x = rectangle(points, up)[0]
+    for run in (x, cross(up, x)):
+        facing = s.axis[walls] @ cross(up, run)
+        if (facing.min() > _OVER or facing.max() < -_OVER) and _spans(b, walls, points, run):
+            return run
+    return None
 
 
 def _round_step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
