@@ -85,7 +85,7 @@ class Loaded:
         relation = duckdb.read_parquet(str(path))
         for column, value in equal.items():
             relation = relation.filter(duckdb.ColumnExpression(column) == duckdb.ConstantExpression(value))
-        return {key: np.ma.filled(column, _none(column)) for key, column in relation.fetchnumpy().items()}
+        return {key: _without_nulls(column) for key, column in relation.fetchnumpy().items()}
 
     @cached_property
     def placed(self) -> list[tuple[str, int, npt.NDArray[np.float64]]]:
@@ -158,8 +158,10 @@ class Loaded:
         return out
 
 
-def _none(column: npt.NDArray[Any]) -> Any:
-    return np.nan if column.dtype.kind == "f" else -1 if column.dtype.kind in "iu" else None
+def _without_nulls(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The values of a column, with NaN, -1 or None for null."""
+    none: Any = np.nan if column.dtype.kind == "f" else -1 if column.dtype.kind in "iu" else None
+    return np.where(np.ma.getmaskarray(column), none, np.ma.getdata(column))
 
 
 def _matrix(table: Columns, row: int) -> Any:

@@ -76,7 +76,7 @@ BAD_RIGS = [
     ("cameras.left.matrix", None, "'cameras.left.matrix' is missing"),
     ("cameras.left.matrix.0.0", float("nan"), "not finite"),
     ("cameras.right.rig_from_camera.2.3", float("inf"), "not finite"),
-    ("cameras.right.rig_from_camera", np.eye(4).tolist(), "stand in one place"),
+    ("cameras.right.rig_from_camera", np.eye(4).tolist(), "at one place"),
     ("cameras.left.matrix.0.0", 1e-9, "no lens"),
     ("cameras.left.matrix.0.0", 1e300, "no lens"),
     ("cameras.left.matrix.0.2", 1e9, "no lens"),

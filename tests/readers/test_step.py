@@ -197,7 +197,7 @@ def test_measures_are_those_of_the_kernel(data_dir: Path) -> None:
                 BRepGProp.SurfaceProperties_s(face, props, 1e-9, False)
                 # Of free-form faces the kernel itself is not always nearer: see face_measures.py.
                 free = shape.surfaces["kind"][i] in ("spline", "extrusion")
-                assert shape.surfaces["area"][i] == pytest.approx(props.Mass(), rel=2e-5 if free else 1e-6)
+                assert shape.surfaces["area"][i] == pytest.approx(props.Mass(), rel=5e-5 if free else 1e-6)
                 centroid = [shape.surfaces[f"centroid_{a}"][i] for a in "xyz"]
                 assert centroid == pytest.approx(props.CentreOfMass().Coord(), abs=1e-3 if free else 1e-4)
                 BRepBndLib.AddOptimal_s(face, bound, False, False)

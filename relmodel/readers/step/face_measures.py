@@ -21,8 +21,8 @@ from OCP.TopoDS import TopoDS
 from relmodel.arrays import Floats
 from relmodel.model.model import Mesh
 
-# Relative errors that the kernel's integrals are asked for.  What it reaches is less: 1e-7 on rational b-splines.
-_ANALYTIC, _POLYNOMIAL, _RATIONAL = 1e-5, 1e-6, 1e-9
+# Relative errors that the kernel's integrals are asked for.  What it reaches on b-splines is less: some 1e-5 at worst.
+_ANALYTIC, _SPLINE = 1e-5, 1e-9
 # For 0.001 it integrates once between knots, which does where they are many; for less it halves, and takes long there.
 _ONCE, _MANY_KNOTS = 1e-3, 16
 _TIGHT_MM = 1e-6
@@ -61,9 +61,9 @@ def _accuracy(face: Any, swept: bool) -> float:
     surface = BRep_Tool.Surface_s(face)
     if not isinstance(surface, Geom_BSplineSurface):
         return _ANALYTIC
-    if surface.IsURational() or surface.IsVRational():
-        return _RATIONAL
-    return _ONCE if swept and max(surface.NbUKnots(), surface.NbVKnots()) > _MANY_KNOTS else _POLYNOMIAL
+    many = max(surface.NbUKnots(), surface.NbVKnots()) > _MANY_KNOTS
+    polynomial = not (surface.IsURational() or surface.IsVRational())
+    return _ONCE if swept and many and polynomial else _SPLINE
 
 
 def widen_boxes(boxes: Floats, faces: list[Any], kinds: list[str], mesh: Mesh) -> None:
