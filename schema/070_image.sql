@@ -104,7 +104,7 @@ COMMENT ON TABLE image_arc IS 'Arcs of an image: fitted to linked edge elements.
 COMMENT ON COLUMN image_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc.image_arc_no IS 'ordinal in the extraction, from 0';
 COMMENT ON COLUMN image_arc.kind IS 'line, circular, elliptic or free';
-COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine; ridges and ravines are crests of grey, such as fillets show, and have no bright side';
+COMMENT ON COLUMN image_arc.topography IS 'edge, ridge or ravine; ridges and ravines are lines of greatest and least grey, such as fillets show, and have no bright side';
 COMMENT ON COLUMN image_arc.start_x IS 'x of the first end, px; that of the junction where it takes part in one';
 COMMENT ON COLUMN image_arc.start_y IS 'y of the first end, px';
 COMMENT ON COLUMN image_arc.end_x IS 'x of the last end, px; that of the junction where it takes part in one';
@@ -125,17 +125,17 @@ COMMENT ON COLUMN image_arc.significance IS 'minus the decimal logarithm of its 
 COMMENT ON COLUMN image_arc.element_count IS 'number of edge elements';
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_arc_mark (
+CREATE TABLE image_arc_quality (
     extraction_id BIGINT NOT NULL,
     image_arc_no INTEGER NOT NULL,
     name TEXT NOT NULL,
     value REAL NOT NULL
 );
-COMMENT ON TABLE image_arc_mark IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
-COMMENT ON COLUMN image_arc_mark.extraction_id IS 'the extraction';
-COMMENT ON COLUMN image_arc_mark.image_arc_no IS 'the arc';
-COMMENT ON COLUMN image_arc_mark.name IS 'texture, highlight, bridged, unmatched_in_stereo';
-COMMENT ON COLUMN image_arc_mark.value IS 'strength of the mark, 0 to 1';
+COMMENT ON TABLE image_arc_quality IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
+COMMENT ON COLUMN image_arc_quality.extraction_id IS 'the extraction';
+COMMENT ON COLUMN image_arc_quality.image_arc_no IS 'the arc';
+COMMENT ON COLUMN image_arc_quality.name IS 'texture, highlight, bridged, unmatched_in_stereo';
+COMMENT ON COLUMN image_arc_quality.value IS 'how strongly, 0 to 1';
 
 -- Without keys, as the edge elements.
 CREATE TABLE image_arc_point (
@@ -194,13 +194,13 @@ CREATE TABLE image_junction_arc (
     junction_no INTEGER NOT NULL,
     image_arc_no INTEGER NOT NULL,
     meets_with TEXT NOT NULL,
-    CHECK (meets_with IN ('start', 'end', 'course'))
+    CHECK (meets_with IN ('start', 'end', 'interior'))
 );
 COMMENT ON TABLE image_junction_arc IS 'The arcs that meet in a junction.';
 COMMENT ON COLUMN image_junction_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_junction_arc.junction_no IS 'the junction';
 COMMENT ON COLUMN image_junction_arc.image_arc_no IS 'the arc';
-COMMENT ON COLUMN image_junction_arc.meets_with IS 'what of the arc lies there: start, end or course';
+COMMENT ON COLUMN image_junction_arc.meets_with IS 'what of the arc lies there: start, end or its interior';
 
 -- Without keys, as the edge elements.
 CREATE TABLE image_region (
@@ -290,7 +290,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('extraction', 'image', 'primary'),
     ('edge_element', 'image', 'primary'),
     ('image_arc', 'image', 'primary'),
-    ('image_arc_mark', 'image', 'primary'),
+    ('image_arc_quality', 'image', 'primary'),
     ('image_arc_point', 'image', 'primary'),
     ('image_arc_covariance', 'image', 'primary'),
     ('image_junction', 'image', 'primary'),

@@ -53,8 +53,8 @@ def run(program: Path, *arguments: str, folder: Path) -> str:
 def test_wheel_carries_data_and_two_packages_only(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.partition("/")[0] for name in names if ".dist-info" not in name} == {"relmodel", "vision"}
-    for folder in ("schema", "queries", "migrations"):
-        here = {path.relative_to(CHECKOUT).as_posix() for path in (CHECKOUT / folder).rglob("*.sql")}
+    for folder, suffix in (("schema", "sql"), ("queries", "sql"), ("migrations", "py")):
+        here = {path.relative_to(CHECKOUT).as_posix() for path in (CHECKOUT / folder).rglob(f"*.{suffix}")}
         assert here
         assert {f"relmodel/data/{name}" for name in here} <= set(names)
     assert "relmodel/data/migrations/env.py" in names

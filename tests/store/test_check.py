@@ -180,7 +180,7 @@ ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", 
 FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
     "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
-    "image_arc_mark": add("image_arc_mark", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
+    "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
     "image_arc_point": add("image_arc_point", extraction_id=7, image_arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
     "image_junction": add(
         "image_junction", extraction_id=7, junction_no=0, kind="L", x=1.0, y=1.0, xx=1.0, xy=0.0, yy=1.0

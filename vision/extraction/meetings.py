@@ -13,7 +13,7 @@ from vision.extraction.arcs import Arcs
 from vision.extraction.osculating_circles import OsculatingCircles
 from vision.extraction.parameters import JunctionParameters
 
-AT = ("start", "end", "course")
+AT = ("start", "end", "interior")
 START, END, INTERIOR = range(3)
 
 

@@ -104,7 +104,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "image_arc_no": arc_no,
         },
         "image_arc": _arcs(extraction, with_ridges),
-        "image_arc_mark": _quality(extraction),
+        "image_arc_quality": _quality(extraction),
         "image_arc_point": _points(extraction, with_ridges),
         "image_arc_covariance": _covariances(with_ridges),
         "image_junction": {
