@@ -11,6 +11,7 @@ them somewhat longer; and the third where those of the child go that runs the ke
 from __future__ import annotations
 
 import cProfile
+import gzip
 import json
 import os
 import pstats
@@ -27,7 +28,7 @@ import numpy as np
 from tabulate import tabulate
 
 PARENT = (
-    ("writing the model", "model.py", "store_model"),
+    ("writing the model", "write/write.py", "write"),
     ("features", "features/__init__.py", "recognise"),
     ("relations of surfaces", "relations.py", "surface_relations"),
     ("relations of arcs", "relations.py", "arc_relations"),
@@ -37,7 +38,7 @@ PARENT = (
     ("imports", "<frozen importlib._bootstrap>", "_find_and_load"),
 )
 CHILD = (
-    ("reading", "STEPCAFControl", "ReadFile"),
+    ("reading", "STEPCAFControl", "ReadStream"),
     ("transfer", "STEPCAFControl", "Transfer"),
     ("labels", "document.py", "root"),
     ("triangles", "triangulation.py", "_triangulate"),
@@ -163,7 +164,10 @@ def kernel(file: Path) -> int:
 
     document = TDocStd_Document(TCollection_ExtendedString("plain"))
     reader = STEPCAFControl_Reader()
-    reader.ReadFile(str(file))
+    with tempfile.NamedTemporaryFile(suffix=".step") as plain:
+        plain.write(gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes())
+        plain.flush()
+        reader.ReadFile(plain.name)
     reader.Transfer(document)
     labels = Sequence_TDF_Label()
     XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetShapes(labels)
