@@ -1,4 +1,4 @@
-"""Loops of the faces of a shape of the CAD kernel; runs in the child process of `kernel.py` alone."""
+"""Loops of the faces of a shape of the CAD kernel; runs in the child process of the reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Areas, centroids and boxes of faces and volumes of solids by the CAD kernel; runs in the child of `kernel.py` alone.
+"""Areas, centroids and boxes of faces and volumes of solids by the CAD kernel; runs in the child process of the reader.
 
 The kernel's adaptive integrals are wrong by up to some percent on swept surfaces, whose knots they do not heed, and
 right once these are b-splines.

@@ -1,4 +1,4 @@
-"""Curves and surfaces of the CAD kernel as rows; runs in the child process of `kernel.py` alone."""
+"""Curves and surfaces of the CAD kernel as rows; runs in the child process of the reader."""
 
 from __future__ import annotations
 

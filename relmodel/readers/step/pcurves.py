@@ -1,4 +1,4 @@
-"""Pcurves of the CAD kernel as rows; runs in the child process of `kernel.py` alone."""
+"""Pcurves of the CAD kernel as rows; runs in the child process of the reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The analytic form of splines and swept surfaces, where they have one; runs in the child process of `kernel.py` alone.
+"""The analytic form of splines and swept surfaces, where they have one; runs in the child process of the reader.
 
 The kernel's recognition throws on some curves and surfaces: these are not recognised, which is no error.
 """

@@ -1,6 +1,6 @@
 """Shapes of the CAD kernel as columns: what only the kernel knows; the rest follows in `model/measures.py`.
 
-Runs in the child process of `kernel.py` alone.
+Runs in the child process of the reader.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Splines of the CAD kernel as columns; runs in the child process of `kernel.py` alone."""
+"""Splines of the CAD kernel as columns; runs in the child process of the reader."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What a product has beside its bodies: loose faces, and loose edges, such as construction lines and annotations.
 
-Runs in the child process of `kernel.py` alone.
+Runs in the child process of the reader.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Tessellated faces of the CAD kernel (AP242): triangles without a surface, which take the path of a mesh.
 
-Runs in the child process of `kernel.py` alone.
+Runs in the child process of the reader.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Triangles of a shape by the CAD kernel's mesher; runs in the child process of `kernel.py` alone."""
+"""Triangles of a shape by the CAD kernel's mesher; runs in the child process of the reader."""
 
 from __future__ import annotations
 
