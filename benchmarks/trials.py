@@ -1,0 +1,198 @@
+"""Trials of localisation with known truth: right ones and wrong ones, from every set of pictures at hand.
+
+A trial is a world, a rig, one or two pictures and a prior; its truth is the rig's pose, or none where the pictures do
+not show what the model says.  The sets are the demonstration's pairs, the test data (RELMODEL_TEST_DATA) and what
+`python -m examples.render.trials` wrote.  Wrong trials are made from right ones: pictures of something else, mirrored,
+blank, blurred, swapped, of another part, a prior elsewhere.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+
+from relmodel.arrays import Bytes, Floats
+from relmodel.geometry.transforms import apply, inverse
+from relmodel.loading.load import load
+from relmodel.resources import resource_dir
+from relmodel.store import Store
+from relmodel.world.placement import place_world
+from vision.cameras.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.files import read_prior, read_rig
+from vision.cameras.images import read_picture
+from vision.inspection.demonstration import read_truth
+from vision.localisation.scene import Scene
+from vision.localisation.stored_scene import read_scene
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What localisation is given, and the truth.
+
+    group: the set that the pictures are from; kind: 'as_is', or how it was made wrong or drawn; model: name of the
+    scene; world_from_rig: the truth, None where no pose is right; target (3,): the point in the world that errors are
+    measured at.
+    """
+
+    name: str
+    group: str
+    kind: str
+    model: str
+    rig: Rig
+    pictures: dict[str, Bytes]
+    prior: Prior
+    world_from_rig: Floats | None
+    target: Floats
+
+
+def draw_prior(truth: Floats, mm: float, degrees: float, seed: tuple[int, ...]) -> Prior:
+    """A prior of that sigma per axis whose error is a draw from it."""
+    turn = np.radians(degrees)
+    error = np.random.default_rng(seed).normal(size=6) * np.repeat([mm, turn], 3)
+    return Prior(perturb(truth, error), mm, float(turn))
+
+
+class Models:
+    """Scenes by name, each loaded once into a store of the folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.sources: dict[str, tuple[Path, Floats, str | None]] = {}
+        self._scenes: dict[str, Scene] = {}
+
+    def add(self, name: str, file: Path, world_from_object: Floats, unit: str | None = None) -> str:
+        self.sources[name] = (file, world_from_object, unit)
+        return name
+
+    def scene(self, name: str) -> Scene:
+        if name not in self._scenes:
+            file, placed, unit = self.sources[name]
+            path = self.folder / f"{name}.duckdb"
+            with Store.open(path) if path.exists() else Store.create(path) as store:
+                with store.read() as connection:
+                    worlds = store.columns(connection, "current_worlds")
+                if not len(worlds["id"]):
+                    load(store, file, name="object", unit=unit)
+                    world = {"world": "cell", "objects": [{"object": "object", "world_from_object": placed.tolist()}]}
+                    (self.folder / f"{name}.yaml").write_text(yaml.safe_dump(world))
+                    place_world(store, self.folder / f"{name}.yaml")
+                with store.read() as connection:
+                    world_id = int(store.columns(connection, "current_worlds")["id"][0])
+                    self._scenes[name] = read_scene(store, connection, world_id).scene
+        return self._scenes[name]
+
+
+def demonstration(models: Models) -> Iterator[Trial]:
+    """The demonstration's pairs with the priors beside them, and with drawn ones."""
+    demo = resource_dir("demo")
+    for file in sorted(demo.glob("pair_*_truth.json")):
+        stem, truth = file.name.removesuffix("_truth.json"), read_truth(file)
+        placed = np.array(json.loads(file.read_text())["world_from_object"], float)
+        model = models.add(f"demo_{truth.variant}", demo / f"bulkhead_{truth.variant}.step.gz", placed)
+        pictures = {side: read_picture(demo / f"{stem}_{side}.png").grey for side in ("left", "right")}
+        rig = read_rig(demo / f"{stem}_rig.yaml").only("left", "right")
+        prior = read_prior(demo / f"{stem}_prior.yaml")
+        yield Trial(f"demo {stem}", "demo", "as_is", model, rig, pictures, prior, truth.world_from_rig, truth.target)
+
+
+def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...]) -> Iterator[Trial]:
+    """The rendered pairs of the test data with their stored priors (small, large, half_pitch, one_pitch)."""
+    for part in "ABC":
+        folder = data / "bulkhead" / part
+        for file in sorted((folder / "pairs").glob("pair_*_truth.json")):
+            t = json.loads(file.read_text())
+            placed = np.array(t["T_world_part"], float)
+            model = models.add(f"shared_{part}", folder / "bulkhead_parts.step", placed)
+            cameras, poses, pictures = {}, {}, {}
+            for side in ("left", "right"):
+                camera = t["cameras"][side]
+                cameras[side] = Camera(*t["image_size"], np.array(camera["K"], float))
+                poses[side] = np.eye(4) if side == "left" else np.array(t["T_left_right"], float)
+                pictures[side] = read_picture(folder / "pairs" / camera["image"]).grey
+            truth = np.array(t["cameras"]["left"]["T_world_cam"], float)
+            target = apply(placed, np.array([[t["view"]["target_x"], t["view"]["target_y"], 0.0]]))[0]
+            for name in priors:
+                if (p := t["priors"].get(name)) is None:
+                    continue
+                mm, degrees = max(p["mm"] / np.sqrt(3), 1.0), max(p["deg"] / np.sqrt(3), 0.5)
+                prior = Prior(np.array(p["T_world_cam_left"], float), mm, float(np.radians(degrees)))
+                yield Trial(
+                    f"{part}{t['pair']} {name}", f"shared_{part}", "as_is", model, Rig(cameras, poses), pictures,
+                    prior, truth, target,
+                )  # fmt: skip
+
+
+def single_pictures(data: Path, name: str, models: Models) -> Iterator[Trial]:
+    """The frames of photo_cube and render_box from drawn priors of 10 mm and 3 degrees."""
+    described = json.loads((data / name / "frames.json").read_text())
+    model = models.add(name, data / name / "model.obj", np.eye(4), described.get("unit", "mm"))
+    for number, frame in enumerate(described["frames"]):
+        picture = read_picture(data / name / frame["image"])
+        truth = inverse(np.array(frame["camera_from_object"], float))
+        camera = Camera(picture.width, picture.height, np.array(frame["K"], float))
+        prior = draw_prior(truth, 10 / np.sqrt(3), 3 / np.sqrt(3), (1, number))
+        target = apply(truth, np.array([[0.0, 0.0, float(np.linalg.norm(truth[:3, 3]))]]))[0]
+        yield Trial(
+            f"{name} {frame['image']}", name, "as_is", model, Rig({"left": camera}, {"left": np.eye(4)}),
+            {"left": picture.grey}, prior, truth, target,
+        )  # fmt: skip
+
+
+def alone(trial: Trial, side: str = "left") -> Trial:
+    """The same with one camera."""
+    rig = Rig({"left": trial.rig.cameras[side]}, {"left": trial.rig.rig_from_camera[side]})
+    return replace(trial, name=f"{trial.name} alone", kind="alone", rig=rig, pictures={"left": trial.pictures[side]})
+
+
+def _mirrored(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+    return {n: np.ascontiguousarray(p[:, ::-1]) for n, p in pictures.items()}
+
+
+def _turned(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+    return {n: np.ascontiguousarray(p[::-1, ::-1]) for n, p in pictures.items()}
+
+
+def _blurred(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+    return {n: np.asarray(cv2.GaussianBlur(p, (0, 0), 12.0)) for n, p in pictures.items()}
+
+
+def _blank(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+    rng = np.random.default_rng(7)
+    return {n: np.clip(rng.normal(110, 6, p.shape), 0, 255).astype(np.uint8) for n, p in pictures.items()}
+
+
+def _swapped(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+    left, right = pictures
+    return {left: pictures[right], right: pictures[left]}
+
+
+ALTERATIONS: dict[str, Callable[[dict[str, Bytes]], dict[str, Bytes]]] = {
+    "mirrored": _mirrored,
+    "turned": _turned,
+    "blurred": _blurred,
+    "blank": _blank,
+    "swapped": _swapped,
+}
+
+
+def alter(trial: Trial, kind: str) -> Trial:
+    """The trial with its pictures made wrong."""
+    pictures = ALTERATIONS[kind](trial.pictures)
+    return replace(trial, name=f"{trial.name} {kind}", kind=kind, pictures=pictures, world_from_rig=None)
+
+
+def show(trial: Trial, other: Trial) -> Trial:
+    """The trial with the pictures of another, cut or padded to size: foreign pictures, or another place of the part."""
+    pictures = {}
+    for (name, mine), theirs in zip(trial.pictures.items(), other.pictures.values(), strict=False):
+        rows, columns = mine.shape
+        pictures[name] = np.asarray(cv2.resize(theirs, (columns, rows), interpolation=cv2.INTER_AREA))
+    if len(pictures) < len(trial.pictures):
+        pictures = {name: next(iter(pictures.values())) for name in trial.pictures}
+    return replace(trial, name=f"{trial.name} <- {other.name}", kind="foreign", pictures=pictures, world_from_rig=None)
