@@ -8,6 +8,7 @@ blank, blurred, swapped, of another part, a prior elsewhere.
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -45,7 +46,7 @@ class Trial:
     kind: str
     model: str
     rig: Rig
-    pictures: dict[str, Bytes]
+    pictures: dict[str, Bytes | Floats]
     prior: Prior
     world_from_rig: Floats | None
     target: Floats
@@ -55,7 +56,7 @@ def draw_prior(truth: Floats, mm: float, degrees: float, seed: tuple[int, ...]) 
     """A prior of that sigma per axis whose error is a draw from it."""
     turn = np.radians(degrees)
     error = np.random.default_rng(seed).normal(size=6) * np.repeat([mm, turn], 3)
-    return Prior(perturb(truth, error), mm, float(turn))
+    return Prior.isotropic(perturb(truth, error), mm, float(turn))
 
 
 class Models:
@@ -112,7 +113,7 @@ def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...]) -> Ite
             cameras, poses, pictures = {}, {}, {}
             for side in ("left", "right"):
                 camera = t["cameras"][side]
-                cameras[side] = Camera(*t["image_size"], np.array(camera["K"], float))
+                cameras[side] = Camera(t["image_size"][0], t["image_size"][1], np.array(camera["K"], float))
                 poses[side] = np.eye(4) if side == "left" else np.array(t["T_left_right"], float)
                 pictures[side] = read_picture(folder / "pairs" / camera["image"]).grey
             truth = np.array(t["cameras"]["left"]["T_world_cam"], float)
@@ -121,7 +122,7 @@ def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...]) -> Ite
                 if (p := t["priors"].get(name)) is None:
                     continue
                 mm, degrees = max(p["mm"] / np.sqrt(3), 1.0), max(p["deg"] / np.sqrt(3), 0.5)
-                prior = Prior(np.array(p["T_world_cam_left"], float), mm, float(np.radians(degrees)))
+                prior = Prior.isotropic(np.array(p["T_world_cam_left"], float), mm, float(np.radians(degrees)))
                 yield Trial(
                     f"{part}{t['pair']} {name}", f"shared_{part}", "as_is", model, Rig(cameras, poses), pictures,
                     prior, truth, target,
@@ -150,29 +151,29 @@ def alone(trial: Trial, side: str = "left") -> Trial:
     return replace(trial, name=f"{trial.name} alone", kind="alone", rig=rig, pictures={"left": trial.pictures[side]})
 
 
-def _mirrored(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+def _mirrored(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
     return {n: np.ascontiguousarray(p[:, ::-1]) for n, p in pictures.items()}
 
 
-def _turned(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+def _turned(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
     return {n: np.ascontiguousarray(p[::-1, ::-1]) for n, p in pictures.items()}
 
 
-def _blurred(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+def _blurred(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
     return {n: np.asarray(cv2.GaussianBlur(p, (0, 0), 12.0)) for n, p in pictures.items()}
 
 
-def _blank(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+def _blank(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
     rng = np.random.default_rng(7)
     return {n: np.clip(rng.normal(110, 6, p.shape), 0, 255).astype(np.uint8) for n, p in pictures.items()}
 
 
-def _swapped(pictures: dict[str, Bytes]) -> dict[str, Bytes]:
+def _swapped(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
     left, right = pictures
     return {left: pictures[right], right: pictures[left]}
 
 
-ALTERATIONS: dict[str, Callable[[dict[str, Bytes]], dict[str, Bytes]]] = {
+ALTERATIONS: dict[str, Callable[[dict[str, Bytes | Floats]], dict[str, Bytes | Floats]]] = {
     "mirrored": _mirrored,
     "turned": _turned,
     "blurred": _blurred,
@@ -196,3 +197,50 @@ def show(trial: Trial, other: Trial) -> Trial:
     if len(pictures) < len(trial.pictures):
         pictures = {name: next(iter(pictures.values())) for name in trial.pictures}
     return replace(trial, name=f"{trial.name} <- {other.name}", kind="foreign", pictures=pictures, world_from_rig=None)
+
+
+def rendered(folder: Path, models: Models) -> Iterator[Trial]:
+    """What `python -m examples.render.trials FOLDER` wrote, kind by kind."""
+    for file in sorted(folder.glob("*/*_truth.json")):
+        t = json.loads(file.read_text())
+        stem = file.name.removesuffix("_truth.json")
+        placed = np.array(t["world_from_object"], float)
+        source = file.with_name(t["model"])
+        if not source.exists():
+            source = (
+                next(
+                    path
+                    for path in (resource_dir("demo"), Path("examples/bulkhead/variants"))
+                    if (path / t["model"]).exists()
+                )
+                / t["model"]
+            )
+        # A model is loaded once for each place that it stands at.
+        key = f"{source.name.split('.')[0]}_{hash_of(placed)}"
+        model = models.add(key, source, placed)
+        rig = read_rig(file.with_name(f"{stem}_rig.yaml")).only(*t["cameras"])
+        pictures = {side: read_picture(file.with_name(c["image"])).grey for side, c in t["cameras"].items()}
+        target = apply(placed, np.array([t["target_in_object"]], float))[0]
+        yield Trial(
+            stem, t["kind"], "as_is", model, rig, pictures, read_prior(file.with_name(f"{stem}_prior.yaml")),
+            np.array(t["world_from_rig"], float), target,
+        )  # fmt: skip
+
+
+def hash_of(values: Floats) -> str:
+    """Eight digits that name an array's content."""
+    return hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()[:8]
+
+
+def miscalibrate(trial: Trial, kind: str) -> Trial:
+    """The trial with one camera's calibration off: its focal length by half a percent, or the baseline by 1 mm."""
+    side = list(trial.rig.cameras)[-1]
+    cameras, poses = dict(trial.rig.cameras), dict(trial.rig.rig_from_camera)
+    if kind == "focal":
+        matrix = cameras[side].matrix.copy()
+        matrix[[0, 1], [0, 1]] *= 1.005
+        cameras[side] = replace(cameras[side], matrix=matrix)
+    else:
+        poses[side] = poses[side].copy()
+        poses[side][:3, 3] *= 1 + 1.0 / np.linalg.norm(poses[side][:3, 3])
+    return replace(trial, name=f"{trial.name} {kind}", kind=kind, rig=Rig(cameras, poses))

@@ -2,7 +2,7 @@
 -- takes: world_id
 -- gives: one row a placed part, in order of its identity
 SELECT
-    o.id, o.path, o.shape_id, w.role,
+    o.id, o.path, o.shape_id, w.role, w.tolerance_mm,
     o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23
 FROM occurrence AS o
 JOIN world_object AS w ON w.world_id = o.world_id AND w.object_no = o.object_no

@@ -71,6 +71,7 @@ CREATE TABLE world_object (
     name TEXT NOT NULL,
     object_variant_id BIGINT NOT NULL REFERENCES object_variant (id),
     role TEXT NOT NULL,
+    tolerance_mm DOUBLE PRECISION NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -89,7 +90,8 @@ CREATE TABLE world_object (
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
     PRIMARY KEY (world_id, object_no),
     UNIQUE (world_id, name),
-    CHECK (role IN ('inspected', 'fixture', 'robot', 'tool'))
+    CHECK (role IN ('inspected', 'fixture', 'robot', 'tool')),
+    CHECK (tolerance_mm >= 0)
 );
 COMMENT ON TABLE world_object IS 'Objects placed in a world.';
 COMMENT ON COLUMN world_object.world_id IS 'the world';
@@ -97,6 +99,7 @@ COMMENT ON COLUMN world_object.object_no IS 'ordinal in the world';
 COMMENT ON COLUMN world_object.name IS 'name of the instance';
 COMMENT ON COLUMN world_object.object_variant_id IS 'the object, pinned to its variant and revision';
 COMMENT ON COLUMN world_object.role IS 'inspected (the reference of localisation), or fixture, robot, tool: these occlude but are no reference';
+COMMENT ON COLUMN world_object.tolerance_mm IS 'standard deviation of where the object''s edges are, across them, from where the model has them, mm';
 COMMENT ON COLUMN world_object.m00 IS 'world_from_object: row 0, column 0 of the rotation';
 COMMENT ON COLUMN world_object.m01 IS 'world_from_object: row 0, column 1 of the rotation';
 COMMENT ON COLUMN world_object.m02 IS 'world_from_object: row 0, column 2 of the rotation';

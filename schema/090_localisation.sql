@@ -16,15 +16,16 @@ CREATE TABLE inspection (
     m21 DOUBLE PRECISION NOT NULL,
     m22 DOUBLE PRECISION NOT NULL,
     m23 DOUBLE PRECISION NOT NULL,
-    sigma_translation_mm DOUBLE PRECISION NOT NULL,
-    sigma_rotation DOUBLE PRECISION NOT NULL,
+    prior_covariance DOUBLE PRECISION[] NOT NULL,
+    needs_translation_mm DOUBLE PRECISION NOT NULL,
+    needs_rotation DOUBLE PRECISION NOT NULL,
     selected_parts INTEGER NOT NULL,
     superfluous_parts INTEGER NOT NULL,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    CHECK (sigma_translation_mm > 0 AND sigma_rotation > 0)
+    CHECK (needs_translation_mm > 0 AND needs_rotation > 0)
 );
 COMMENT ON TABLE inspection IS 'What an inspection run was given: images, rig and prior; its answer is in pose.';
 COMMENT ON COLUMN inspection.run_id IS 'the run';
@@ -42,8 +43,9 @@ COMMENT ON COLUMN inspection.m20 IS 'world_from_rig as the prior has it: row 2, 
 COMMENT ON COLUMN inspection.m21 IS 'world_from_rig as the prior has it: row 2, column 1 of the rotation';
 COMMENT ON COLUMN inspection.m22 IS 'world_from_rig as the prior has it: row 2, column 2 of the rotation';
 COMMENT ON COLUMN inspection.m23 IS 'world_from_rig as the prior has it: row 2 of the translation, mm';
-COMMENT ON COLUMN inspection.sigma_translation_mm IS 'standard deviation of the prior''s translation along each axis, mm';
-COMMENT ON COLUMN inspection.sigma_rotation IS 'standard deviation of the prior''s rotation about each axis, rad';
+COMMENT ON COLUMN inspection.prior_covariance IS '36 numbers, row-major: covariance of the prior, of a right perturbation in the rig''s frame, (t mm, r rad)';
+COMMENT ON COLUMN inspection.needs_translation_mm IS 'how exactly the pose was needed: two standard deviations along the worst direction, mm';
+COMMENT ON COLUMN inspection.needs_rotation IS 'the same of rotation, rad';
 COMMENT ON COLUMN inspection.selected_parts IS 'placed parts that any pose which the prior leaves open could show, by their boxes: nothing else was considered';
 COMMENT ON COLUMN inspection.superfluous_parts IS 'how many of them no view holds of the poses sampled on the rim of what the prior leaves open';
 
@@ -223,6 +225,7 @@ CREATE TABLE pose (
     run_id BIGINT PRIMARY KEY REFERENCES inspection (run_id),
     verdict TEXT NOT NULL,
     reason TEXT NOT NULL,
+    posterior DOUBLE PRECISION NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -244,12 +247,14 @@ CREATE TABLE pose (
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    CHECK (verdict IN ('accepted', 'ambiguous', 'refused'))
+    CHECK (verdict IN ('accepted', 'ambiguous', 'refused')),
+    CHECK (posterior BETWEEN 0 AND 1)
 );
 COMMENT ON TABLE pose IS 'The verdict of an inspection and the pose of the rig.';
 COMMENT ON COLUMN pose.run_id IS 'the run';
 COMMENT ON COLUMN pose.verdict IS 'accepted, ambiguous (several poses fit; this one best) or refused';
 COMMENT ON COLUMN pose.reason IS 'why, one sentence';
+COMMENT ON COLUMN pose.posterior IS 'probability that this pose is the right one';
 COMMENT ON COLUMN pose.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
 COMMENT ON COLUMN pose.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
 COMMENT ON COLUMN pose.m02 IS 'world_from_rig: row 0, column 2 of the rotation';

@@ -212,6 +212,7 @@ def _content_key(
                 o.role,
                 pose.tolist(),
                 dict(o.joints),
+                o.tolerance_mm,
                 row["name"],
                 row["variant"],
                 row["revision"],
@@ -256,6 +257,7 @@ def _write_world(
             "name": [o.name for o in file.objects],
             "object_variant_id": np.array([row["object_variant_id"] for row in pinned]),
             "role": [o.role for o in file.objects],
+            "tolerance_mm": np.array([o.tolerance_mm for o in file.objects]),
             **matrix_columns(poses),
         },
     )

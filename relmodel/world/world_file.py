@@ -6,6 +6,7 @@ objects:
     variant: b                  # default: the object's plain variant
     name: workpiece             # default: the object's name
     role: inspected             # inspected (default), fixture, robot or tool
+    tolerance_mm: 0.1           # standard deviation of where its edges are from where the model has them; default 0
     world_from_object: [[1, 0, 0, 250], [0, 1, 0, 0], [0, 0, 1, 80], [0, 0, 0, 1]]    # mm; default identity
   - object: arm
     role: robot
@@ -38,6 +39,7 @@ ROLES = ("inspected", "fixture", "robot", "tool")
 # Numbers typed with six digits are off by some 1e-6 and are taken for the nearest rotation; more is a mistake.
 _ROTATION_TOLERANCE = 1e-4
 _ROUND_OFF = 1e-9
+_MOST_TOLERANCE_MM = 50.0  # a model less sure than this places nothing
 _MOST_MM = 1e8  # farther off, millimetres are lost to rounding
 
 
@@ -51,6 +53,7 @@ class PlacedObject:
     role: str
     world_from_object: Floats | None  # (4, 4), mm; None: it is mounted
     joints: Mapping[str, float]  # as typed: mm, rad, or degrees where the name ends in _deg
+    tolerance_mm: float  # one standard deviation, across an edge
 
 
 @dataclass(frozen=True)
@@ -145,7 +148,9 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> PlacedObject:
-    _known_keys(entry, ("object", "variant", "name", "role", "world_from_object", "joints"), path, where)
+    _known_keys(
+        entry, ("object", "variant", "name", "role", "world_from_object", "joints", "tolerance_mm"), path, where
+    )
     name = _text(entry, "object", path, where)
     instance = _text(entry, "name", path, where, name)
     if "/" in instance:
@@ -167,7 +172,17 @@ def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> Pla
         role=role,
         world_from_object=pose,
         joints=_joint_values(entry, path, where),
+        tolerance_mm=_tolerance(entry, path, where),
     )
+
+
+def _tolerance(entry: dict[str, Any], path: Path, where: str) -> float:
+    value = entry.get("tolerance_mm", 0.0)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= _MOST_TOLERANCE_MM:
+        raise InputError(
+            f"{path}: tolerance_mm of {where} is {value!r}: give one standard deviation, 0 to {_MOST_TOLERANCE_MM:g} mm"
+        )
+    return float(value)
 
 
 def _joint_values(entry: dict[str, Any], path: Path, where: str) -> dict[str, float]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import radians
 
 import numpy as np
 
@@ -125,11 +126,27 @@ class Camera:
 
 
 @dataclass(frozen=True)
+class CalibrationSigma:
+    """Standard deviations of one camera's calibration; zero: exact.
+
+    focal: of the focal length, as a share of it; centre_px: of the principal point along each axis;
+    translation_mm, rotation: of where the camera sits in the rig, along and about each axis of the camera (mm, rad).
+    """
+
+    focal: float = 0.0
+    centre_px: float = 0.0
+    translation_mm: float = 0.0
+    rotation: float = 0.0
+
+
+@dataclass(frozen=True)
 class Rig:
-    """Cameras by name, in the file's order, and where each sits in the rig (4, 4)."""
+    """Cameras by name, in the file's order, where each sits in the rig (4, 4), and how well that is known (exact where
+    a name is missing)."""
 
     cameras: dict[str, Camera]
     rig_from_camera: dict[str, Floats]
+    sigma: dict[str, CalibrationSigma] = field(default_factory=dict)
 
     def only(self, *names: str) -> Rig:
         """The rig with these cameras alone."""
@@ -138,18 +155,54 @@ class Rig:
                 raise InputError(
                     f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): add it to the rig"
                 )
-        return Rig({n: self.cameras[n] for n in names}, {n: self.rig_from_camera[n] for n in names})
+        return Rig(
+            {n: self.cameras[n] for n in names},
+            {n: self.rig_from_camera[n] for n in names},
+            {n: self.sigma[n] for n in names if n in self.sigma},
+        )
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Where the rig is thought to be, with one standard deviation per axis of the rig's frame (mm, radians)."""
+    """Where the rig is thought to be, and the covariance (6, 6) of a right perturbation in the rig's frame, ordered
+    (t mm, r rad)."""
 
     world_from_rig: Floats
-    sigma_translation_mm: float
-    sigma_rotation: float
+    covariance: Floats
+
+    @staticmethod
+    def isotropic(world_from_rig: Floats, sigma_translation_mm: float, sigma_rotation: float) -> Prior:
+        """A prior with one standard deviation (mm, rad) along and about every axis of the rig's frame."""
+        return Prior(world_from_rig, np.diag(np.repeat([sigma_translation_mm**2, sigma_rotation**2], 3)))
 
     @cached_property
-    def covariance(self) -> Floats:
-        """(6, 6), ordered (t mm, r rad), of a right perturbation in the rig's frame."""
-        return np.diag(np.repeat([self.sigma_translation_mm**2, self.sigma_rotation**2], 3))
+    def information(self) -> Floats:
+        """Inverse (6, 6) of the covariance."""
+        return np.asarray(np.linalg.inv(self.covariance))
+
+    @cached_property
+    def sigma_translation_mm(self) -> float:
+        """Standard deviation along the worst direction, mm."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
+
+    @cached_property
+    def sigma_rotation(self) -> float:
+        """Standard deviation about the worst axis, rad."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
+
+    def distance(self, world_from_rig: Floats) -> float:
+        """How far (sigmas, in six dimensions) a pose lies from the prior."""
+        delta = perturbation(self.world_from_rig, world_from_rig)
+        return float(np.sqrt(delta @ self.information @ delta))
+
+
+@dataclass(frozen=True)
+class Needs:
+    """How exactly the pose is needed: two standard deviations along the worst direction, of the point in the middle of
+    what is seen (mm) and of rotation (rad)."""
+
+    translation_mm: float = 3.0
+    rotation: float = radians(0.5)
+
+
+DEFAULT_NEEDS = Needs()

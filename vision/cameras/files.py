@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +11,7 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from vision.cameras.cameras import Camera, Prior, Rig
+from vision.cameras.cameras import CalibrationSigma, Camera, Needs, Prior, Rig
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
 ROTATION_TOLERANCE = 1e-4
@@ -17,6 +19,8 @@ ROTATION_TOLERANCE = 1e-4
 LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
 # A prior wider than this names no place; the search for one would take hours.
 MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
+# A calibration less sure than this is none.
+MOST_CALIBRATION_SIGMA = {"focal_px": 100.0, "centre_px": 50.0, "translation_mm": 20.0, "rotation_deg": 2.0}
 DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
 
 
@@ -26,6 +30,7 @@ def read_rig(path: Path | str) -> Rig:
     data = _read_yaml(path, "rig")
     cameras: dict[str, Camera] = {}
     poses: dict[str, Floats] = {}
+    sigma: dict[str, CalibrationSigma] = {}
     entries = _member(data, "cameras", path, "")
     if not isinstance(entries, dict) or not entries:
         raise InputError(f"{path}: 'cameras' holds no camera: give each under its name, as left and right")
@@ -49,7 +54,33 @@ def read_rig(path: Path | str) -> Rig:
         poses[str(name)] = _rigid(
             _numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
         )
-    return Rig(cameras, poses)
+        own = "sigma" in entry
+        sigma[str(name)] = _calibration_sigma(entry if own else data, matrix, path, where if own else "")
+    # Where a camera defines the rig's frame, nothing about its place is uncertain.
+    for name, pose in poses.items():
+        if np.array_equal(pose, np.eye(4)):
+            sigma[name] = replace(sigma[name], translation_mm=0.0, rotation=0.0)
+    return Rig(cameras, poses, sigma)
+
+
+def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where: str) -> CalibrationSigma:
+    given = entry.get("sigma")
+    if given is None:
+        return CalibrationSigma()
+    names = tuple(MOST_CALIBRATION_SIGMA)
+    if not isinstance(given, dict) or not set(given) <= set(names):
+        raise InputError(f"{path}: {where}sigma is no mapping of {', '.join(names)}: give standard deviations by name")
+    values = {}
+    for key, most in MOST_CALIBRATION_SIGMA.items():
+        values[key] = float(_numbers(given, key, path, f"{where}sigma.", ())) if key in given else 0.0
+        if not 0 <= values[key] <= most:
+            raise InputError(f"{path}: {where}sigma.{key} is {values[key]:g}: give 0 to {most:g}")
+    return CalibrationSigma(
+        values["focal_px"] / float(matrix[0, 0]),
+        values["centre_px"],
+        values["translation_mm"],
+        float(np.radians(values["rotation_deg"])),
+    )
 
 
 def read_pose(path: Path | str) -> Floats:
@@ -59,37 +90,90 @@ def read_pose(path: Path | str) -> Floats:
 
 
 def read_prior(path: Path | str) -> Prior:
-    """The prior in a YAML file; InputError says in one sentence what is missing or wrong."""
+    """The prior in a YAML or JSON file; InputError says in one sentence what is missing or wrong.
+
+    Its uncertainty is its `covariance` (6x6, of a right perturbation, t mm then r rad, as an inspection
+    answers) or its `sigma` (translation_mm and rotation_deg, per axis)."""
     path = Path(path)
-    return _prior(_read_yaml(path, "prior"), path)
+    data = _read_yaml(path, "prior")
+    pose = _world_from_rig(data, path)
+    given = data.get("covariance")
+    return Prior.isotropic(pose, *_sigma(data, path)) if given is None else Prior(pose, _covariance(data, path))
+
+
+def read_needs(path: Path | str) -> Needs | None:
+    """How exactly the pose is needed, where a prior file says so (`needs`)."""
+    path = Path(path)
+    return _needs(_read_yaml(path, "prior"), path)
 
 
 def read_found(path: Path | str) -> tuple[Floats, Floats]:
     """`world_from_rig` (4, 4) and its covariance (6, 6) from the JSON answer of an inspection, or a prior file."""
-    path = Path(path)
-    data = _read_yaml(path, "pose")  # JSON is YAML
-    if data.get("covariance") is None and "sigma" in data:
-        prior = _prior(data, path)
-        return prior.world_from_rig, prior.covariance
-    return _world_from_rig(data, path), _numbers(data, "covariance", path, "", (6, 6))
+    prior = read_prior(path)
+    return prior.world_from_rig, prior.covariance
 
 
-def _prior(data: dict[str, Any], path: Path) -> Prior:
-    pose = _world_from_rig(data, path)
+def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
+    """Standard deviations per axis, mm and rad."""
     sigma = _member(data, "sigma", path, "")
     if not isinstance(sigma, dict):
         raise InputError(f"{path}: 'sigma' is no mapping: give it translation_mm and rotation_deg")
     values = {}
     for key in ("translation_mm", "rotation_deg"):
-        value = float(_numbers(sigma, key, path, "sigma.", ()))
-        if value <= 0:
-            raise InputError(f"{path}: sigma.{key} is {value:g}: give one standard deviation per axis, above zero")
-        if value > MOST_SIGMA[key]:
+        values[key] = float(_numbers(sigma, key, path, "sigma.", ()))
+        if values[key] <= 0:
             raise InputError(
-                f"{path}: sigma.{key} is {value:g}, which leaves everything open: give at most {MOST_SIGMA[key]:g}"
+                f"{path}: sigma.{key} is {values[key]:g}: give one standard deviation per axis, above zero"
             )
-        values[key] = value
-    return Prior(pose, values["translation_mm"], float(np.radians(values["rotation_deg"])))
+        _refuse_wide(values[key], key, f"sigma.{key}", path)
+    return values["translation_mm"], float(np.radians(values["rotation_deg"]))
+
+
+def _covariance(data: dict[str, Any], path: Path) -> Floats:
+    """A covariance (6, 6), made exactly symmetric; refused where it is none or leaves everything open."""
+    given = _numbers(data, "covariance", path, "", (6, 6))
+    scale = np.sqrt(np.maximum(np.diag(given), 0))
+    if not (scale > 0).all() or np.abs(given - given.T).max() > 1e-6 * scale.max() ** 2:
+        raise InputError(f"{path}: covariance is not symmetric with a positive diagonal: give t mm, then r rad")
+    covariance = 0.5 * (given + given.T)
+    if np.linalg.eigvalsh(covariance / np.outer(scale, scale))[0] < 1e-12:
+        raise InputError(f"{path}: covariance is not positive definite: every direction needs some uncertainty")
+    _refuse_wide(float(scale[:3].max()), "translation_mm", "covariance, as mm,", path)
+    _refuse_wide(float(np.degrees(scale[3:].max())), "rotation_deg", "covariance, as degrees,", path)
+    return np.asarray(covariance)
+
+
+def _refuse_wide(value: float, key: str, name: str, path: Path) -> None:
+    if value > MOST_SIGMA[key]:
+        raise InputError(f"{path}: {name} is {value:g}, which leaves everything open: give at most {MOST_SIGMA[key]:g}")
+
+
+def _needs(data: dict[str, Any], path: Path) -> Needs | None:
+    given = data.get("needs")
+    if given is None:
+        return None
+    if isinstance(given, str):
+        return parse_needs(given, f"{path}: needs")
+    if not isinstance(given, dict):
+        raise InputError(f"{path}: 'needs' is no mapping: give it translation_mm and rotation_deg")
+    mm, degrees = (float(_numbers(given, key, path, "needs.", ())) for key in ("translation_mm", "rotation_deg"))
+    return _checked_needs(mm, degrees, f"{path}: needs")
+
+
+def parse_needs(text: str, name: str) -> Needs:
+    """The accuracy that a text such as `5mm,2deg` asks for; InputError names the `name` that it was given under."""
+    found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*mm\s*,\s*([0-9.eE+-]+)\s*deg\s*", text)
+    try:
+        mm, degrees = map(float, found.groups()) if found else (float("nan"), float("nan"))
+    except ValueError:
+        mm = degrees = float("nan")
+    return _checked_needs(mm, degrees, f"{name} '{text}'")
+
+
+def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
+    if not (0 < mm < float("inf") and 0 < degrees < float("inf")):
+        raise InputError(f"{name} is no accuracy: give it in mm and degrees above zero, as in 5mm,2deg")
+    return Needs(mm, float(np.radians(degrees)))
 
 
 def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:

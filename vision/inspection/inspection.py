@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -12,9 +13,9 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store
-from vision.cameras.cameras import Prior, Rig
+from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
-from vision.cameras.files import read_prior, read_rig
+from vision.cameras.files import read_needs, read_prior, read_rig
 from vision.cameras.images import Picture, read_picture
 from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
@@ -45,8 +46,12 @@ PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "sc
 
 @dataclass(frozen=True)
 class Inspection:
-    """The answer of an inspection; transforms are 4x4, mm, and None where the verdict is refused.
+    """The answer of an inspection; transforms are 4x4, mm, of the best hypothesis whatever the verdict, and None only
+    where nothing is in view.
 
+    posterior: probability that the best hypothesis is the right one.  missing: what was missing for acceptance, a
+    sentence each.  needs: how exactly the pose was needed.  sigma_mm, sigma_rad: standard deviations of the pose along
+    the worst directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
     covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
     selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
@@ -55,6 +60,12 @@ class Inspection:
     run: int
     verdict: str
     reason: str
+    posterior: float
+    missing: list[str]
+    needs: Needs
+    sigma_mm: float
+    sigma_rad: float
+    weakest: str
     world_from_rig: Floats | None
     world_from_camera: dict[str, Floats | None]
     covariance: Floats | None
@@ -73,6 +84,14 @@ class Inspection:
             "run": self.run,
             "verdict": self.verdict,
             "reason": self.reason,
+            "posterior": self.posterior,
+            "missing": self.missing,
+            "needs": {
+                "translation_mm": self.needs.translation_mm,
+                "rotation_deg": math.degrees(self.needs.rotation),
+            },
+            "sigma": {"translation_mm": self.sigma_mm, "rotation_deg": math.degrees(self.sigma_rad)},
+            "weakest": self.weakest,
             "world_from_rig": plain(self.world_from_rig),
             "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
             "covariance": plain(self.covariance),
@@ -89,6 +108,7 @@ def inspect(
     rig: str | Path,
     left: str | Path,
     prior: str | Path,
+    needs: Needs | None = None,
     right: str | Path | None = None,
     world: str | None = None,
     keep_images: bool = True,
@@ -97,9 +117,10 @@ def inspect(
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
-    rig, prior: YAML files; left, right: pictures; world: its name, where the store has several; overlay: a picture of
-    the model drawn over the images, to be written.  The run records the parameters, defaults included.  Raises
-    InputError for bad inputs, before anything is written.
+    rig, prior: YAML files; needs: how exactly the pose is needed, else as the prior file says, else the default; left,
+    right: pictures; world: its name, where the store has several; overlay: a picture of the model drawn over the
+    images, to be written.  The run records the parameters, defaults included.  Raises InputError for bad inputs, before
+    anything is written.
     """
     clock = Clock()
     if overlay is not None:
@@ -109,6 +130,7 @@ def inspect(
     if right is not None:
         rectify(cameras)  # refuses a pair that cannot be matched
     believed = read_prior(prior)
+    needs = needs or read_needs(prior) or DEFAULT_NEEDS
     pictures = {
         name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
         for name, path in paths.items()
@@ -144,14 +166,15 @@ def inspect(
             {name: picture.grey for name, picture in pictures.items()},
             extractions,
             believed,
+            needs,
             parameters.localisation,
         )
         clock.lap("localise")
         parts = None
-        if found.best is not None and found.verdict != "refused":
+        if found.best is not None and found.verdict.verdict != "refused":
             with store.read() as connection:
                 parts = find_parts_in_view(
-                    store, connection, stored, cameras, found.best.refined.world_from_rig, parameters.localisation
+                    store, connection, stored, cameras, found.best.world_from_rig, parameters.localisation
                 )
         clock.lap("view")
         if overlay is not None:
@@ -160,13 +183,14 @@ def inspect(
             record_inspection(
                 run,
                 connection,
-                Inspected(stored, selection, cameras, believed, pictures, extractions, stereo, found, parts),
+                Inspected(stored, selection, cameras, believed, needs, pictures, extractions, stereo, found, parts),
                 keep_images=keep_images,
             )
             clock.lap("record")
             run.steps(connection, clock.laps)
-            run.end("ok" if found.verdict == "accepted" else found.verdict, found.reason, connection)
-    return _answer(run.id, cameras, found, parts, selection, clock.laps)
+            verdict = found.verdict.verdict
+            run.end("ok" if verdict == "accepted" else verdict, found.verdict.reason, connection)
+    return _answer(run.id, cameras, needs, found, parts, selection, clock.laps)
 
 
 def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Extraction]:
@@ -191,17 +215,24 @@ def _stereo(
 def _answer(
     run: int,
     rig: Rig,
+    needs: Needs,
     found: Localisation,
     parts: PartsInView | None,
     selection: Selection,
     timings: dict[str, float],
 ) -> Inspection:
-    best = found.best.refined if found.best is not None and found.verdict != "refused" else None
+    best, verdict = found.best, found.verdict
     rows = [] if parts is None else parts.rows()
     return Inspection(
         run=run,
-        verdict=found.verdict,
-        reason=found.reason,
+        verdict=verdict.verdict,
+        reason=verdict.reason,
+        posterior=verdict.posterior,
+        missing=verdict.missing,
+        needs=needs,
+        sigma_mm=verdict.sigma_mm,
+        sigma_rad=verdict.sigma_rad,
+        weakest=verdict.weakest,
         world_from_rig=best.world_from_rig if best else None,
         world_from_camera={
             name: best.world_from_rig @ rig.rig_from_camera[name] if best else None for name in rig.cameras
@@ -209,7 +240,7 @@ def _answer(
         covariance=best.covariance if best else None,
         parts_in_view=rows,
         selection=selection,
-        hypotheses=[(h.refined.world_from_rig, h.cost) for h in found.hypotheses],
+        hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
         timings_s=timings,
     )
 

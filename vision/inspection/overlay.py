@@ -25,7 +25,7 @@ def draw_overlay(path: str | Path, pictures: dict[str, Picture], rig: Rig, found
             view = found.views[name]
             arcs, samples = view.arcs, view.arcs.samples
             camera = rig.cameras[name]
-            pose = found.best.refined.world_from_rig @ rig.rig_from_camera[name]
+            pose = found.best.world_from_rig @ rig.rig_from_camera[name]
             # Half of what each sample stands for on either side, in space: the camera's distortion bends the rest.
             depth = (samples.point - pose[:3, 3]) @ pose[:3, 2]
             half = 0.5 * samples.length_px * depth / camera.matrix[0, 0]

@@ -11,7 +11,7 @@ from relmodel.arrays import Floats
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
-from vision.cameras.cameras import Prior, Rig
+from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.images import Picture
 from vision.cameras.record import record_picture, record_rig
 from vision.cameras.view_volume import Selection
@@ -22,7 +22,6 @@ from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
-from vision.localisation.verdict import Hypothesis
 from vision.localisation.views import KINDS, SILHOUETTE
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo
@@ -38,6 +37,7 @@ class Inspected:
     selection: Selection
     rig: Rig
     prior: Prior
+    needs: Needs
     pictures: dict[str, Picture]
     extractions: dict[str, Extraction]
     stereo: StereoMatches | None
@@ -63,7 +63,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, keep_i
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(it.found.views.items()):
         assert it.found.best is not None
-        pose = it.found.best.refined.world_from_rig @ it.rig.rig_from_camera[name]
+        pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
         _record_view(run, connection, number, name, pose, view, it.stored)
     _record_pose(run, connection, it)
     if it.parts is not None:
@@ -92,15 +92,16 @@ def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
             "world_id": it.stored.world_id,
             "rig_id": record_rig(run, connection, it.rig),
             **matrix_columns(it.prior.world_from_rig),
-            "sigma_translation_mm": it.prior.sigma_translation_mm,
-            "sigma_rotation": it.prior.sigma_rotation,
+            "prior_covariance": Ragged.pack([it.prior.covariance]),
+            "needs_translation_mm": it.needs.translation_mm,
+            "needs_rotation": it.needs.rotation,
             "selected_parts": len(it.selection.shown),
             "superfluous_parts": it.selection.superfluous,
         },
     )
 
 
-def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Hypothesis]) -> None:
+def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refined]) -> None:
     if not hypotheses:
         return
     run.append(
@@ -109,7 +110,7 @@ def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Hypoth
         {
             "run_id": run.id,
             "hypothesis_no": np.arange(len(hypotheses)),
-            **matrix_columns([h.refined.world_from_rig for h in hypotheses]),
+            **matrix_columns([h.world_from_rig for h in hypotheses]),
             "cost": np.array([h.cost for h in hypotheses]),
             "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
             "distance": np.array([h.prior_sigma for h in hypotheses]),
@@ -189,11 +190,12 @@ def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
         "pose",
         {
             "run_id": [run.id],
-            "verdict": it.found.verdict,
-            "reason": it.found.reason,
-            **matrix_columns(best.refined.world_from_rig if best else it.prior.world_from_rig),
-            "covariance": Ragged.pack([best.refined.covariance if best else it.prior.covariance]),
-            "singular_values": Ragged.pack([_singular_values(best.refined) if best else []]),
+            "verdict": it.found.verdict.verdict,
+            "reason": it.found.verdict.reason,
+            "posterior": it.found.verdict.posterior,
+            **matrix_columns(best.world_from_rig if best else it.prior.world_from_rig),
+            "covariance": Ragged.pack([best.covariance if best else it.prior.covariance]),
+            "singular_values": Ragged.pack([_singular_values(best) if best else []]),
             "cost": best.cost if best else 0.0,
             "margin": min(h.cost for h in others) - best.cost if best and others else None,
             "evidence_ratio": _evidence_ratio(best) if best else 0.0,
@@ -201,7 +203,7 @@ def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
     )
 
 
-def _evidence_ratio(h: Hypothesis) -> float:
+def _evidence_ratio(h: Refined) -> float:
     return float(h.support.found.sum() / max(float(h.support.expected.sum()), 1e-9))
 
 

@@ -85,6 +85,6 @@ def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma
     poses = np.repeat(world_from_rig[None], len(shifts), axis=0)
     poses[:, :3, 3] += shifts
     delta = np.array([perturbation(prior.world_from_rig, p) for p in poses]).reshape(-1, 6)
-    distance = np.einsum("ki,ij,kj->k", delta, np.linalg.inv(prior.covariance), delta)
+    distance = np.einsum("ki,ij,kj->k", delta, prior.information, delta)
     order = np.argsort(distance, kind="stable")
     return np.asarray(poses[order[distance[order] <= most_sigma**2][: p.displacements]])

@@ -24,11 +24,15 @@ from vision.localisation.visibility import VisibleArcs, are_in_picture, find_vis
 
 @dataclass(frozen=True)
 class Prediction:
-    """Samples of visible arcs for all cameras of a rig, in the rig's frame at the pose they were predicted for."""
+    """Samples of visible arcs for all cameras of a rig, in the rig's frame at the pose they were predicted for.
+
+    point, tangent (n, 3); weight (n,); tolerance_px (n,): standard deviation of where the model has the arc; view,
+    arc (n,); and of the cameras: rotation (c, 3, 3) and offset (c, 3) of camera_from_rig, matrix (c, 2, 3)."""
 
     point: Floats
     tangent: Floats
     weight: Floats
+    tolerance_px: Floats
     view: Ints
     arc: Ints
     rotation: Floats
@@ -57,6 +61,7 @@ def predict(
         point=np.concatenate([s.point for s in seen]) @ rotation.T + translation,
         tangent=np.concatenate([s.tangent for s in seen]) @ rotation.T,
         weight=np.concatenate([s.length_px for s in seen]) / p.search.correlation_px,
+        tolerance_px=np.concatenate([s.scale * scene.tolerance_of_arc[s.arc] for s in seen]),
         view=np.repeat(np.arange(len(seen)), [len(s.arc) for s in seen]),
         arc=np.concatenate([s.arc for s in seen]),
         rotation=np.array([m[:3, :3] for m in camera_from_rig]),
@@ -67,20 +72,33 @@ def predict(
 
 def project_with_jacobians(prediction: Prediction, delta: Floats | None = None) -> tuple[Floats, Floats]:
     """Pixels (n, 2) of the samples and their derivatives (n, 2, 6) by a right perturbation (t, r) of the rig's pose."""
-    point = prediction.point
-    if delta is not None:
-        point = (point - delta[:3]) @ rotation_matrix(delta[3:])
-    r, view = prediction.rotation[prediction.view], prediction.view
-    p = np.einsum("nij,nj->ni", r, point) + prediction.offset[view]
-    k = prediction.matrix[view]
-    z = p[:, 2]
-    flow = np.zeros((len(p), 2, 3))
-    flow[:, 0, 0] = flow[:, 1, 1] = 1 / z
-    flow[:, :, 2] = -p[:, :2] / z[:, None] ** 2
-    xy = p[:, :2] / z[:, None]
-    pixel = np.einsum("nij,nj->ni", k[:, :, :2], xy) + k[:, :, 2]
-    by_point = k[:, :, :2] @ flow @ r
+    point = _perturbed(prediction, delta)
+    in_camera, flow = flow_in_camera(prediction, delta)
+    k = prediction.matrix[prediction.view]
+    pixel = np.einsum("nij,nj->ni", k[:, :, :2], in_camera[:, :2] / in_camera[:, 2:]) + k[:, :, 2]
+    by_point = flow @ prediction.rotation[prediction.view]
     return pixel, np.concatenate([-by_point, by_point @ skew(point)], axis=2)
+
+
+def flow_in_camera(
+    prediction: Prediction, delta: Floats | None = None, rows: Ints | slice = slice(None)
+) -> tuple[Floats, Floats]:
+    """The samples (n, 3) in their cameras' frames, and the derivatives (n, 2, 3) of their pixels by them."""
+    view = prediction.view[rows]
+    point = np.einsum("nij,nj->ni", prediction.rotation[view], _perturbed(prediction, delta)[rows])
+    point += prediction.offset[view]
+    z = point[:, 2]
+    flow = np.zeros((len(point), 2, 3))
+    flow[:, 0, 0] = flow[:, 1, 1] = 1 / z
+    flow[:, :, 2] = -point[:, :2] / z[:, None] ** 2
+    return point, prediction.matrix[view][:, :, :2] @ flow
+
+
+def _perturbed(prediction: Prediction, delta: Floats | None) -> Floats:
+    """The samples (n, 3) in the rig's frame after a right perturbation (6,) of its pose."""
+    if delta is None:
+        return prediction.point
+    return np.asarray((prediction.point - delta[:3]) @ rotation_matrix(delta[3:]))
 
 
 def project_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
@@ -139,7 +157,6 @@ def search_poses(
 ) -> Candidates:
     """The best distinct poses within the prior's volume; scene as `select_samples`, fine as `build_fine_evidence` gives
     them."""
-    information = np.asarray(np.linalg.inv(prior.covariance), float)
     width = max(max(c.width, c.height) for c in rig.cameras.values())
     margin_px = min(p.search.scan_sigma * predict_shift_sigma(scene, rig, prior), 0.5 * width)
     prediction = predict(scene, rig, prior.world_from_rig, p.search.scan_samples, margin_px, p)
@@ -151,7 +168,9 @@ def search_poses(
     ]
     delta, score = _scan(prediction, coarse, prior, p)
     kept = keep_distinct(prediction, delta, score, p.search.scan_distinct_px, p.search.scan_kept)
-    delta, score = climb(prediction, fine, delta[kept], information, p.search.climb_first_px, p.search.climb_last_px)
+    delta, score = climb(
+        prediction, fine, delta[kept], prior.information, p.search.climb_first_px, p.search.climb_last_px
+    )
     kept = keep_distinct(prediction, delta, score, p.search.climb_distinct_px, p.search.climb_kept)
     return Candidates(delta[kept], score[kept])
 
@@ -203,12 +222,12 @@ def _scan(
 
     from vision.localisation import search_kernels
 
-    sigma = np.sqrt(np.diag(prior.covariance))
+    factor = np.linalg.cholesky(prior.covariance)
     _, jacobian = project_with_jacobians(prediction)
     views = [jacobian[prediction.view == c] for c in range(len(fields))]
     # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
     inner = np.concatenate([j - j.mean(axis=0) for j in views if len(j)])
-    spread = float(np.sqrt(np.mean(np.einsum("nij,j->ni", inner**2, sigma**2).sum(axis=1))))
+    spread = float(np.sqrt(np.mean(((inner @ factor) ** 2).sum(axis=(1, 2)))))
     count = 2 ** int(
         np.ceil(
             np.log2(
@@ -221,7 +240,7 @@ def _scan(
         )
     )
     sequence = qmc.Sobol(6, scramble=True, seed=p.search.seed).random(count)
-    delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) * sigma
+    delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) @ factor.T
     delta[0] = 0
     # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
     turn = np.array([np.median(j[:, :, 3:], axis=0) if len(j) else np.zeros((2, 3)) for j in views])
@@ -230,9 +249,10 @@ def _scan(
     turns = grid * p.search.scan_cell_px @ np.linalg.pinv(turn[0]).T
     shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / p.search.scan_cell_px).astype(np.int64)
     shifts = np.clip(shifts, -p.search.scan_window, p.search.scan_window)
-    shifted = delta[:, None, 3:] + turns
-    distance = (delta[:, None, :3] / sigma[:3]) ** 2
-    penalty = 0.5 * (distance.sum(axis=2) + ((shifted / sigma[3:]) ** 2).sum(axis=2))
+    # Half the squared distance from the prior of each pose with each turn added.
+    pull = delta @ prior.information
+    stretch = 0.5 * np.einsum("si,ij,sj->s", turns, prior.information[3:, 3:], turns)
+    penalty = 0.5 * np.einsum("ki,ki->k", pull, delta)[:, None] + pull[:, 3:] @ turns.T + stretch
     score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
     tables = _tables(prediction, fields)
     jump = shifts[..., 1] * tables[3][:, 2:] + shifts[..., 0]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bytes, Floats
-from vision.cameras.cameras import Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction
@@ -24,10 +24,11 @@ from vision.localisation.hypotheses import (
     search_poses,
     select_samples,
 )
+from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.refine import EdgeIndex, Refined, refine
+from vision.localisation.refine import Refined, refine
 from vision.localisation.scene import Scene
-from vision.localisation.verdict import Hypothesis, assess_pose, decide, find_rivals
+from vision.localisation.verdict import Verdict, decide, find_rivals
 from vision.localisation.views import (
     EdgeMeasurements,
     ViewArcs,
@@ -50,15 +51,14 @@ class View:
 class Localisation:
     """What localisation found.
 
-    verdict: accepted | ambiguous | refused, reason: why.  best: the best hypothesis (None when nothing is in view);
+    verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
     hypotheses: all that were refined, best first.  alone: the pose each camera gives by itself, in the rig's order
     (where there are several).  views: by camera, what is seen at the best pose.  timings_s by step.
     """
 
-    verdict: str
-    reason: str
-    best: Hypothesis | None
-    hypotheses: list[Hypothesis]
+    verdict: Verdict
+    best: Refined | None
+    hypotheses: list[Refined]
     alone: list[Refined]
     views: dict[str, View]
     timings_s: dict[str, float]
@@ -70,6 +70,7 @@ def localise(
     images: Mapping[str, Bytes | Floats],
     extractions: dict[str, Extraction],
     prior: Prior,
+    needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
 ) -> Localisation:
     """The pose of the rig, from its pictures (rows, columns) and what was extracted from them, by camera."""
@@ -85,7 +86,9 @@ def localise(
     found = search_poses(near, rig, points, fine, prior, p)
     clock.lap("search")
     if not len(found.score):
-        return Localisation("refused", "no arc of the model is in view near the prior", None, [], [], {}, clock.laps)
+        nothing = "no arc of the model is in view near the prior"
+        unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
+        return Localisation(unknown, None, [], [], {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, prior, p)
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")
@@ -94,14 +97,12 @@ def localise(
     near_best.sort(key=lambda h: h.prior_sigma)
     hypotheses = near_best + [h for h in hypotheses if h not in near_best]
     best = near_best[0]
-    alone = [solver.alone(name, best.refined.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
-    answer, reason = decide(best, near_best[1:], list(rig.cameras), alone, p.verdict)
+    alone = [solver.alone(name, best.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
+    verdict = decide(best, near_best[1:], alone, needs, p.verdict)
     clock.lap("verdict")
-    views = {
-        name: _view(scene, rig, name, best.refined, extractions[name].arcs, indexes[name], p) for name in rig.cameras
-    }
+    views = {name: _view(scene, rig, name, best, extractions[name].arcs, indexes[name], p) for name in rig.cameras}
     clock.lap("correspond")
-    return Localisation(answer, reason, best, hypotheses, alone, views, clock.laps)
+    return Localisation(verdict, best, hypotheses, alone, views, clock.laps)
 
 
 def _view(
@@ -129,7 +130,7 @@ class _Solver:
     prior: Prior
     p: LocalisationParameters
 
-    def hypotheses(self, found: Candidates) -> list[Hypothesis]:
+    def hypotheses(self, found: Candidates) -> list[Refined]:
         """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
         the model about the best of them."""
         start = [perturb(self.prior.world_from_rig, d) for d in found.delta[: 1 + self.p.rivals.candidates]]
@@ -138,7 +139,7 @@ class _Solver:
         worthy = found.score[1 : 1 + self.p.rivals.candidates] > self.p.rivals.min_candidate_share * found.score[0]
         self._follow([pose for pose, w in zip(start[1:], worthy, strict=True) if w], done)
         shapes = describe_arc_shapes(self.scene)
-        asked: list[Hypothesis] = []
+        asked: list[Refined] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.
         for _ in range(self.p.rivals.rounds):
             done.sort(key=lambda h: h.cost)
@@ -149,26 +150,23 @@ class _Solver:
         return done
 
     def alone(self, name: str, pose: Floats) -> Refined:
-        return refine(self.near, self.rig.only(name), self.indexes, self.prior, pose, self.p)
+        own = [self.fine[list(self.rig.cameras).index(name)]]
+        return refine(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
 
-    def _refine(self, pose: Floats) -> Hypothesis:
-        return assess_pose(
-            refine(self.near, self.rig, self.indexes, self.prior, pose, self.p), self.fine, self.prior, self.p
-        )
+    def _refine(self, pose: Floats) -> Refined:
+        return refine(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
 
-    def _shifted(self, h: Hypothesis, shapes: ArcShapes) -> list[Floats]:
-        seen = h.refined.prediction
+    def _shifted(self, h: Refined, shapes: ArcShapes) -> list[Floats]:
+        seen = h.prediction
         sharp = seen.arc < len(self.scene.arc_occurrence)
         depth = float(np.median(np.linalg.norm(seen.point, axis=1))) if len(seen.point) else 0.0
         reach = self.p.verdict.max_sigma * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * depth)
         shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach, self.p.rivals)
-        return list(
-            shift_poses(self.prior, h.refined.world_from_rig, shifts, self.p.verdict.max_sigma + 1, self.p.rivals)
-        )
+        return list(shift_poses(self.prior, h.world_from_rig, shifts, self.p.verdict.max_sigma + 1, self.p.rivals))
 
-    def _follow(self, poses: list[Floats], done: list[Hypothesis]) -> None:
+    def _follow(self, poses: list[Floats], done: list[Refined]) -> None:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
-        r, information = self.p.rivals, np.asarray(np.linalg.inv(self.prior.covariance), float)
+        r = self.p.rivals
         for pose in poses:
             if len(done) >= self.p.rivals.max_refined:
                 return
@@ -178,20 +176,20 @@ class _Solver:
             if not len(prediction.point):
                 continue
             delta, score = climb(
-                prediction, self.fine, np.zeros((1, 6)), r.prior_weight * information, r.first_px, r.last_px
+                prediction, self.fine, np.zeros((1, 6)), r.prior_weight * self.prior.information, r.first_px, r.last_px
             )
-            top = max(h.evidence for h in done)
+            top = max(float(h.support.found.sum()) for h in done)
             polished = perturb(pose, delta[0])
             if score[0] < self.p.rivals.min_evidence_share * top or any(self._same(h, polished) for h in done):
                 continue
             new = self._refine(polished)
-            if not any(self._same(h, new.refined.world_from_rig) for h in done):
+            if not any(self._same(h, new.world_from_rig) for h in done):
                 done.append(new)
 
-    def _same(self, h: Hypothesis, pose: Floats) -> bool:
+    def _same(self, h: Refined, pose: Floats) -> bool:
         """Whether a pose shows what the hypothesis shows at the same place."""
-        there = perturbation(h.refined.world_from_rig, pose)
-        p = h.refined.prediction
+        there = perturbation(h.world_from_rig, pose)
+        p = h.prediction
         _, jacobian = project_with_jacobians(p)
         return bool(
             np.sqrt(np.mean((jacobian[:: max(len(jacobian) // 100, 1)] @ there) ** 2) * 2) < self.p.rivals.same_px

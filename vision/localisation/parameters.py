@@ -167,9 +167,22 @@ class RefinementParameters:
     """px: standard deviation of that, an unknown of each camera"""
     calibration_px: float = 0.02
     """px: standard deviation of each camera's principal point, two unknowns"""
-    inflation: float = 2.0
-    """factor of the jackknife's covariance over arcs, for arcs of a feature that share light and tolerance: squared
-    errors on rendered pairs were about twice as large"""
+    arc_shift_px: float = 0.05
+    """px: least standard deviation by which an arc's image is shifted as a whole"""
+    inflation: float = 1.0
+    """factor of the variance that such shifts give the pose, for arcs of a feature that share light and tolerance"""
+
+
+@dataclass(frozen=True)
+class SupportParameters:
+    """What a pose gathers of the pictures' evidence."""
+
+    offset_px: float = 0.4
+    """px: standard deviation of edges about the arcs they belong to, beyond their own"""
+    stray_share: float = 0.3
+    """share of the edges found beside an arc that shows that are not its own"""
+    shown_shares: tuple[float, ...] = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
+    """shares of the arcs that show, as likely one as another before a picture is seen"""
 
 
 @dataclass(frozen=True)
@@ -200,16 +213,18 @@ class CorrespondenceParameters:
 class VerdictParameters:
     """When a pose is accepted, ambiguous or refused."""
 
-    min_evidence: float = 24.0
-    """evidence below which a pose could be chance: the search tries some millions of poses, odds of 15"""
-    min_share: float = 0.55
-    """share of the expected evidence that a pose must find: right poses of brushed metal find 0.7 to 1.2 in each
-    camera, wrong ones that are no repetition up to 0.3"""
-    min_share_camera: float = 0.4
-    """the same in each camera that expects at least half of `min_evidence`"""
-    min_agreement: float = 0.65
-    """share of the measured edge length within `agreement_px` of its prediction: 0.8 to 0.9 at right poses, a third by
-    chance"""
+    offset: float = -12.0
+    """log odds of a pose without any sign for it; with `weights` fitted by benchmarks/verdict.py"""
+    weights: tuple[float, ...] = (1.5, 8.0, 8.0, -0.2)
+    """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement, sigmas apart"""
+    chance_evidence: float = 16.0
+    """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
+    most_apart: float = 12.0
+    """sigmas between the cameras' poses beyond which more says no more"""
+    min_posterior: float = 0.98
+    """probability from which a pose is accepted"""
+    temper: float = 0.2
+    """by which differences of evidence between rivals are multiplied"""
     agreement_px: float = 1.0
     """px"""
     rival_share: float = 0.05
@@ -220,14 +235,6 @@ class VerdictParameters:
     """log odds by the prior beyond which a pose is no rival"""
     max_sigma: float = 6.0
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
-    max_translation_mm: float = 1.0
-    """mm: greatest standard deviation at the middle of what is seen, of a pose by several cameras"""
-    max_rotation: float = radians(0.1)
-    """rad: of its rotation"""
-    max_translation_mm_alone: float = 3.0
-    """mm: likewise by one camera, which sees depth by scale only"""
-    max_rotation_alone: float = radians(0.5)
-    """rad: likewise"""
     max_apart_sigma: float = 8.0
     """sigmas, in six dimensions, by which cameras solved apart may differ"""
 
@@ -253,6 +260,7 @@ class LocalisationParameters:
     search: SearchParameters = field(default_factory=SearchParameters)
     rivals: RivalParameters = field(default_factory=RivalParameters)
     refinement: RefinementParameters = field(default_factory=RefinementParameters)
+    support: SupportParameters = field(default_factory=SupportParameters)
     correspondence: CorrespondenceParameters = field(default_factory=CorrespondenceParameters)
     verdict: VerdictParameters = field(default_factory=VerdictParameters)
     depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)

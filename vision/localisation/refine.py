@@ -9,150 +9,156 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
-from vision.localisation.evidence import EdgePoints
-from vision.localisation.hypotheses import Prediction, predict, project_directions, project_with_jacobians
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
+from vision.localisation.calibration import CameraUnknowns, describe_unknowns
+from vision.localisation.evidence import Evidence
+from vision.localisation.hypotheses import Prediction, predict
+from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc, measure
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.scene import Scene
+from vision.localisation.support import Support, measure_support
 
 
-class EdgeIndex:
-    """Edge elements of one picture bucketed by whole pixels."""
-
-    def __init__(self, edges: EdgePoints) -> None:
-        self.edges = edges
-        self.columns, self.rows = (np.ceil(edges.high - edges.low).astype(int) + 1).tolist()
-        cell = np.rint(edges.position - edges.low).astype(np.int64)
-        cell = np.clip(cell, 0, [self.columns - 1, self.rows - 1])
-        bucket = cell[:, 1] * self.columns + cell[:, 0]
-        self.order = np.argsort(bucket, kind="stable")
-        self.start = np.searchsorted(bucket[self.order], np.arange(self.rows * self.columns + 1))
-        self.strength = np.maximum(np.abs(edges.contrast), 1e-3)
-        self.texture = float(np.median(self.strength)) if len(self.strength) else 1.0
-
-    def measure(
-        self, pixel: Floats, direction: Floats, reach: float, scale: float, p: RefinementParameters
-    ) -> tuple[Floats, Ints]:
-        """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
-        from vision.localisation import measure_kernels
-
-        limits = np.array([reach, scale, p.min_cosine, p.max_beside_px])
-        offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
-        measure_kernels.nearest_edges(
-            pixel, direction, limits, self.edges.position, self.edges.normal, self.strength,
-            self.start, self.order, np.array([self.columns, self.rows]), self.edges.low, offset, found,
-        )  # fmt: skip
-        return offset, found
-
-
-@dataclass(frozen=True)
-class Measurements:
-    """Edge measurements of the samples of a prediction, as columns of equal length n.
-
-    pixel (n, 2), direction (n, 2): predicted at the pose; offset (n,) px along (-dy, dx) to the edge element `found`
-    (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, zero where the sample's component is excluded;
-    jacobian (n, 6 + 3c) of the offset's prediction by the pose and the c cameras' own unknowns.
-    """
-
-    pixel: Floats
-    direction: Floats
-    offset: Floats
-    found: Ints
-    sigma: Floats
-    weight: Floats
-    jacobian: Floats
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Refined:
-    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 3), and what it rests on.
+    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 10), and what it rests on.
 
     excluded (b,): which of the scene's components are left out because they are not where the model says.
+    prior_sigma: its distance from the prior.  cost: half of that squared, less the evidence.
     """
 
     world_from_rig: Floats
     covariance: Floats
-    cameras: Floats
+    own: Floats
     prediction: Prediction
     measurements: Measurements
     excluded: Bools
+    support: Support
+    prior_sigma: float
+
+    @property
+    def evidence(self) -> float:
+        return self.support.evidence
+
+    @property
+    def cost(self) -> float:
+        return 0.5 * self.prior_sigma**2 - self.evidence
 
 
 def refine(
     scene: Scene,
     rig: Rig,
     indexes: dict[str, EdgeIndex],
+    fields: list[Evidence],
     prior: Prior,
     world_from_rig: Floats,
     p: LocalisationParameters = DEFAULTS,
 ) -> Refined:
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
-    Components of the model that stand elsewhere in the world pull the pose however robust the loss.  So a component
-    that contradicts the others is excluded, where the others determine the pose better than it does."""
-    cameras = [indexes[n] for n in rig.cameras]
-    refined = _fit(scene, rig, cameras, prior, world_from_rig, np.zeros(scene.component_count, bool), p)
-    while (suspect := _find_outlier(scene, refined, prior, p)) is not None:
+    fields: the evidence of the pictures of the rig's cameras, in its order.  Components of the model that stand
+    elsewhere in the world pull the pose however robust the loss.  So a component that contradicts the others is
+    excluded, where the others determine the pose better than it does, and all that the model shows (the component
+    too) loses no evidence by it.  Of start and end the pose with more evidence is kept."""
+    fit = Fit(scene, rig, [indexes[n] for n in rig.cameras], fields, prior, describe_unknowns(rig, p.refinement), p)
+    none = np.zeros(scene.component_count, bool)
+    refined = fit.solve(world_from_rig, none)
+    while (suspect := fit.find_outlier(refined)) is not None:
         excluded = refined.excluded.copy()
         excluded[suspect] = True
-        without = _fit(scene, rig, cameras, prior, refined.world_from_rig, excluded, p)
+        without = fit.solve(refined.world_from_rig, excluded)
         pull = perturbation(without.world_from_rig, refined.world_from_rig)
         if pull @ np.linalg.solve(without.covariance, pull) < p.refinement.max_pull_sigma**2:
             break
+        if without.cost > refined.cost:
+            break
         refined = without
-    return refined
+    start = fit.measure(world_from_rig, fit.unknowns.mean, none)
+    return refined if refined.cost <= start.cost else start
 
 
-def _fit(
-    scene: Scene,
-    rig: Rig,
-    cameras: list[EdgeIndex],
-    prior: Prior,
-    world_from_rig: Floats,
-    excluded: Bools,
-    p: LocalisationParameters,
-) -> Refined:
-    """The best pose from all components that are not excluded."""
-    pose = world_from_rig
-    own = np.tile(_camera_mean(p), (len(cameras), 1))
-    for reach, scale in p.refinement.rounds:
-        prediction = predict(scene, rig, pose, p.refinement.samples, p=p)
-        votes = ~excluded[scene.component_of_arc[prediction.arc]]
-        delta = np.zeros(6)
-        if (reach, scale) != p.refinement.rounds[0]:
-            m = measure(prediction, cameras, delta, own, reach, scale, votes, p)
-            delta = _find_consensus(m, prediction, prior, pose, p)
-        for _ in range(p.refinement.steps):
-            m = measure(prediction, cameras, delta, own, reach, scale, votes, p)
-            here = perturb(pose, delta)
-            hessian, gradient = _normal_equations(m, prior, here, own, p)
-            step = np.asarray(np.linalg.solve(hessian, gradient), float)
-            delta = perturbation(pose, perturb(here, step[:6]))
-            own = own + step[6:].reshape(own.shape)
-            if step @ hessian @ step < p.refinement.min_step_sigma**2:
-                break
-        pose = perturb(pose, delta)
-    prediction = predict(scene, rig, pose, p.refinement.samples, p=p)
-    votes = ~excluded[scene.component_of_arc[prediction.arc]]
-    m = measure(prediction, cameras, np.zeros(6), own, *p.refinement.rounds[-1], votes, p)
-    hessian, _ = _normal_equations(m, prior, pose, own, p)
-    return Refined(pose, _covariance(m, prediction, hessian, p), own, prediction, m, excluded)
+@dataclass(frozen=True)
+class Fit:
+    """Least squares of one rig's pose on its pictures' edges."""
 
+    scene: Scene
+    rig: Rig
+    cameras: list[EdgeIndex]
+    fields: list[Evidence]
+    prior: Prior
+    unknowns: CameraUnknowns
+    p: LocalisationParameters
 
-def _find_outlier(scene: Scene, refined: Refined, prior: Prior, p: LocalisationParameters) -> int | None:
-    """The component that, to first order, pulls the pose furthest of those that know less of it than the others
-    together."""
-    m = refined.measurements
-    component, group = np.unique(scene.component_of_arc[refined.prediction.arc], return_inverse=True)
-    if len(component) < 2:
-        return None
-    hessian, _ = _normal_equations(m, prior, refined.world_from_rig, refined.cameras, p)
-    gradients, hessians = _by_group(m, group.ravel())
-    priors = hessian - hessians.sum(axis=0)
-    lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
-    pulls = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
-    sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls) * lesser
-    worst = int(np.argmax(sigmas))
-    return int(component[worst]) if sigmas[worst] > p.refinement.suspect_sigma**2 else None
+    def solve(self, world_from_rig: Floats, excluded: Bools) -> Refined:
+        """The best pose from all components that are not excluded."""
+        p, pose, own = self.p, world_from_rig, self.unknowns.mean
+        for reach, scale in p.refinement.rounds:
+            prediction = predict(self.scene, self.rig, pose, p.refinement.samples, p=p)
+            votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
+            delta = np.zeros(6)
+            if (reach, scale) != p.refinement.rounds[0]:
+                m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
+                delta = _find_consensus(m, prediction, self.prior, pose, p)
+            for _ in range(p.refinement.steps):
+                m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
+                here = perturb(pose, delta)
+                hessian, gradient = self._normal_equations(m, here, own)
+                step = np.asarray(np.linalg.solve(hessian, gradient), float)
+                delta = perturbation(pose, perturb(here, step[:6]))
+                own = own + step[6:].reshape(own.shape)
+                if step @ hessian @ step < p.refinement.min_step_sigma**2:
+                    break
+            pose = perturb(pose, delta)
+        return self.measure(pose, own, excluded)
+
+    def measure(self, pose: Floats, own: Floats, excluded: Bools) -> Refined:
+        """What the pictures say of a pose as it stands."""
+        p = self.p
+        prediction = predict(self.scene, self.rig, pose, p.refinement.samples, p=p)
+        votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
+        last = p.refinement.rounds[-1]
+        m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, *last, votes, p)
+        hessian, _ = self._normal_equations(m, pose, own)
+        return Refined(
+            pose,
+            _covariance(m, prediction, hessian, p),
+            own,
+            prediction,
+            m,
+            excluded,
+            measure_support(prediction, m, self.fields, p),
+            self.prior.distance(pose),
+        )
+
+    def find_outlier(self, refined: Refined) -> int | None:
+        """The component that, to first order, pulls the pose furthest of those that know less of it than the others
+        together."""
+        p, m = self.p, refined.measurements
+        component, group = np.unique(self.scene.component_of_arc[refined.prediction.arc], return_inverse=True)
+        if len(component) < 2:
+            return None
+        hessian, _ = self._normal_equations(m, refined.world_from_rig, refined.own)
+        gradients, hessians = _by_group(m, group.ravel())
+        priors = hessian - hessians.sum(axis=0)
+        lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
+        pulls = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
+        sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls) * lesser
+        worst = int(np.argmax(sigmas))
+        return int(component[worst]) if sigmas[worst] > p.refinement.suspect_sigma**2 else None
+
+    def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
+        """Hessian and gradient by (t, r, each camera's own unknowns), the priors of all included."""
+        scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
+        hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
+        away = perturbation(self.prior.world_from_rig, world_from_rig)
+        turn = np.eye(6)
+        turn[:3, :3] = rotation_matrix(away[3:])
+        information = turn.T @ self.prior.information
+        hessian[:6, :6] += information @ turn
+        gradient[:6] -= information @ away
+        precision = self.unknowns.precision
+        hessian[6:, 6:] += np.diag(precision)
+        gradient[6:] -= precision * (own - self.unknowns.mean).ravel()
+        return hessian, gradient
 
 
 def _find_consensus(
@@ -166,7 +172,7 @@ def _find_consensus(
     hit = np.flatnonzero(m.weight > 0)
     if not len(hit):
         return np.zeros(6)
-    group = _units(prediction)[hit]
+    group = group_by_arc(prediction)[hit]
     jacobian, offset, w = m.jacobian[hit, :6], m.offset[hit], prediction.weight[hit]
     count = int(group.max()) + 1
     hessians, gradients, length = np.zeros((count, 6, 6)), np.zeros((count, 6)), np.bincount(group, w)
@@ -178,7 +184,7 @@ def _find_consensus(
     keys = rng.exponential(size=(p.refinement.draws, len(usable))) / length[usable]
     # The smallest of exponentials with these rates: a draw without replacement in proportion to length.
     drawn = usable[np.argsort(keys, axis=1)[:, :size]]
-    information = np.linalg.inv(prior.covariance)
+    information = prior.information
     away = perturbation(prior.world_from_rig, world_from_rig)
     steps = np.linalg.solve(
         hessians[drawn].sum(axis=1) + information, (gradients[drawn].sum(axis=1) - information @ away)[..., None]
@@ -188,100 +194,32 @@ def _find_consensus(
     return np.asarray(steps[int(np.argmax(w @ np.maximum(1 - left**2, 0)))])
 
 
-def _camera_mean(p: LocalisationParameters) -> tuple[float, float, float]:
-    """Expected values of a camera's own unknowns: response shift, principal point x and y."""
-    return p.refinement.response_px, 0.0, 0.0
-
-
-def _camera_sigma(p: LocalisationParameters) -> tuple[float, float, float]:
-    """Their standard deviations."""
-    r = p.refinement
-    return r.response_sigma_px, r.calibration_px, r.calibration_px
-
-
-def _units(prediction: Prediction) -> Ints:
-    """A number for the image of each arc in each camera (n,)."""
-    unit = prediction.view * (int(prediction.arc.max(initial=0)) + 1) + prediction.arc
-    return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
-
-
-def measure(
-    prediction: Prediction,
-    indexes: list[EdgeIndex],
-    delta: Floats,
-    own: Floats,
-    reach: float,
-    scale: float,
-    votes: Bools,
-    p: LocalisationParameters = DEFAULTS,
-) -> Measurements:
-    """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own`, and which
-    samples vote (n,)."""
-    pixel, jacobian = project_with_jacobians(prediction, delta)
-    direction = project_directions(prediction, delta)
-    normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
-    offset, found = np.zeros(len(pixel)), np.full(len(pixel), -1)
-    sigma = np.ones(len(pixel))
-    by_camera = np.zeros((len(pixel), len(indexes), 3))
-    for number, index in enumerate(indexes):
-        rows = np.flatnonzero(prediction.view == number)
-        offset[rows], found[rows] = index.measure(
-            np.ascontiguousarray(pixel[rows]),
-            np.ascontiguousarray(direction[rows]),
-            reach,
-            scale,
-            p.refinement,
-        )
-        hit = rows[found[rows] >= 0]
-        edge, edges = found[hit], index.edges
-        contrast = np.abs(edges.contrast[edge])
-        sigma[hit] = np.sqrt(
-            edges.sigma[edge] ** 2
-            + p.refinement.systematic_px**2
-            + (p.refinement.texture_px * index.texture / contrast) ** 2
-        )
-        polarity = np.sign(np.einsum("ni,ni->n", edges.normal[edge], normal[hit]))
-        by_camera[hit, number, 0] = -polarity * contrast / edges.grey_range
-        by_camera[hit, number, 1:] = normal[hit]
-        offset[hit] -= by_camera[hit, number] @ own[number]
-    # Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth.
-    weight = np.where((found >= 0) & votes, 1 / (1 + (offset / scale) ** 2) ** 2, 0.0)
-    own_derivative = by_camera.reshape(len(pixel), 3 * len(indexes))
-    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), own_derivative], axis=1)
-    return Measurements(pixel, direction, offset, found, sigma, weight, derivative)
-
-
-def _normal_equations(
-    m: Measurements, prior: Prior, world_from_rig: Floats, own: Floats, p: LocalisationParameters
-) -> tuple[Floats, Floats]:
-    """Hessian and gradient by (t, r, each camera's own unknowns), the priors of all included."""
-    scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
-    hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
-    away = perturbation(prior.world_from_rig, world_from_rig)
-    turn = np.eye(6)
-    turn[:3, :3] = rotation_matrix(away[3:])
-    information = turn.T @ np.linalg.inv(prior.covariance)
-    hessian[:6, :6] += information @ turn
-    gradient[:6] -= information @ away
-    precision = np.tile(np.power(_camera_sigma(p), -2), len(own))
-    hessian[6:, 6:] += np.diag(precision)
-    gradient[6:] -= precision * (own - _camera_mean(p)).ravel()
-    return hessian, gradient
-
-
 def _covariance(m: Measurements, prediction: Prediction, hessian: Floats, p: LocalisationParameters) -> Floats:
-    """Covariance (6, 6) of a pose from its measurements: the jackknife with an arc's image as the unit.
+    """Covariance (6, 6) of a pose from its measurements.
 
     Neighbours along an arc err together (texture, shading, a clipped edge, an arc that is not where the model says), so
-    whole arcs are left out in turn and the pose solved, to first order, without each: MacKinnon and White's HC3 for
-    clusters, which does not trust arcs that pull the fit onto themselves.
+    beside the noise of its samples each arc's image is shifted as a whole, by a random effect whose variance is common
+    to all arcs.  It is estimated from how far the arcs' mean offsets scatter beyond their noise, what the pose has
+    followed taken off (Henderson's analysis of variance), and carried to the pose: covariance of the noise and the
+    priors plus that of the shifts.
     """
-    gradients, hessians = _by_group(m, _units(prediction))
-    moves = np.linalg.solve(hessian - hessians, gradients[..., None])[..., 0]
+    group = group_by_arc(prediction)
     bread = np.linalg.inv(hessian)
-    # The priors err as they say.
-    meat = hessian - hessians.sum(axis=0)
-    return np.asarray((p.refinement.inflation * moves.T @ moves + bread @ meat @ bread)[:6, :6])
+    weight = m.weight / m.sigma**2
+    known = np.bincount(group, weight)
+    rows = np.flatnonzero(known > 0)
+    if not len(rows):
+        return np.asarray(bread[:6, :6])
+    pull = np.stack([np.bincount(group, weight * column) for column in m.jacobian.T], axis=1)[rows]
+    known = known[rows]
+    mean = np.bincount(group, weight * m.offset)[rows] / known
+    moves = pull @ bread
+    followed = np.clip(np.einsum("au,au->a", moves, pull) / known, 0, 0.95)
+    length = np.bincount(group, m.weight)[rows]
+    beyond = mean**2 - (1 - followed) / known
+    variance = float((length * beyond).sum() / (length * (1 - followed) ** 2).sum())
+    variance = max(variance, p.refinement.arc_shift_px**2)
+    return np.asarray((bread + p.refinement.inflation * variance * moves.T @ moves)[:6, :6])
 
 
 def _by_group(m: Measurements, group: Ints) -> tuple[Floats, Floats]:

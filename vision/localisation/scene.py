@@ -23,7 +23,8 @@ class Scene:
     stand together. A free edge, of one face only, has that face's normal and its opposite: it is sharp, and seen
     from both sides. arc_occurrence (a,): the occurrence of each arc. surface_component (s,), arc_component (a,):
     which connected component each belongs to, counted from 0: what is rigid for sure. inspected (o,): which
-    occurrences are the reference for the pose; all of them occlude."""
+    occurrences are the reference for the pose; all of them occlude. tolerance_mm (o,): standard deviation of where an
+    occurrence's arcs are, across them, from where the model has them."""
 
     vertices: Floats
     vertex_normals: Floats
@@ -40,6 +41,12 @@ class Scene:
     surface_component: Ints
     arc_component: Ints
     inspected: Bools
+    tolerance_mm: Floats
+
+    @cached_property
+    def tolerance_of_arc(self) -> Floats:
+        """Tolerances (mm) of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
+        return np.asarray(self.tolerance_mm[np.concatenate([self.arc_occurrence, self.surface_occurrence])])
 
     @cached_property
     def component_of_arc(self) -> Ints:

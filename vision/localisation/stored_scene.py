@@ -79,6 +79,7 @@ def read_scene(store: Store, connection: Connection, world_id: int, among: Seque
         surface_component=surface_component,
         arc_component=arc_component,
         inspected=inspected,
+        tolerance_mm=parts["tolerance_mm"].astype(float),
     )
     return StoredScene(
         scene,

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
+from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.refine import EdgeIndex, Refined
+from vision.localisation.refine import Refined
 from vision.localisation.scene import Scene
 from vision.localisation.visibility import VisibleArcs, find_visible_arcs
 

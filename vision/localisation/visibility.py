@@ -15,7 +15,7 @@ from vision.localisation.scene import Scene
 @dataclass(frozen=True)
 class VisibleArcs:
     """Samples of arcs that a camera sees, as columns: world points and unit tangents, pixels in the camera without
-    distortion, and the length in the picture that each stands for.
+    distortion, px per mm across the line of sight, and the length in the picture that each stands for.
 
     `arc` counts the scene's arcs first; a silhouette of surface s is arc `len(arc_occurrence) + s`.  `sample` is the
     index of the scene's sample, -1 for a silhouette's.
@@ -28,6 +28,7 @@ class VisibleArcs:
     smooth: Bools
     pixel: Floats
     direction: Floats
+    scale: Floats
     length_px: Floats
 
     def take(self, rows: Ints | Bools) -> VisibleArcs:
@@ -64,7 +65,7 @@ def find_visible_arcs(
 
     point = np.concatenate([scene.sample_point[reference], outline.point[inside]])
     tangent = np.concatenate([scene.sample_tangent[reference], outline.tangent[inside]])
-    pixel, direction, scale = project_tangents(camera, world_from_camera, point, tangent)
+    pixel, direction, along = project_tangents(camera, world_from_camera, point, tangent)
     none = np.full(len(inside), -1)
     arcs = VisibleArcs(
         point=point,
@@ -74,15 +75,16 @@ def find_visible_arcs(
         smooth=np.concatenate([smooth, none > 0]),
         pixel=pixel,
         direction=direction,
-        length_px=scale * np.concatenate([scene.sample_length[reference], outline.length[inside]]),
+        scale=camera.matrix[0, 0] / ((point - eye) @ world_from_camera[:3, 2]),
+        length_px=along * np.concatenate([scene.sample_length[reference], outline.length[inside]]),
     )
     normal = np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]])
     other = np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]])
     if count is not None and len(arcs.arc):
-        along = np.cumsum(arcs.length_px)
-        marks = (np.arange(count) + 0.5) * (along[-1] / count)
-        rows, times = np.unique(np.minimum(np.searchsorted(along, marks), len(along) - 1), return_counts=True)
-        arcs = replace(arcs.take(rows), length_px=times * (along[-1] / count))
+        passed = np.cumsum(arcs.length_px)
+        marks = (np.arange(count) + 0.5) * (passed[-1] / count)
+        rows, times = np.unique(np.minimum(np.searchsorted(passed, marks), len(passed) - 1), return_counts=True)
+        arcs = replace(arcs.take(rows), length_px=times * (passed[-1] / count))
         normal, other = normal[rows], other[rows]
     seen = _free(scene, arcs.point, _unit(normal + other), eye, p.visibility.ray_offset_mm)
     to_eye = _unit(eye - arcs.point)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--prior", type=Path, required=True, metavar="PRIOR.yaml", help="where the rig is thought to be, and how surely"
     )
+    parser.add_argument(
+        "--needs",
+        metavar="MM,DEG",
+        help="how exactly the pose is needed, two standard deviations, as in 5mm,2deg (default: what the prior file "
+        "says, else 3mm,0.5deg)",
+    )
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
@@ -40,8 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
+    from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, inspect
 
+    needs = None if args.needs is None else parse_needs(args.needs, "--needs")
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store:
         answer = inspect(
@@ -50,6 +59,7 @@ def run(args: argparse.Namespace) -> int:
             left=args.left,
             right=args.right,
             prior=args.prior,
+            needs=needs,
             world=args.world,
             keep_images=not args.no_keep_images,
             overlay=args.overlay,
@@ -65,8 +75,12 @@ def print_answer(answer: Inspection, form: str) -> None:
         return
     say(f"run {answer.run}: {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
+        if answer.verdict != "accepted":
+            say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
         for row in answer.world_from_rig[:3]:
             say("  ".join(f"{value:14.6f}" for value in row))
+        degrees = math.degrees(2 * answer.sigma_rad)
+        say(f"known to {2 * answer.sigma_mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
     say(
         f"selected from the world: {len(answer.selection.shown)} parts, of which {answer.selection.superfluous} in no "
         "view of the poses sampled about the prior"

@@ -93,7 +93,7 @@ def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, t
     with Store.open(fresh_store) as store:
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
-            prior = Prior(pose, sigma, sigma / 1000)
+            prior = Prior.isotropic(pose, sigma, sigma / 1000)
             views = sample_views(rig, prior, NEAR_TO_FAR)
             for level in ("part", "feature"):
                 selected = select_in_view(store, rig, prior, NEAR_TO_FAR, level=level)

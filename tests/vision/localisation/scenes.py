@@ -68,6 +68,7 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
         surface_component=np.repeat(np.arange(len(boxes)), 6),
         arc_component=np.repeat(np.arange(len(boxes)), 12),
         inspected=np.ones(len(boxes), bool),
+        tolerance_mm=np.zeros(len(boxes)),
     )
 
 
@@ -128,7 +129,7 @@ def picture(scene: Scene, camera: Camera, world_from_camera: Floats, seed: int) 
 def off(pose: Floats, sigma_mm: float, sigma_rad: float, seed: int) -> Prior:
     """A prior off by an error drawn from its sigmas."""
     error = np.random.default_rng(seed).normal(0, 1, 6) * np.repeat([sigma_mm, sigma_rad], 3)
-    return Prior(perturb(pose, error), sigma_mm, sigma_rad)
+    return Prior.isotropic(perturb(pose, error), sigma_mm, sigma_rad)
 
 
 def bulkhead(folder: Path) -> Scene:
@@ -170,6 +171,7 @@ def bulkhead(folder: Path) -> Scene:
         surface_occurrence,
         arc_occurrence,
         np.ones(len(number), bool),
+        np.zeros(len(number)),
     )
 
 

@@ -33,6 +33,7 @@ def squares(*placed: tuple[float, float, float, float]) -> Scene:
         surface_component=np.arange(n),
         arc_component=none,
         inspected=np.ones(n, bool),
+        tolerance_mm=np.zeros(n),
     )
 
 

@@ -7,10 +7,17 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
-from vision.cameras.cameras import perturb, perturbation
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints, build_evidence
-from vision.localisation.hypotheses import look_up_evidence, predict, project_directions, project_with_jacobians
-from vision.localisation.refine import EdgeIndex, refine
+from vision.localisation.hypotheses import (
+    build_fine_evidence,
+    look_up_evidence,
+    predict,
+    project_directions,
+    project_with_jacobians,
+)
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.refine import Refined, refine
 from vision.localisation.scene import Scene
 from vision.localisation.visibility import find_visible_arcs
 
@@ -49,15 +56,20 @@ def exact_edges(
     return out
 
 
+def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> Refined:
+    indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
+    return refine(scene, rig, indexes, build_fine_evidence(rig, edges), prior, start)
+
+
 def test_covariance_holds_the_truth() -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     prior = off(truth, 20.0, np.radians(2), 3)
     distances = []
     for seed in range(10):
         rng = np.random.default_rng(seed)
-        indexes = {n: EdgeIndex(e) for n, e in exact_edges(truth, rng).items()}
+        edges = exact_edges(truth, rng)
         start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))
-        found = refine(scene, rig, indexes, prior, start)
+        found = fit(scene, rig, edges, prior, start)
         d = perturbation(found.world_from_rig, truth)
         assert np.abs(d[:3]).max() < 0.3
         distances.append(d @ np.linalg.solve(found.covariance, d))
@@ -68,8 +80,7 @@ def test_covariance_holds_the_truth() -> None:
 def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     edges = exact_edges(truth, np.random.default_rng(1), shift=np.array([3.0, 2.0]))
-    indexes = {n: EdgeIndex(e) for n, e in edges.items()}
-    found = refine(scene, rig, indexes, off(truth, 20.0, np.radians(2), 3), truth)
+    found = fit(scene, rig, edges, off(truth, 20.0, np.radians(2), 3), truth)
     assert np.abs(perturbation(found.world_from_rig, truth)[:3]).max() < 0.5
 
 
@@ -84,8 +95,7 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
     )
     rig, truth = stereo_rig().only(*cameras), above(-20, 0, 500)
     edges = exact_edges(truth, np.random.default_rng(3), shift=np.array(shift), scene=scene, shifted=(1,))
-    indexes = {n: EdgeIndex(edges[n]) for n in cameras}
-    found = refine(scene, rig, indexes, off(truth, 6.0, np.radians(1), 4), truth)
+    found = fit(scene, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
     d = perturbation(found.world_from_rig, truth)
     assert np.abs(d[:3]).max() < 0.2
     assert d @ np.linalg.solve(found.covariance, d) < 3.5**2

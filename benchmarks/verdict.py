@@ -1,0 +1,220 @@
+"""The verdict's calibration: what localisation says of trials with known truth, the weights, and how true they are.
+
+    python benchmarks/verdict.py run FOLDER [--renders TRIALS] [--part I/N]    # one line of JSON a trial, resumable
+    python benchmarks/verdict.py fit FOLDER       # weights for VerdictParameters, fitted on the sets named in FITTED
+    python benchmarks/verdict.py draw FOLDER      # reliability and acceptance against error, on all other sets
+
+A trial's best hypothesis is right when the target point lies within 2 mm (5 mm by one camera) and the rotation within
+0.2 degrees (2 degrees) of the truth.  RELMODEL_TEST_DATA names the test data; without it the demonstration alone is run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+from tabulate import tabulate
+
+from benchmarks.trials import (
+    ALTERATIONS,
+    Models,
+    Trial,
+    alone,
+    alter,
+    demonstration,
+    miscalibrate,
+    rendered,
+    shared_bulkheads,
+    show,
+    single_pictures,
+)
+from relmodel.arrays import Floats
+from vision.cameras.cameras import Needs, perturbation
+from vision.extraction.extract import Extraction, extract
+from vision.inspection.demonstration import Truth, measure_pose_error
+from vision.localisation.localise import localise
+from vision.localisation.parameters import DEFAULTS
+from vision.localisation.verdict import Signs, read_signs
+
+# The sets that weights are fitted on; all others are held out.
+FITTED = ("finish", "small", "changed")
+NEEDS = {1: Needs(5.0, float(np.radians(2))), 2: Needs()}
+RIGHT = {1: (5.0, 2.0), 2: (2.0, 0.2)}
+
+
+def trials(models: Models, renders: Path | None) -> Iterator[Trial]:
+    """All trials: as they are, by one camera, and made wrong."""
+    data = os.environ.get("RELMODEL_TEST_DATA")
+    pairs, singles = list(demonstration(models)), []
+    if data:
+        pairs += shared_bulkheads(Path(data), models, ("small", "large", "half_pitch", "one_pitch"))
+        for name in ("photo_cube", "render_box"):
+            singles += single_pictures(Path(data), name, models)
+    if renders:
+        for trial in rendered(renders, models):
+            (pairs if len(trial.pictures) > 1 else singles).append(trial)
+    yield from pairs
+    yield from singles
+    once = [t for t in pairs if t.name.split()[-1] not in ("large", "half_pitch", "one_pitch")]
+    for number, trial in enumerate(once):
+        yield alone(trial)
+        for kind in ALTERATIONS:
+            if kind not in ("blurred", "blank") or number % 4 == 0:
+                yield alter(trial, kind)
+        for kind in ("focal", "baseline"):
+            yield miscalibrate(trial, kind)
+        for step in (1, 5, 9):
+            other = once[(number + step) % len(once)]
+            if other.model != trial.model or other is not trial:
+                yield show(trial, other)
+    for number, trial in enumerate(singles):
+        for kind in ("mirrored", "turned"):
+            yield alter(trial, kind)
+        for step in (7, 12):
+            yield show(trial, singles[(number + step) % len(singles)])
+        yield show(trial, once[number % len(once)])
+
+
+def run(folder: Path, renders: Path | None, part: int, parts: int) -> None:
+    """Localise every trial that has no line yet."""
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"trials_{part}_{parts}.jsonl"
+    done = {json.loads(line)["name"] for path in folder.glob("trials_*.jsonl") for line in path.open()}
+    models, extractions = Models(folder), {}
+    with file.open("a") as out:
+        for number, trial in enumerate(trials(models, renders)):
+            if number % parts == part and trial.name not in done:
+                line = measure(trial, models, extractions)
+                out.write(json.dumps(line) + "\n")
+                out.flush()
+                print(f"{trial.name}: {line['verdict']}, off {line['off_mm']}", flush=True)
+
+
+def measure(trial: Trial, models: Models, extractions: dict[bytes, Extraction]) -> dict[str, Any]:
+    """What localisation says of a trial, its signs, and how far off it is."""
+    scene = models.scene(trial.model)
+    needs = NEEDS[len(trial.pictures)]
+    found = {}
+    for name, picture in trial.pictures.items():
+        key = picture.tobytes()
+        if key not in extractions:
+            if len(extractions) > 200:
+                extractions.clear()
+            extractions[key] = extract(picture)
+        found[name] = extractions[key]
+    began = time.process_time()
+    answer = localise(scene, trial.rig, trial.pictures, found, trial.prior, needs)
+    line: dict[str, Any] = {
+        "name": trial.name,
+        "group": trial.group,
+        "kind": trial.kind,
+        "cameras": len(trial.pictures),
+        "verdict": answer.verdict.verdict,
+        "reason": answer.verdict.reason,
+        "posterior": answer.verdict.posterior,
+        "sigma_mm": answer.verdict.sigma_mm,
+        "sigma_rad": answer.verdict.sigma_rad,
+        "processor_s": round(time.process_time() - began, 2),
+        "off_mm": None,
+        "off_deg": None,
+        "chi_square": None,
+        "truth_among": False,
+        "signs": None,
+    }
+    if answer.best is None:
+        return line
+    line["signs"] = asdict(read_signs(answer.best, answer.alone, DEFAULTS.verdict))
+    if trial.world_from_rig is not None:
+        truth = Truth("", trial.world_from_rig, trial.target)
+        off = [measure_pose_error(h.world_from_rig, truth) for h in answer.hypotheses]
+        line["off_mm"], line["off_deg"] = off[0].target_mm, off[0].rotation_deg
+        d = perturbation(answer.best.world_from_rig, trial.world_from_rig)
+        line["chi_square"] = float(d @ np.linalg.solve(answer.best.covariance, d))
+        mm, degrees = RIGHT[len(trial.pictures)]
+        line["truth_among"] = any(o.target_mm <= mm and o.rotation_deg <= degrees for o in off)
+    return line
+
+
+def read(folder: Path) -> list[dict[str, Any]]:
+    """All lines that have signs, each with whether it is right."""
+    lines = [json.loads(line) for path in sorted(folder.glob("trials_*.jsonl")) for line in path.open()]
+    lines = [line for line in lines if line["signs"]]
+    for line in lines:
+        mm, degrees = RIGHT[line["cameras"]]
+        line["right"] = line["off_mm"] is not None and line["off_mm"] <= mm and line["off_deg"] <= degrees
+    return lines
+
+
+def fit(lines: list[dict[str, Any]]) -> tuple[float, Floats]:
+    """Offset and weights of the posterior: logistic regression, right and wrong trials weighing the same, with a
+    Gaussian prior of 3 in units of each sign's scatter; signs weigh in their own direction only."""
+    p = DEFAULTS.verdict
+    x = np.array([Signs(**line["signs"]).columns(p) for line in lines])
+    y = np.array([line["right"] for line in lines], float)
+    scale = x.std(axis=0) + 1e-9
+    z = (x - x.mean(axis=0)) / scale
+    w = np.where(y > 0, 0.5 / max(y.sum(), 1), 0.5 / max((1 - y).sum(), 1)) * len(y)
+
+    def loss(b: Floats) -> float:
+        odds = b[0] + z @ b[1:]
+        return float((w * (np.logaddexp(0, odds) - y * odds)).sum() + 0.5 * (b[1:] ** 2).sum() / 9)
+
+    bounds = [(None, None), (0, None), (0, None), (0, None), (None, 0)]
+    b = minimize(loss, np.zeros(5), method="L-BFGS-B", bounds=bounds).x
+    weights = b[1:] / scale
+    return float(b[0] - weights @ x.mean(axis=0)), weights
+
+
+def report(lines: list[dict[str, Any]]) -> None:
+    """A table by set: right, accepted of the right, wrong accepted, chi-square."""
+    rows = []
+    for key in sorted({(line["group"], line["kind"], line["cameras"]) for line in lines}):
+        own = [line for line in lines if (line["group"], line["kind"], line["cameras"]) == key]
+        right = [line for line in own if line["right"]]
+        accepted = [line for line in right if line["verdict"] == "accepted"]
+        wrong = [line for line in own if not line["right"] and line["verdict"] == "accepted"]
+        chi = [line["chi_square"] for line in accepted]
+        rows.append(
+            (*key, len(own), len(right), len(accepted), sum(line["verdict"] == "ambiguous" for line in own),
+             len(wrong), np.mean(chi) if chi else None, max(chi, default=None))
+        )  # fmt: skip
+    heads = ("set", "kind", "cameras", "trials", "right", "accepted", "ambiguous", "wrong accepted", "chi2", "most")
+    print(tabulate(rows, headers=heads, floatfmt=".1f"))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("action", choices=("run", "fit", "draw", "report"))
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--renders", type=Path, help="what python -m examples.render.trials wrote")
+    parser.add_argument("--part", default="0/1", metavar="I/N", help="the I-th of N runs side by side")
+    args = parser.parse_args()
+    if args.action == "run":
+        part, parts = map(int, args.part.split("/"))
+        run(args.folder, args.renders, part, parts)
+        return
+    lines = read(args.folder)
+    if args.action == "fit":
+        offset, weights = fit([line for line in lines if line["group"] in FITTED])
+        print(f"offset {offset:.2f}, weights ({', '.join(f'{w:.3f}' for w in weights)})")
+    elif args.action == "report":
+        report(lines)
+    else:
+        draw(lines, args.folder)
+
+
+def draw(lines: list[dict[str, Any]], folder: Path) -> None:
+    """Reliability of the posterior and the operating curve, on sets that no weight was fitted on."""
+    import cv2  # noqa: F401
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""What is not known of the cameras, solved along with the pose: response, principal point, focal length, place.
+
+A camera has ten unknowns: how far its response moves edges toward their dark side (px at a contrast of the whole range
+of grey), the principal point (px, 2), the focal length (as a share of it), and a right perturbation of its place in
+the rig (t mm, r rad).  The rig says how well each is known; what is exact stays out of the solution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Floats, Ints
+from relmodel.geometry.transforms import skew
+from vision.cameras.cameras import CalibrationSigma, Rig
+from vision.localisation.hypotheses import Prediction, flow_in_camera
+from vision.localisation.parameters import RefinementParameters
+
+COUNT = 10
+
+
+@dataclass(frozen=True)
+class CameraUnknowns:
+    """Expected values and standard deviations (c, 10) of the cameras' own unknowns; sigma zero: exact."""
+
+    mean: Floats
+    sigma: Floats
+
+    @property
+    def precision(self) -> Floats:
+        """Inverse variances (10 c,); one for what is exact, which no measurement moves."""
+        return np.where(self.sigma > 0, self.sigma, 1.0).ravel() ** -2.0
+
+
+def describe_unknowns(rig: Rig, p: RefinementParameters) -> CameraUnknowns:
+    """The unknowns of a rig's cameras, in its order."""
+    mean, sigma = np.zeros((2, len(rig.cameras), COUNT))
+    mean[:, 0] = p.response_px
+    for number, name in enumerate(rig.cameras):
+        stated = rig.sigma.get(name, CalibrationSigma())
+        sigma[number, 0] = p.response_sigma_px
+        sigma[number, 1:3] = max(stated.centre_px, p.calibration_px)
+        sigma[number, 3] = stated.focal
+        sigma[number, 4:7] = stated.translation_mm
+        sigma[number, 7:] = stated.rotation
+    return CameraUnknowns(mean, sigma)
+
+
+def differentiate(
+    prediction: Prediction, delta: Floats, rows: Ints, pixel: Floats, normal: Floats, response: Floats, sigma: Floats
+) -> Floats:
+    """Derivatives (k, 10) of the predicted place along the normals (k, 2) by the unknowns of the camera that the `rows`
+    (k,) of the prediction belong to; `pixel` (k, 2) where they are, `response` (k,) what moves them by its response;
+    zero for what `sigma` (10,) has as exact."""
+    out = np.zeros((len(rows), COUNT))
+    out[:, 0] = response
+    out[:, 1:3] = normal
+    if sigma[3] > 0:
+        centre = prediction.matrix[prediction.view[rows], :, 2]
+        out[:, 3] = np.einsum("ni,ni->n", normal, pixel - centre)
+    if (sigma[4:] > 0).any():
+        point, flow = flow_in_camera(prediction, delta, rows)
+        out[:, 4:7] = -np.einsum("ni,nij->nj", normal, flow)
+        out[:, 7:] = np.einsum("ni,nij->nj", normal, flow @ skew(point))
+    return np.asarray(out * (sigma > 0))
