@@ -48,6 +48,7 @@ class Measurements:
 
     pixel (n, 2), direction (n, 2): predicted at the pose; offset (n,) px along (-dy, dx) to the edge element `found`
     (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, zero where the sample's component is excluded;
+    slope (n,): derivative of weight times offset by the offset;
     jacobian (n, 6 + u c) of the offset's prediction by the pose and the u own unknowns of each of the c cameras.
     """
 
@@ -57,6 +58,7 @@ class Measurements:
     found: Ints
     sigma: Floats
     weight: Floats
+    slope: Floats
     jacobian: Floats
 
 
@@ -108,12 +110,15 @@ def measure(
         )
         offset[hit] -= by_camera[hit, number] @ own[number]
     # Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth.
-    weight = np.where((found >= 0) & votes, 1 / (1 + (offset / scale) ** 2) ** 2, 0.0)
+    far = offset**2 / (scale**2 + (2 * prediction.tolerance_px) ** 2)
+    use = (found >= 0) & votes
+    weight = np.where(use, 1 / (1 + far) ** 2, 0.0)
+    slope = np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
     # What puts an arc elsewhere moves all its samples: an arc of n knows no more than its tolerance allows.
     sigma = np.sqrt(sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, weight))
     own_derivative = by_camera.reshape(len(pixel), own.size)
     derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), own_derivative], axis=1)
-    return Measurements(pixel, direction, offset, found, sigma, weight, derivative)
+    return Measurements(pixel, direction, offset, found, sigma, weight, slope, derivative)
 
 
 def group_by_arc(prediction: Prediction) -> Ints:

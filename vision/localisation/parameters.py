@@ -167,7 +167,7 @@ class RefinementParameters:
     """px: standard deviation of that, an unknown of each camera"""
     calibration_px: float = 0.02
     """px: standard deviation of each camera's principal point, two unknowns"""
-    arc_shift_px: float = 0.05
+    arc_shift_px: float = 0.03
     """px: least standard deviation by which an arc's image is shifted as a whole"""
     inflation: float = 1.0
     """factor of the variance that such shifts give the pose, for arcs of a feature that share light and tolerance"""

@@ -13,8 +13,8 @@ from scipy.linalg import expm
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix, rotation_vector, skew
-from vision.cameras.cameras import Camera, perturb, perturbation
-from vision.cameras.files import read_prior, read_rig
+from vision.cameras.cameras import CalibrationSigma, Camera, Needs, perturb, perturbation
+from vision.cameras.files import parse_needs, read_needs, read_prior, read_rig
 
 MATRIX = np.array([[800.0, 0, 310], [0, 790, 245], [0, 0, 1]])
 COEFFICIENTS = [-0.2, 0.08, 0.001, -0.002, 0.01, 0.05, -0.02, 0.003, 0.001, -0.0005, 0.0004, 0.0002, 0.01, -0.02]
@@ -83,6 +83,38 @@ def test_good_files(tmp_path: Path) -> None:
         rig.only("top")
 
 
+def test_a_prior_by_its_covariance(tmp_path: Path) -> None:
+    factor = np.random.default_rng(1).normal(size=(6, 6)) * np.repeat([3.0, 0.01], 3)[:, None]
+    covariance = factor @ factor.T
+    data = {"world_from_rig": np.eye(4).tolist(), "covariance": covariance.tolist(), "verdict": "refused"}
+    prior = read_prior(write(tmp_path, data))
+    assert np.allclose(prior.covariance, covariance, rtol=1e-12)
+    assert prior.sigma_translation_mm == pytest.approx(np.sqrt(np.linalg.eigvalsh(covariance[:3, :3]).max()))
+
+
+def test_calibration_sigmas(tmp_path: Path) -> None:
+    data = rig_data()
+    data["sigma"] = {"focal_px": 0.8, "translation_mm": 0.1, "rotation_deg": 0.02}
+    data["cameras"]["right"]["sigma"] = {"centre_px": 0.3, "translation_mm": 0.2}
+    rig = read_rig(write(tmp_path, data))
+    focal = rig.cameras["left"].matrix[0, 0]
+    # The left camera is the rig's frame: where it sits is exact.
+    assert rig.sigma["left"] == CalibrationSigma(focal=0.8 / focal)
+    assert rig.sigma["right"] == CalibrationSigma(centre_px=0.3, translation_mm=0.2)
+
+
+@pytest.mark.parametrize("given", ["5mm,2deg", " 5 mm, 2 deg ", {"translation_mm": 5, "rotation_deg": 2}])
+def test_needs_of_a_prior_file(tmp_path: Path, given: object) -> None:
+    assert read_needs(write(tmp_path, prior_data())) is None
+    assert read_needs(write(tmp_path, prior_data() | {"needs": given})) == Needs(5.0, float(np.radians(2)))
+
+
+@pytest.mark.parametrize("text", ["", "5mm", "5,2", "0mm,1deg", "-1mm,1deg", "nanmm,1deg", "1e999mm,1deg", "1mm,1rad"])
+def test_needs_that_are_none(text: str) -> None:
+    with pytest.raises(InputError, match="no accuracy"):
+        parse_needs(text, "--needs")
+
+
 def test_rotation_with_round_off_is_made_exact(tmp_path: Path) -> None:
     data = prior_data()
     data["world_from_rig"] = np.round(perturb(np.eye(4), np.full(6, 0.3)), 6).tolist()
@@ -123,6 +155,10 @@ NAN = [[float("nan"), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
         ("cameras.right.rig_from_camera", MIRROR, "no rigid transform"),
         ("cameras.left.distortion.coefficients", [1, 2, 3], "4, 5, 8, 12 or 14"),
         ("cameras.left.distortion.model", "fisheye", "opencv"),
+        ("cameras.left.sigma", 3, "no mapping of focal_px"),
+        ("cameras.left.sigma", {"focal": 1}, "no mapping of focal_px"),
+        ("cameras.left.sigma", {"focal_px": -1}, "give 0 to 100"),
+        ("sigma", {"rotation_deg": "a"}, "not made of numbers"),
     ],
 )
 def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> None:
@@ -142,6 +178,11 @@ def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> Non
         ("sigma.translation_mm", 0, "above zero"),
         ("sigma.rotation_deg", -1, "above zero"),
         ("sigma.rotation_deg", [1, 2], "one number"),
+        ("covariance", [[1.0]], "size 1x1"),
+        ("covariance", np.diag([1.0, 1, 1, 1, 1, 0]).tolist(), "positive diagonal"),
+        ("covariance", np.ones((6, 6)).tolist(), "positive definite"),
+        ("covariance", (np.eye(6) + np.eye(6, k=1)).tolist(), "not symmetric"),
+        ("covariance", np.diag([1e6, 1, 1, 1e-4, 1e-4, 1e-4]).tolist(), "leaves everything open"),
     ],
 )
 def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> None:
