@@ -18,7 +18,8 @@ from relmodel.geometry.transforms import inverse, rotation_vector
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world import place_world
-from relmodel.world.kinematics import correct_base, mounted_rig
+from relmodel.world.correction import correct_base
+from relmodel.world.kinematics import mounted_rig
 from vision.cameras.files import read_pose, read_rig
 from vision.cameras.record import record_rig
 from vision.inspection import inspect

@@ -1,9 +1,9 @@
 -- The rigs and objects that a world mounts, each with the object that carries it.
 -- Takes world_id.
--- Gives rig (its name; null of objects), mounted_no (object_no of an object; null of rigs), carrier (the name of what
--- carries it), its object_no and object_id, link or null, carrier_from_mounted as m00 .. m23 and world_from_carrier as
--- w00 .. w23, in order.
-SELECT CASE WHEN m.rig_id IS NOT NULL THEN m.name END AS rig, m.mounted_no, w.name AS carrier, m.object_no, v.object_id,
+-- Gives rig (its name) and rig_id (both null of objects), mounted_no (object_no of an object; null of rigs), carrier (the
+-- name of what carries it), its object_no and object_id, link or null, carrier_from_mounted as m00 .. m23 and
+-- world_from_carrier as w00 .. w23, in order.
+SELECT CASE WHEN m.rig_id IS NOT NULL THEN m.name END AS rig, m.rig_id, m.mounted_no, w.name AS carrier, m.object_no, v.object_id,
     m.link,
     m.m00, m.m01, m.m02, m.m03,
     m.m10, m.m11, m.m12, m.m13,

@@ -273,6 +273,82 @@ COMMENT ON COLUMN pose.cost IS 'cost of the best hypothesis';
 COMMENT ON COLUMN pose.margin IS 'cost of the next distinct hypothesis less this one; null where there is none';
 COMMENT ON COLUMN pose.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 
+CREATE TABLE base_correction (
+    run_id BIGINT PRIMARY KEY REFERENCES pose (run_id),
+    world_id BIGINT NOT NULL,
+    object_no INTEGER NOT NULL,
+    robot TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    shift_x DOUBLE PRECISION NOT NULL,
+    shift_y DOUBLE PRECISION NOT NULL,
+    shift_z DOUBLE PRECISION NOT NULL,
+    turn_x DOUBLE PRECISION NOT NULL,
+    turn_y DOUBLE PRECISION NOT NULL,
+    turn_z DOUBLE PRECISION NOT NULL,
+    covariance DOUBLE PRECISION[] NOT NULL,
+    prior_covariance DOUBLE PRECISION[],
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+);
+COMMENT ON TABLE base_correction IS 'Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.';
+COMMENT ON COLUMN base_correction.run_id IS 'the run';
+COMMENT ON COLUMN base_correction.world_id IS 'the world of the inspection';
+COMMENT ON COLUMN base_correction.object_no IS 'the object that carries the rig, or has the robot nested in it that does';
+COMMENT ON COLUMN base_correction.robot IS 'path of the robot in that object, as in occurrence; empty: the object itself';
+COMMENT ON COLUMN base_correction.m00 IS 'world_from_base, corrected: row 0, column 0 of the rotation';
+COMMENT ON COLUMN base_correction.m01 IS 'world_from_base, corrected: row 0, column 1 of the rotation';
+COMMENT ON COLUMN base_correction.m02 IS 'world_from_base, corrected: row 0, column 2 of the rotation';
+COMMENT ON COLUMN base_correction.m03 IS 'world_from_base, corrected: row 0 of the translation, mm';
+COMMENT ON COLUMN base_correction.m10 IS 'world_from_base, corrected: row 1, column 0 of the rotation';
+COMMENT ON COLUMN base_correction.m11 IS 'world_from_base, corrected: row 1, column 1 of the rotation';
+COMMENT ON COLUMN base_correction.m12 IS 'world_from_base, corrected: row 1, column 2 of the rotation';
+COMMENT ON COLUMN base_correction.m13 IS 'world_from_base, corrected: row 1 of the translation, mm';
+COMMENT ON COLUMN base_correction.m20 IS 'world_from_base, corrected: row 2, column 0 of the rotation';
+COMMENT ON COLUMN base_correction.m21 IS 'world_from_base, corrected: row 2, column 1 of the rotation';
+COMMENT ON COLUMN base_correction.m22 IS 'world_from_base, corrected: row 2, column 2 of the rotation';
+COMMENT ON COLUMN base_correction.m23 IS 'world_from_base, corrected: row 2 of the translation, mm';
+COMMENT ON COLUMN base_correction.shift_x IS 'how far the base''s origin is from where the world has it, along the world''s x, mm';
+COMMENT ON COLUMN base_correction.shift_y IS 'how far the base''s origin is from where the world has it, along the world''s y, mm';
+COMMENT ON COLUMN base_correction.shift_z IS 'how far the base''s origin is from where the world has it, along the world''s z, mm';
+COMMENT ON COLUMN base_correction.turn_x IS 'x of the rotation vector from the base as the world has it, in its frame, rad';
+COMMENT ON COLUMN base_correction.turn_y IS 'y of the rotation vector from the base as the world has it, in its frame, rad';
+COMMENT ON COLUMN base_correction.turn_z IS 'z of the rotation vector from the base as the world has it, in its frame, rad';
+COMMENT ON COLUMN base_correction.covariance IS '36 numbers, row-major: covariance of the base, of a right perturbation in its frame, (t mm, r rad)';
+COMMENT ON COLUMN base_correction.prior_covariance IS 'the same of the base where the world has it, as given; null: it could stand anywhere';
+
+CREATE TABLE joint_correction (
+    run_id BIGINT NOT NULL REFERENCES base_correction (run_id),
+    joint TEXT NOT NULL,
+    stated_value DOUBLE PRECISION NOT NULL,
+    prior_sigma DOUBLE PRECISION,
+    value DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION,
+    PRIMARY KEY (run_id, joint),
+    CHECK (prior_sigma > 0 AND sigma > 0),
+    CHECK ((prior_sigma IS NULL) = (sigma IS NULL))
+);
+COMMENT ON TABLE joint_correction IS 'The joints with which the base was corrected: held, or corrected along with it.';
+COMMENT ON COLUMN joint_correction.run_id IS 'the run';
+COMMENT ON COLUMN joint_correction.joint IS 'name of the joint; fixed joints are left out';
+COMMENT ON COLUMN joint_correction.stated_value IS 'its value as the world has it, or the call gave it, rad or mm';
+COMMENT ON COLUMN joint_correction.prior_sigma IS 'standard deviation of that, rad or mm; null where the joint is held, or follows another';
+COMMENT ON COLUMN joint_correction.value IS 'its corrected value, rad or mm';
+COMMENT ON COLUMN joint_correction.sigma IS 'standard deviation of that, rad or mm; null where the joint is held, or follows another';
+
 CREATE TABLE part_in_view (
     run_id BIGINT NOT NULL REFERENCES run (id),
     in_view_no INTEGER NOT NULL,
@@ -306,4 +382,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('correspondence', 'localisation', 'primary'),
     ('edge_measurement', 'localisation', 'primary'),
     ('pose', 'localisation', 'primary'),
+    ('base_correction', 'localisation', 'primary'),
+    ('joint_correction', 'localisation', 'primary'),
     ('part_in_view', 'localisation', 'primary');

@@ -127,6 +127,22 @@ class JointTree:
                 _check_limits(joint, out[joint.name], what)
         return out
 
+    def sigmas(self, given: Mapping[str, float], what: str) -> dict[str, float]:
+        """Standard deviations of the joints given, rad or mm, named as for `values`.
+
+        Raises InputError, beginning with `what`, for an unknown joint, one given twice, or a sigma that is not above
+        zero.
+        """
+        out: dict[str, float] = {}
+        for name, number in given.items():
+            joint, sigma = self._named(name, float(number), what)
+            if joint.name in out:
+                raise InputError(f"{what}: joint {joint.name!r} is given twice: give it once")
+            if not 0 < sigma < np.inf:
+                raise InputError(f"{what}: that of joint {joint.name!r} is {sigma:g}: give one above zero")
+            out[joint.name] = sigma
+        return out
+
     def _named(self, name: str, value: float, what: str) -> tuple[Joint, float]:
         """The joint of a name that may end in `_deg`, and its value in rad or mm."""
         joint = self._joint.get(name)

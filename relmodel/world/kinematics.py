@@ -1,9 +1,6 @@
-"""From base travel, joints and mount to where a rig is, and from where it was found back to the arm.
+"""From base travel, joints and mount to where a rig is.
 
 world_from_rig = world_from_object @ object_from_link(joints) @ link_from_rig.
-
-Perturbations are ordered (t mm, r rad), on the right: T' = T @ [Exp(r), t], in the frame that T takes from; so are
-their covariances.
 """
 
 from __future__ import annotations
@@ -19,11 +16,8 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.geometry.joints import Joint, JointTree, Mimic
-from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
-
-_MOST_STEPS = 50
-_CONVERGED = 1e-11
 
 
 @dataclass(frozen=True)
@@ -134,12 +128,16 @@ class MountedRig:
     What has no joints and is itself mounted counts as a piece of what carries it: of a rig on a tool at an arm's
     flange the carrier is the arm.
 
+    carrier, object_no: the object in the world.  robot: path of the robot in it that carries (empty: the object).
     world_from_object: of the carrier, or of the nested robot that carries.  link: its name in that.
     object_from_link: of that with its joints at `joints` (rad, mm); the identity where no link is named.
     """
 
     rig: str
+    world_id: int
     carrier: str
+    object_no: int
+    robot: str
     link: str | None
     world_from_object: Floats  # (4, 4)
     object_from_link: Floats  # (4, 4)
@@ -151,6 +149,11 @@ class MountedRig:
     def world_from_rig(self) -> Floats:
         """(4, 4), mm."""
         return np.asarray(self.world_from_object @ self.object_from_link @ self.link_from_rig)
+
+    @property
+    def base(self) -> str:
+        """Path of the carrier, or of the nested robot that carries, as in occurrence."""
+        return f"{self.carrier}/{self.robot}" if self.robot else self.carrier
 
     def moved(self, joints: Mapping[str, float]) -> MountedRig:
         """The rig with joints at other values (rad, mm, or degrees where a name ends in `_deg`); others stay.
@@ -169,6 +172,17 @@ class MountedRig:
         values = self.tree.values({**own, **given}, f"joints of {self.carrier}")
         return replace(self, joints=values, object_from_link=self.tree.poses(values)[self.link or self.tree.root])
 
+    def sigmas(self, given: Mapping[str, float]) -> dict[str, float]:
+        """Standard deviations of joints, rad or mm, from those given; a name with `_deg` gives one in degrees.
+
+        Raises InputError for a joint that does not move by itself, and a sigma that is not above zero.
+        """
+        if self.tree is None:
+            if given:
+                raise InputError(f"{self.carrier} has no joints: leave {next(iter(given))} out")
+            return {}
+        return self.tree.sigmas(given, f"sigmas of joints of {self.carrier}")
+
 
 def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | None = None) -> MountedRig:
     """A rig of the newest revision of a world, at the joint state that the world has.
@@ -184,159 +198,58 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
             known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts if m.rig is not None) or "there are none"
             what = "several rigs" if found else "no rig"
             raise UsageError(f"world {name} mounts {what} {rig}{f' on {on}' if on else ''}: name one of: {known}")
-        row, link_from_rig = found[0], _matrix(found[0])
-        carried = {m.mounted_no: m for m in mounts if m.mounted_no is not None}
-        while True:
-            robots = Robots(store, connection, row.object_id)
-            values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
-            for state in store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no):
-                values[state.robot][state.joint] = float(state.value)
-            link = robots.frame(store, connection, row.object_id, row.link, values)
-            if link.robot in robots.trees or row.object_no not in carried:
-                break
-            row = carried[row.object_no]
-            link_from_rig = _matrix(row) @ link.robot_from_link @ link_from_rig
-    tree, joints = robots.trees.get(link.robot), values.get(link.robot, {})
-    world_from_robot = _matrix(row, "w") @ link.object_from_robot
-    return MountedRig(rig, row.carrier, link.name, world_from_robot, link.robot_from_link, link_from_rig, tree, joints)
+        return _followed_up(store, connection, world_id, mounts, found[0])
+
+
+def mount_of_rig(store: Store, connection: Connection, world_id: int, rig_id: int, on: str | None) -> MountedRig | None:
+    """A rig, known by its content, as a revision of a world mounts it, at the joint state that the world has.
+
+    `on`: name of the object that carries it, where several do.  None where the world does not mount it.  Raises
+    UsageError where that object does not carry it, or several mounts are left.
+    """
+    mounts = store.rows(connection, "world_mounts", world_id=world_id)
+    carried = [m for m in mounts if m.rig_id == rig_id]
+    found = [m for m in carried if on in (None, m.carrier)]
+    if len(found) == 1:
+        return _followed_up(store, connection, world_id, mounts, found[0])
+    if not carried:
+        return None
+    known = ", ".join(dict.fromkeys(m.carrier for m in carried))
+    if not found:
+        raise UsageError(f"no object {on} carries this rig: name the one that does with --on: {known}")
+    if len({m.carrier for m in found}) == 1:
+        raise UsageError(f"the world mounts this rig on {known} {len(found)} times: mount it there once")
+    raise UsageError(f"several objects carry this rig: say with --on which of them took the pictures: {known}")
+
+
+def _followed_up(store: Store, connection: Connection, world_id: int, mounts: list[Any], row: Any) -> MountedRig:
+    """The rig of a mount, with what carries it followed up to a robot, or to what is mounted on nothing."""
+    rig, link_from_rig = row.rig, _matrix(row)
+    carried = {m.mounted_no: m for m in mounts if m.mounted_no is not None}
+    while True:
+        robots = Robots(store, connection, row.object_id)
+        values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
+        for state in store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no):
+            values[state.robot][state.joint] = float(state.value)
+        link = robots.frame(store, connection, row.object_id, row.link, values)
+        if link.robot in robots.trees or row.object_no not in carried:
+            break
+        row = carried[row.object_no]
+        link_from_rig = _matrix(row) @ link.robot_from_link @ link_from_rig
+    return MountedRig(
+        rig=rig,
+        world_id=world_id,
+        carrier=row.carrier,
+        object_no=int(row.object_no),
+        robot=link.robot,
+        link=link.name,
+        world_from_object=_matrix(row, "w") @ link.object_from_robot,
+        object_from_link=link.robot_from_link,
+        link_from_rig=link_from_rig,
+        tree=robots.trees.get(link.robot),
+        joints=values.get(link.robot, {}),
+    )
 
 
 def _matrix(row: Any, letter: str = "m") -> Floats:
     return matrices({name: getattr(row, letter + name[1:]) for name in MATRIX_COLUMNS})
-
-
-@dataclass(frozen=True)
-class Correction:
-    """What a found pose of a rig says of the arm that carries it.
-
-    world_from_object: the corrected pose of the arm's base (4, 4); shift and turn: that of its origin in the world's
-    axes, mm, and the rotation vector in the base's frame, rad.  covariance: (6, 6) of the base's pose, t mm then r rad,
-    a right perturbation in the base's frame: R C R^T along the world's axes.  joints: value of each joint, corrected
-    where its sigma was given; joint_sigmas: what is left of those.
-    """
-
-    world_from_object: Floats
-    shift: Floats
-    turn: Floats
-    covariance: Floats
-    joints: dict[str, float]
-    joint_sigmas: dict[str, float]
-
-    def to_json(self) -> dict[str, Any]:
-        """The same as plain numbers."""
-        return {
-            "world_from_object": self.world_from_object.tolist(),
-            "shift_mm": self.shift.tolist(),
-            "turn_rad": self.turn.tolist(),
-            "covariance": self.covariance.tolist(),
-            "joints": self.joints,
-            "joint_sigmas": self.joint_sigmas,
-        }
-
-
-def correct_base(
-    mounted: MountedRig,
-    world_from_rig_found: Floats,
-    covariance: Floats,
-    *,
-    joint_sigmas: Mapping[str, float] | None = None,
-    base_covariance: Floats | None = None,
-) -> Correction:
-    """The correction of an arm's base, and of joints, from the pose of its rig that was found.
-
-    Least squares with priors: the found pose with its covariance (6, 6), joints at their values with `joint_sigmas`
-    (rad, mm), the base at its place with `base_covariance` (6, 6).  Joints without a sigma are held.  Without a
-    base_covariance the base may be anywhere: then it alone explains the pose, and sigmas of joints only widen its
-    covariance.  (Gauss-Newton; Jacobians of the chain after Lynch and Park, Modern Robotics, 2017, 5.1.)
-    Raises InputError for a sigma or a covariance that is not positive, and joints that do not move.
-    """
-    sigmas = dict(joint_sigmas or {})
-    movable = [j.name for j in mounted.tree.movable] if mounted.tree is not None else []
-    for name, sigma in sigmas.items():
-        if name not in movable:
-            raise InputError(f"{mounted.carrier} has no moving joint {name!r}: use {', '.join(movable) or 'none'}")
-        if not sigma > 0:
-            raise InputError(f"the sigma of joint {name!r} is {sigma:g}: give one above zero, or leave it out")
-    names = list(sigmas)
-    weight = _information(covariance, "the found pose")
-    prior = np.zeros((6 + len(names), 6 + len(names)))
-    if base_covariance is not None:
-        prior[:6, :6] = _information(base_covariance, "the base")
-    prior[6:, 6:] = np.diag([1 / sigmas[n] ** 2 for n in names])
-
-    base, change = mounted.world_from_object.copy(), np.zeros(len(names))
-    for _ in range(_MOST_STEPS):
-        values = dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change, strict=True)}
-        object_from_rig, jacobian = _chain(mounted, values, names)
-        error = _perturbation(base @ object_from_rig, world_from_rig_found)
-        away = np.concatenate([_perturbation(mounted.world_from_object, base), change])
-        information = jacobian.T @ weight @ jacobian + prior
-        step = np.linalg.solve(information, jacobian.T @ weight @ error - prior @ away)
-        base, change = _perturbed(base, step[:6]), change + step[6:]
-        if np.abs(step).max() < _CONVERGED:
-            break
-    posterior: Floats = np.asarray(np.linalg.inv(information), float)
-    values = _followed(
-        mounted, dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change.tolist(), strict=True)}
-    )
-    return Correction(
-        world_from_object=base,
-        shift=base[:3, 3] - mounted.world_from_object[:3, 3],
-        turn=_perturbation(mounted.world_from_object, base)[3:],
-        covariance=posterior[:6, :6],
-        joints=values,
-        joint_sigmas=dict(zip(names, np.sqrt(np.diag(posterior)[6:]).tolist(), strict=True)),
-    )
-
-
-def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> tuple[Floats, Floats]:
-    """object_from_rig (4, 4) at joint values, and the Jacobian (6, 6 + n) of the rig's perturbation by the base's and
-    the joints'."""
-    if mounted.tree is None or mounted.link is None:
-        object_from_link, screws = mounted.object_from_link, np.zeros((6, len(names)))
-    else:
-        values = _followed(mounted, values)
-        object_from_link = mounted.tree.poses(values)[mounted.link]
-        screws = mounted.tree.screws(mounted.link, values, names)
-    object_from_rig = np.asarray(object_from_link @ mounted.link_from_rig)
-    return object_from_rig, _adjoint(inverse(object_from_rig)) @ np.hstack([np.eye(6), screws])
-
-
-def _followed(mounted: MountedRig, values: dict[str, float]) -> dict[str, float]:
-    """Values with those of joints that follow others set anew."""
-    for joint in mounted.tree.joints if mounted.tree is not None else ():
-        if joint.mimic is not None:
-            values[joint.name] = joint.mimic.factor * values[joint.mimic.joint] + joint.mimic.offset
-    return values
-
-
-def _information(covariance: Floats, what: str) -> Floats:
-    covariance = np.asarray(covariance, float)
-    if covariance.shape != (6, 6) or not np.isfinite(covariance).all():
-        raise InputError(f"the covariance of {what} is not made of 6x6 numbers: give it in mm and rad")
-    scale = np.sqrt(np.abs(np.diag(covariance)))
-    if not (scale > 0).all() or np.linalg.eigvalsh(covariance / np.outer(scale, scale)).min() <= 1e-14:
-        raise InputError(f"the covariance of {what} is not positive: give one that has an inverse")
-    inner = np.linalg.inv(covariance / np.outer(scale, scale))
-    return np.asarray(inner / np.outer(scale, scale))
-
-
-def _adjoint(a_from_b: Floats) -> Floats:
-    """(6, 6) that takes twists (v, w) in frame b to frame a."""
-    rotation, (x, y, z) = a_from_b[:3, :3], a_from_b[:3, 3]
-    out = np.zeros((6, 6))
-    out[:3, :3] = out[3:, 3:] = rotation
-    out[:3, 3:] = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ rotation
-    return out
-
-
-def _perturbed(transform: Floats, delta: Floats) -> Floats:
-    step = np.eye(4)
-    step[:3, :3], step[:3, 3] = rotation_matrix(delta[3:]), delta[:3]
-    return np.asarray(transform @ step)
-
-
-def _perturbation(a: Floats, b: Floats) -> Floats:
-    """The perturbation (6,) that takes pose a to pose b."""
-    d = inverse(a) @ b
-    return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])

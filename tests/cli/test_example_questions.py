@@ -22,7 +22,10 @@ from relmodel.store.ask import ask
 from relmodel.variants.compare import compare
 from relmodel.world import place_world
 from tests.cli.conftest import Pair, inspected
+from tests.cli.mounted import BASE, write_mounted
 from tests.reading import load
+from vision.cameras.files import read_rig
+from vision.cameras.record import record_rig
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
@@ -34,18 +37,25 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
     return [f for f in FEATURES[variant] if f["kind"] in kinds]
 
 
-def fill(store: Store) -> None:
+def fill(store: Store, pair: Pair, folder: Path) -> None:
     for variant in "AB":
         load(store, EXAMPLES / f"demo/bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
-    place_world(store, EXAMPLES / "demo/world.yaml")
+    slider, world = write_mounted(folder, pair, "slider")
+    load(store, slider, name="slider")
+    place_world(store, world, write_rig=lambda run, at, _, path: record_rig(run, at, read_rig(path)))
     compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def store(request: pytest.FixtureRequest, new_store: Callable[[str], str], pair: Pair) -> Iterator[Store]:
+def store(
+    request: pytest.FixtureRequest,
+    new_store: Callable[[str], str],
+    pair: Pair,
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[Store]:
     target = new_store(request.param)
     with Store.open(target) as opened:
-        fill(opened)
+        fill(opened, pair, tmp_path_factory.mktemp("mounted"))
     inspected(target, *pair.options())
     with Store.open(target) as opened:
         yield opened
@@ -174,7 +184,7 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
     """Matched model arcs are where the image arcs are when NumPy projects them by the renderer's exact pose."""
     truth = json.loads((EXAMPLES / "demo/pair_00_truth.json").read_text())
     answers: dict[str, list[dict[str, Any]]] = {}
-    for name in ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig"):
+    for name in ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig", "how_far_off_was_the_base"):
         with store.read() as connection:
             text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
             answers[name] = [dict(r._mapping) for r in connection.execute(text)]
@@ -244,6 +254,18 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
     sigmas = [np.sqrt(axis @ in_rig @ axis) for axis in turn]  # along the world's axes, as the rig sees them
     assert [pose[f"sigma_{c}"] for c in "xyz"] == pytest.approx(sigmas)
     assert [pose[f"sigma_{c}"] for c in "xyz"] != pytest.approx(np.sqrt(np.diag(in_rig)), rel=0.01)
+
+    # The world has the rig where the prior does: the base is off as that is, and as little sure as rows say.
+    (off,) = answers["how_far_off_was_the_base"]
+    base = rig @ np.linalg.inv(np.array(pair.prior["world_from_rig"])) @ BASE
+    shift, turn = base[:3, 3] - BASE[:3, 3], np.arccos((np.trace(BASE[:3, :3].T @ base[:3, :3]) - 1) / 2)
+    assert (off["run_id"], off["base"]) == (run, "slider")
+    assert off["shift"] == pytest.approx(np.linalg.norm([off[f"shift_{c}"] for c in "xyz"]))
+    assert np.linalg.norm(np.subtract([off[f"shift_{c}"] for c in "xyz"], shift)) < 2 * off["shift_within"]
+    assert off["turn"] == pytest.approx(np.degrees(turn), abs=2 * off["turn_within"])
+    spread = np.diag(np.reshape(plain_rows(store, "base_correction", run)[0]["covariance"], (6, 6)))
+    assert off["shift_within"] == pytest.approx(2 * np.sqrt(spread[:3].sum()))
+    assert off["turn_within"] == pytest.approx(np.degrees(2 * np.sqrt(spread[3:].sum())))
 
 
 def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:

@@ -18,7 +18,8 @@ from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrix_columns
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
-from relmodel.world.kinematics import correct_base, mounted_rig
+from relmodel.world.correction import correct_base
+from relmodel.world.kinematics import mounted_rig
 from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 from tests.world.test_kinematics import MOUNT, RIG, URDF, links_by_hand, transform

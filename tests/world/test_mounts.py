@@ -17,7 +17,8 @@ from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
-from relmodel.world.kinematics import correct_base, mounted_rig
+from relmodel.world.correction import correct_base
+from relmodel.world.kinematics import mounted_rig
 from relmodel.world.placement import WorldReport
 from tests.world.test_kinematics import MOUNT, RIG, URDF, WORLD_FROM, links_by_hand, transform
 

@@ -10,7 +10,7 @@ from sqlalchemy import Connection
 
 from relmodel.columns import Columns, Ragged
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.store import Run
+from relmodel.store import Run, Store
 from vision.cameras.cameras import Camera, Rig
 from vision.cameras.images import Picture
 
@@ -36,10 +36,20 @@ def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_b
     return image_id
 
 
+def find_rig(store: Store, connection: Connection, rig: Rig) -> int | None:
+    """Identity of the row of a rig of this content; None where there is none."""
+    camera_ids = {}
+    for name, camera in rig.cameras.items():
+        found = _found(store, connection, "camera", _camera_content(camera))
+        if found is None:
+            return None
+        camera_ids[name] = found
+    return _found(store, connection, "rig", _rig_content(rig, camera_ids))
+
+
 def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
     """Identity of the rig's row, appended with its cameras where they are new."""
     camera_ids = {name: _record_camera(run, connection, camera) for name, camera in rig.cameras.items()}
-    content = {name: [camera_ids[name], rig.rig_from_camera[name].tolist()] for name in sorted(rig.cameras)}
 
     def append(rig_id: int, key: str) -> None:
         run.append(connection, "rig", {"id": [rig_id], "content_key": key})
@@ -50,12 +60,10 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
                 {"rig_id": [rig_id], "name": name, "camera_id": camera_id, **matrix_columns(rig.rig_from_camera[name])},
             )
 
-    return _once(run, connection, "rig", content, append)
+    return _once(run, connection, "rig", _rig_content(rig, camera_ids), append)
 
 
 def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
-    content = [camera.width, camera.height, camera.matrix.tolist(), camera.distortion.tolist()]
-
     def append(camera_id: int, key: str) -> None:
         columns: Columns = {
             "id": [camera_id],
@@ -73,15 +81,31 @@ def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
         }
         run.append(connection, "camera", columns)
 
-    return _once(run, connection, "camera", content, append)
+    return _once(run, connection, "camera", _camera_content(camera), append)
+
+
+def _camera_content(camera: Camera) -> object:
+    return [camera.width, camera.height, camera.matrix.tolist(), camera.distortion.tolist()]
+
+
+def _rig_content(rig: Rig, camera_ids: dict[str, int]) -> object:
+    return {name: [camera_ids[name], rig.rig_from_camera[name].tolist()] for name in sorted(rig.cameras)}
 
 
 def _once(run: Run, connection: Connection, table: str, content: object, append: Callable[[int, str], None]) -> int:
     """Identity of the row with this content, made by `append` where there is none yet."""
-    key = hashlib.sha256(json.dumps(content).encode()).hexdigest()
-    found = run.store.rows(connection, f"{table}_by_key", content_key=key)
-    if found:
-        return int(found[0].id)
+    found = _found(run.store, connection, table, content)
+    if found is not None:
+        return found
     identity = int(run.store.new_ids(connection, table, 1)[0])
-    append(identity, key)
+    append(identity, _key(content))
     return identity
+
+
+def _found(store: Store, connection: Connection, table: str, content: object) -> int | None:
+    rows = store.rows(connection, f"{table}_by_key", content_key=_key(content))
+    return int(rows[0].id) if rows else None
+
+
+def _key(content: object) -> str:
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()

@@ -13,10 +13,13 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store
+from relmodel.world.correction import Carrier, Correction, correct_base
+from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig
 from vision.cameras.images import Picture, read_picture
+from vision.cameras.record import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction import extract as extraction
@@ -53,6 +56,8 @@ class Inspection:
     sentence each.  needs: how exactly the pose was needed.  sigma_mm, sigma_rad: standard deviations of the pose along
     the worst directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
     covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
+    base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
+    the rig not mounted.
     selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
     """
@@ -69,6 +74,7 @@ class Inspection:
     world_from_rig: Floats | None
     world_from_camera: dict[str, Floats | None]
     covariance: Floats | None
+    base_correction: Correction | None
     parts_in_view: list[dict[str, Any]]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
@@ -95,6 +101,7 @@ class Inspection:
             "world_from_rig": plain(self.world_from_rig),
             "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
             "covariance": plain(self.covariance),
+            "base_correction": None if self.base_correction is None else self.base_correction.to_json(),
             "parts_in_view": self.parts_in_view,
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
@@ -111,6 +118,7 @@ def inspect(
     needs: Needs | None = None,
     right: str | Path | None = None,
     world: str | None = None,
+    carrier: Carrier | None = None,
     keep_images: bool = True,
     overlay: str | Path | None = None,
     parameters: InspectionParameters = DEFAULTS,
@@ -118,15 +126,17 @@ def inspect(
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
     rig, prior: YAML files; needs: how exactly the pose is needed, else as the prior file says, else the default; left,
-    right: pictures; world: its name, where the store has several; overlay: a picture of the model drawn over the
-    images, to be written.  The run records the parameters, defaults included.  Raises InputError for bad inputs, before
-    anything is written.
+    right: pictures; world: its name, where the store has several; carrier: how the object stands that carries the rig,
+    which is found by the rig's content; overlay: a picture of the model drawn over the images, to be written.  The run
+    records the parameters, defaults included.  Raises InputError for bad inputs, UsageError where several objects carry
+    the rig and `carrier` does not choose, before anything is written.
     """
     clock = Clock()
     if overlay is not None:
         check_writable(overlay)
     paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
-    cameras = read_rig(rig).only(*paths)
+    whole = read_rig(rig)
+    cameras = whole.only(*paths)
     if right is not None:
         rectify(cameras)  # refuses a pair that cannot be matched
     believed = read_prior(prior)
@@ -140,6 +150,7 @@ def inspect(
         world_id, world_name = world_named(store, connection, world)
     if world_id < 0:
         raise UsageError("the store holds no world: place the objects with relmodel world FILE")
+    mounted = _mounted(store, world_id, whole, carrier or Carrier())
     selection = select_in_view(store, cameras, believed, parameters.selection, world=world_name)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
@@ -170,6 +181,7 @@ def inspect(
             parameters.localisation,
         )
         clock.lap("localise")
+        correction = _correction(mounted, carrier or Carrier(), found)
         parts = None
         if found.best is not None and found.verdict.verdict != "refused":
             with store.read() as connection:
@@ -183,14 +195,44 @@ def inspect(
             record_inspection(
                 run,
                 connection,
-                Inspected(stored, selection, cameras, believed, needs, pictures, extractions, stereo, found, parts),
+                Inspected(
+                    stored, selection, cameras, believed, needs, pictures, extractions, stereo, found, correction, parts
+                ),
                 keep_images=keep_images,
             )
             clock.lap("record")
             run.steps(connection, clock.laps)
             verdict = found.verdict.verdict
             run.end("ok" if verdict == "accepted" else verdict, found.verdict.reason, connection)
-    return _answer(run.id, cameras, needs, found, parts, selection, clock.laps)
+    return _answer(run.id, cameras, needs, found, correction, parts, selection, clock.laps)
+
+
+def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
+    """The rig as the world mounts it, the joints as given; None where it is not mounted."""
+    with store.read() as connection:
+        rig_id = find_rig(store, connection, rig)
+        mounted = None if rig_id is None else mount_of_rig(store, connection, world_id, rig_id, carrier.on)
+    if mounted is None:
+        if carrier.is_given:
+            raise UsageError(
+                "the world does not mount this rig: mount it in the world file, or leave its carrier and joints out"
+            )
+        return None
+    mounted = mounted.moved(carrier.joints)
+    mounted.sigmas(carrier.joint_sigmas)  # refuses bad ones
+    return mounted
+
+
+def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:
+    if mounted is None or found.best is None or found.verdict.verdict != "accepted":
+        return None
+    return correct_base(
+        mounted,
+        found.best.world_from_rig,
+        found.best.covariance,
+        joint_sigmas=carrier.joint_sigmas,
+        base_covariance=carrier.base_covariance,
+    )
 
 
 def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Extraction]:
@@ -217,6 +259,7 @@ def _answer(
     rig: Rig,
     needs: Needs,
     found: Localisation,
+    correction: Correction | None,
     parts: PartsInView | None,
     selection: Selection,
     timings: dict[str, float],
@@ -238,6 +281,7 @@ def _answer(
             name: best.world_from_rig @ rig.rig_from_camera[name] if best else None for name in rig.cameras
         },
         covariance=best.covariance if best else None,
+        base_correction=correction,
         parts_in_view=rows,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],

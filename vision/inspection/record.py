@@ -11,6 +11,7 @@ from relmodel.arrays import Floats
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
+from relmodel.world.correction import Correction
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.images import Picture
 from vision.cameras.record import record_picture, record_rig
@@ -31,7 +32,8 @@ BEST = 0  # number of the hypothesis that the views and correspondences belong t
 
 @dataclass(frozen=True)
 class Inspected:
-    """What an inspection was given and found; pictures and extractions by camera, stereo and parts where there are."""
+    """What an inspection was given and found; pictures and extractions by camera, stereo, correction and parts where
+    there are."""
 
     stored: StoredScene
     selection: Selection
@@ -42,6 +44,7 @@ class Inspected:
     extractions: dict[str, Extraction]
     stereo: StereoMatches | None
     found: Localisation
+    correction: Correction | None
     parts: PartsInView | None
 
 
@@ -66,6 +69,8 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, keep_i
         pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
         _record_view(run, connection, number, name, pose, view, it.stored)
     _record_pose(run, connection, it)
+    if it.correction is not None:
+        _record_correction(run, connection, it.correction)
     if it.parts is not None:
         run.append(
             connection,
@@ -201,6 +206,38 @@ def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
             "evidence_ratio": _evidence_ratio(best) if best else 0.0,
         },
     )
+
+
+def _record_correction(run: Run, connection: Connection, it: Correction) -> None:
+    run.append(
+        connection,
+        "base_correction",
+        {
+            "run_id": [run.id],
+            "world_id": it.mounted.world_id,
+            "object_no": it.mounted.object_no,
+            "robot": it.mounted.robot,
+            **matrix_columns(it.world_from_object),
+            **{f"shift_{axis}": float(value) for axis, value in zip("xyz", it.shift, strict=True)},
+            **{f"turn_{axis}": float(value) for axis, value in zip("xyz", it.turn, strict=True)},
+            "covariance": Ragged.pack([it.covariance]),
+            "prior_covariance": Ragged.pack([it.base_covariance]),
+        },
+    )
+    names = list(it.joints)
+    if names:
+        run.append(
+            connection,
+            "joint_correction",
+            {
+                "run_id": run.id,
+                "joint": names,
+                "stated_value": [it.mounted.joints[name] for name in names],
+                "prior_sigma": [it.prior_sigmas.get(name) for name in names],
+                "value": [it.joints[name] for name in names],
+                "sigma": [it.joint_sigmas.get(name) for name in names],
+            },
+        )
 
 
 def _evidence_ratio(h: Refined) -> float:

@@ -1,7 +1,8 @@
 """Inspect a stereo pair: say which parts are in view and where the cameras are.
 
-Without --right the picture of the left camera alone is used.  Exit status 0 where the pose is accepted, 1 where it is
-ambiguous or refused.
+Without --right the picture of the left camera alone is used.  Where the world mounts the rig on an arm, an accepted
+pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
+given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from relmodel.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
 from relmodel.cli.options import add_format, store_target
 from relmodel.cli.output import print_rows, say
+from relmodel.errors import UsageError
 
 if TYPE_CHECKING:
+    from relmodel.world.correction import Correction
     from vision.inspection import Inspection
 
 EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior prior.yaml --store cell.duckdb"
@@ -37,6 +41,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "says, else 3mm,0.5deg)",
     )
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    add_joints(parser)
+    add_joint_sigmas(
+        parser, "correct this joint too; the base then is as sure as --base-sigma-mm and --base-sigma-deg say"
+    )
+    parser.add_argument(
+        "--base-sigma-mm",
+        type=float,
+        default=5.0,
+        metavar="MM",
+        help="with --joint-sigma: how surely the base stands where the world has it, one sigma an axis (default: 5)",
+    )
+    parser.add_argument(
+        "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same of its rotation (default: 0.5)"
+    )
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
@@ -47,10 +65,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
+    from relmodel.world.correction import Carrier
     from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, inspect
 
     needs = None if args.needs is None else parse_needs(args.needs, "--needs")
+    if not (args.base_sigma_mm > 0 and args.base_sigma_deg > 0):
+        raise UsageError("--base-sigma-mm and --base-sigma-deg must be above zero: a base is never certain")
+    sigmas = assigned(args.joint_sigma, "--joint-sigma")
+    base = base_covariance(args.base_sigma_mm, args.base_sigma_deg) if sigmas else None
+    carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base)
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store:
         answer = inspect(
@@ -61,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
             prior=args.prior,
             needs=needs,
             world=args.world,
+            carrier=carrier,
             keep_images=not args.no_keep_images,
             overlay=args.overlay,
         )
@@ -81,9 +106,32 @@ def print_answer(answer: Inspection, form: str) -> None:
             say("  ".join(f"{value:14.6f}" for value in row))
         degrees = math.degrees(2 * answer.sigma_rad)
         say(f"known to {2 * answer.sigma_mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
+    for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
+        say(words)
     say(
         f"selected from the world: {len(answer.selection.shown)} parts, of which {answer.selection.superfluous} in no "
         "view of the poses sampled about the prior"
     )
     names = ("path", "level", "visible_share")
     print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
+
+
+def _correction_words(it: Correction) -> list[str]:
+    """A line of the base and one of each corrected joint: mm, degrees, two sigma along the worst axis."""
+    import numpy as np
+
+    x, y, z = it.shift
+    mm, radians = (
+        2 * np.sqrt(np.linalg.eigvalsh(block)[-1]) for block in (it.covariance[:3, :3], it.covariance[3:, 3:])
+    )
+    lines = [
+        f"the base of {it.mounted.base} stands {math.hypot(x, y, z):.2f} mm ({x:+.2f} {y:+.2f} {z:+.2f} along the "
+        f"world's axes) and {np.degrees(np.linalg.norm(it.turn)):.3f} degrees from where the world has it: known to "
+        f"{mm:.2g} mm and {np.degrees(radians):.2g} degrees (two sigma)"
+    ]
+    kinds = {} if it.mounted.tree is None else {joint.name: joint.kind for joint in it.mounted.tree.joints}
+    for name, sigma in it.joint_sigmas.items():
+        unit, factor = ("mm", 1.0) if kinds[name] == "prismatic" else ("degrees", math.degrees(1))
+        found, stated, known = (factor * value for value in (it.joints[name], it.mounted.joints[name], 2 * sigma))
+        lines.append(f"joint {name} at {found:.6g} {unit}, not {stated:.6g}: known to {known:.2g} {unit} (two sigma)")
+    return lines

@@ -12,6 +12,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from relmodel.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
 from relmodel.cli.options import store_target
 from relmodel.errors import UsageError
 
@@ -24,25 +25,14 @@ EXAMPLE = "relmodel where head --on left_arm --set travel=450 --store cell.duckd
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("rig", metavar="RIG", help="name of the rig in the world file")
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
-    parser.add_argument("--on", metavar="OBJECT", help="the object that carries it, where several carry such a rig")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="a joint's value other than the world's: mm, rad, or degrees where the name ends in _deg",
-    )
+    add_joints(parser)
     parser.add_argument(
         "--sigma-mm", type=float, default=5.0, help="how surely the rig is there: one sigma an axis (default: 5)"
     )
     parser.add_argument("--sigma-deg", type=float, default=0.5, help="the same of its rotation (default: 0.5)")
     parser.add_argument("--found", type=Path, metavar="POSE", help="the pose found: JSON of inspect, or YAML")
-    parser.add_argument(
-        "--joint-sigma",
-        action="append",
-        default=[],
-        metavar="JOINT=SIGMA",
-        help="with --found: correct this joint too; the base then is as sure as --sigma-mm and --sigma-deg say",
+    add_joint_sigmas(
+        parser, "with --found: correct this joint too; the base then is as sure as --sigma-mm and --sigma-deg say"
     )
 
 
@@ -57,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     if not (args.sigma_mm > 0 and args.sigma_deg > 0):
         raise UsageError("--sigma-mm and --sigma-deg must be above zero: a pose is never certain")
     with Store.open(store_target(args), read_only=True) as store:
-        rig = mounted_rig(store, args.rig, world=args.world, on=args.on).moved(_assigned(args.set, "--set"))
+        rig = mounted_rig(store, args.rig, world=args.world, on=args.on).moved(assigned(args.set, "--set"))
     if args.found:
         answer = _correction(rig, args)
     else:
@@ -68,27 +58,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _correction(rig: MountedRig, args: argparse.Namespace) -> dict[str, Any]:
-    import numpy as np
-
-    from relmodel.world.kinematics import correct_base
+    from relmodel.world.correction import correct_base
     from vision.cameras.files import read_found
 
-    sigmas = _assigned(args.joint_sigma, "--joint-sigma")
-    for name in [name for name in sigmas if name.endswith("_deg") and name not in rig.joints]:
-        sigmas[name.removesuffix("_deg")] = float(np.radians(sigmas.pop(name)))
-    base = np.diag(np.repeat([args.sigma_mm**2, np.radians(args.sigma_deg) ** 2], 3)) if sigmas else None
+    sigmas = assigned(args.joint_sigma, "--joint-sigma")
+    base = base_covariance(args.sigma_mm, args.sigma_deg) if sigmas else None
     found, covariance = read_found(args.found)
     return correct_base(rig, found, covariance, joint_sigmas=sigmas, base_covariance=base).to_json()
-
-
-def _assigned(texts: list[str], option: str) -> dict[str, float]:
-    out = {}
-    for text in texts:
-        name, _, value = text.rpartition("=")
-        try:
-            out[name] = float(value)
-        except ValueError:
-            name = ""
-        if not name:
-            raise UsageError(f"{option} {text} is no JOINT=VALUE: give a name, an equals sign and a number")
-    return out
