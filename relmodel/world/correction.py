@@ -14,7 +14,7 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from relmodel.geometry.transforms import inverse, rotation_matrix, rotation_vector
+from relmodel.geometry.transforms import inverse, rotation_matrix, rotation_vector, skew
 from relmodel.world.kinematics import MountedRig
 
 _MOST_STEPS = 50
@@ -94,19 +94,21 @@ def correct_base(
     sigmas = mounted.sigmas(joint_sigmas or {})
     names = list(sigmas)
     weight = _information(covariance, "the found pose")
-    prior = np.zeros((6 + len(names), 6 + len(names)))
-    if base_covariance is not None:
-        prior[:6, :6] = _information(base_covariance, "the base")
-    prior[6:, 6:] = np.diag([1 / sigmas[n] ** 2 for n in names])
+    base_weight = np.zeros((6, 6)) if base_covariance is None else _information(base_covariance, "the base")
+    joint_weight = np.array([1 / sigmas[n] ** 2 for n in names])
 
     base, change = mounted.world_from_object.copy(), np.zeros(len(names))
     for _ in range(_MOST_STEPS):
         values = dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change, strict=True)}
-        object_from_rig, jacobian = _chain(mounted, values, names)
-        error = _perturbation(base @ object_from_rig, world_from_rig_found)
-        away = np.concatenate([_perturbation(mounted.world_from_object, base), change])
-        information = jacobian.T @ weight @ jacobian + prior
-        step = np.linalg.solve(information, jacobian.T @ weight @ error - prior @ away)
+        object_from_rig, chain = _chain(mounted, values, names)
+        error, slope = _perturbation(world_from_rig_found, base @ object_from_rig)
+        away, base_slope = _perturbation(mounted.world_from_object, base)
+        slope = slope @ chain
+        information = slope.T @ weight @ slope
+        information[:6, :6] += base_slope.T @ base_weight @ base_slope
+        information[6:, 6:] += np.diag(joint_weight)
+        downhill = np.concatenate([base_slope.T @ base_weight @ away, joint_weight * change])
+        step = -np.linalg.solve(information, slope.T @ weight @ error + downhill)
         base, change = _perturbed(base, step[:6]), change + step[6:]
         if np.abs(step).max() < _CONVERGED:
             break
@@ -120,7 +122,7 @@ def correct_base(
         base_covariance=base_covariance,
         world_from_object=base,
         shift=base[:3, 3] - mounted.world_from_object[:3, 3],
-        turn=_perturbation(mounted.world_from_object, base)[3:],
+        turn=_perturbation(mounted.world_from_object, base)[0][3:],
         covariance=posterior[:6, :6],
         joints=values,
         joint_sigmas=dict(zip(names, np.sqrt(np.diag(posterior)[6:]).tolist(), strict=True)),
@@ -174,7 +176,13 @@ def _perturbed(transform: Floats, delta: Floats) -> Floats:
     return np.asarray(transform @ step)
 
 
-def _perturbation(a: Floats, b: Floats) -> Floats:
-    """The perturbation (6,) that takes pose a to pose b."""
+def _perturbation(a: Floats, b: Floats) -> tuple[Floats, Floats]:
+    """The perturbation (6,) that takes pose a to pose b, and its Jacobian (6, 6) by perturbations of b."""
     d = inverse(a) @ b
-    return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])
+    turn = rotation_vector(d[:3, :3])
+    angle, cross = float(np.linalg.norm(turn)), skew(turn)
+    bend = 1 / 12 if angle < 1e-3 else 1 / angle**2 - 1 / (2 * angle * np.tan(angle / 2))
+    jacobian = np.zeros((6, 6))
+    jacobian[:3, :3] = d[:3, :3]
+    jacobian[3:, 3:] = np.eye(3) + cross / 2 + bend * cross @ cross  # inverse right Jacobian of SO(3)
+    return np.concatenate([d[:3, 3], turn]), jacobian

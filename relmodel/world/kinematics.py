@@ -5,7 +5,7 @@ world_from_rig = world_from_object @ object_from_link(joints) @ link_from_rig.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -222,7 +222,7 @@ def mount_of_rig(store: Store, connection: Connection, world_id: int, rig_id: in
     raise UsageError(f"several objects carry this rig: say with --on which of them took the pictures: {known}")
 
 
-def _followed_up(store: Store, connection: Connection, world_id: int, mounts: list[Any], row: Any) -> MountedRig:
+def _followed_up(store: Store, connection: Connection, world_id: int, mounts: Sequence[Any], row: Any) -> MountedRig:
     """The rig of a mount, with what carries it followed up to a robot, or to what is mounted on nothing."""
     rig, link_from_rig = row.rig, _matrix(row)
     carried = {m.mounted_no: m for m in mounts if m.mounted_no is not None}

@@ -39,6 +39,7 @@ def carriage_from_rig(pair: Pair) -> Array:
 def write_mounted(folder: Path, pair: Pair, *carriers: str) -> tuple[Path, Path]:
     """A URDF file and a world file, with a slider of each name that carries the rig."""
     (folder / "slider.urdf").write_text(URDF)
+    (folder / "rig.yaml").write_text(pair.rig_file.read_text())
     world = yaml.safe_load((DEMO / "world.yaml").read_text())
     for name in carriers:
         world["objects"].append(
@@ -51,7 +52,7 @@ def write_mounted(folder: Path, pair: Pair, *carriers: str) -> tuple[Path, Path]
             }
         )
     mount = {"rig": "head", "link": "carriage", "carrier_from_rig": carriage_from_rig(pair).tolist()}
-    world["rigs"] = [{"name": "head", "file": str(pair.rig_file)}]
+    world["rigs"] = [{"name": "head", "file": "rig.yaml"}]
     world["mounts"] = [{**mount, "on": name} for name in carriers]
     (folder / "world.yaml").write_text(yaml.safe_dump(world))
     return folder / "slider.urdf", folder / "world.yaml"

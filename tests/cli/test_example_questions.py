@@ -256,16 +256,16 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
     assert [pose[f"sigma_{c}"] for c in "xyz"] != pytest.approx(np.sqrt(np.diag(in_rig)), rel=0.01)
 
     # The world has the rig where the prior does: the base is off as that is, and as little sure as rows say.
-    (off,) = answers["how_far_off_was_the_base"]
+    (told,) = answers["how_far_off_was_the_base"]
     base = rig @ np.linalg.inv(np.array(pair.prior["world_from_rig"])) @ BASE
     shift, turn = base[:3, 3] - BASE[:3, 3], np.arccos((np.trace(BASE[:3, :3].T @ base[:3, :3]) - 1) / 2)
-    assert (off["run_id"], off["base"]) == (run, "slider")
-    assert off["shift"] == pytest.approx(np.linalg.norm([off[f"shift_{c}"] for c in "xyz"]))
-    assert np.linalg.norm(np.subtract([off[f"shift_{c}"] for c in "xyz"], shift)) < 2 * off["shift_within"]
-    assert off["turn"] == pytest.approx(np.degrees(turn), abs=2 * off["turn_within"])
+    assert (told["run_id"], told["base"]) == (run, "slider")
+    assert told["shift"] == pytest.approx(np.linalg.norm([told[f"shift_{c}"] for c in "xyz"]))
+    assert np.linalg.norm(np.subtract([told[f"shift_{c}"] for c in "xyz"], shift)) < 2 * told["shift_within"]
+    assert told["turn"] == pytest.approx(np.degrees(turn), abs=2 * told["turn_within"])
     spread = np.diag(np.reshape(plain_rows(store, "base_correction", run)[0]["covariance"], (6, 6)))
-    assert off["shift_within"] == pytest.approx(2 * np.sqrt(spread[:3].sum()))
-    assert off["turn_within"] == pytest.approx(np.degrees(2 * np.sqrt(spread[3:].sum())))
+    assert told["shift_within"] == pytest.approx(2 * np.sqrt(spread[:3].sum()))
+    assert told["turn_within"] == pytest.approx(np.degrees(2 * np.sqrt(spread[3:].sum())))
 
 
 def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:

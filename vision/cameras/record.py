@@ -10,7 +10,8 @@ from sqlalchemy import Connection
 
 from relmodel.columns import Columns, Ragged
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.store import Run, Store
+from relmodel.store import Run
+from relmodel.store.database import Database
 from vision.cameras.cameras import Camera, Rig
 from vision.cameras.images import Picture
 
@@ -36,7 +37,7 @@ def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_b
     return image_id
 
 
-def find_rig(store: Store, connection: Connection, rig: Rig) -> int | None:
+def find_rig(store: Database, connection: Connection, rig: Rig) -> int | None:
     """Identity of the row of a rig of this content; None where there is none."""
     camera_ids = {}
     for name, camera in rig.cameras.items():
@@ -102,7 +103,7 @@ def _once(run: Run, connection: Connection, table: str, content: object, append:
     return identity
 
 
-def _found(store: Store, connection: Connection, table: str, content: object) -> int | None:
+def _found(store: Database, connection: Connection, table: str, content: object) -> int | None:
     rows = store.rows(connection, f"{table}_by_key", content_key=_key(content))
     return int(rows[0].id) if rows else None
 
