@@ -5,7 +5,7 @@
     python benchmarks/verdict.py draw FOLDER      # reliability and acceptance against error, on all other sets
 
 A trial's best hypothesis is right when the target point lies within 2 mm (5 mm by one camera) and the rotation within
-0.2 degrees (2 degrees) of the truth.  RELMODEL_TEST_DATA names the test data; without it the demonstration alone is run.
+0.2 degrees (2 degrees) of the truth.  RELMODEL_TEST_DATA names the test data; without it there is the demonstration.
 """
 
 from __future__ import annotations

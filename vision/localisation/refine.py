@@ -199,8 +199,8 @@ def _covariance(m: Measurements, prediction: Prediction, hessian: Floats, p: Loc
     three ways.
 
     Samples near each other err together (texture, shading), so stretches of arcs are what is independent.  The image of
-    an arc may be shifted as a whole (light, a clipped edge, an arc that is not where the model says), by a random effect
-    whose variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
+    an arc may be shifted as a whole (light, a clipped edge, an arc not where the model says), by a random effect whose
+    variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
     followed taken off (Henderson's analysis of variance).  The priors err as they say.
     """
     group, stretch = group_by_arc(prediction), _group_by_stretch(prediction, p)
