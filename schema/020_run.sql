@@ -23,7 +23,7 @@ COMMENT ON COLUMN run.process IS 'process id on that machine, to tell a dead run
 COMMENT ON COLUMN run.began_at IS 'when the run began';
 
 CREATE TABLE run_input (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     input_no INTEGER NOT NULL,
     role TEXT NOT NULL,
     name TEXT NOT NULL,
@@ -38,7 +38,7 @@ COMMENT ON COLUMN run_input.name IS 'file name as given, without its folder';
 COMMENT ON COLUMN run_input.sha256 IS 'SHA-256 of the file''s bytes, hexadecimal';
 
 CREATE TABLE run_event (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     event_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     name TEXT NOT NULL,
@@ -61,9 +61,9 @@ COMMENT ON COLUMN run_event.message IS 'the error or the reason, one sentence';
 COMMENT ON COLUMN run_event.happened_at IS 'when it was written';
 
 CREATE TABLE ledger (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     write_no INTEGER NOT NULL,
-    relation TEXT NOT NULL REFERENCES sds_relation (relation),
+    relation TEXT NOT NULL,
     row_count BIGINT NOT NULL,
     PRIMARY KEY (run_id, write_no, relation),
     CHECK (row_count > 0)
@@ -103,3 +103,9 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_event', 'run', 'primary'),
     ('ledger', 'run', 'primary'),
     ('source', 'run', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('run_input', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('run_event', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('ledger', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('ledger', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']);

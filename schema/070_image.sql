@@ -32,7 +32,7 @@ COMMENT ON COLUMN image_blob.bytes IS 'the file as it was read';
 CREATE SEQUENCE extraction_id_seq;
 CREATE TABLE extraction (
     id BIGINT PRIMARY KEY,
-    image_id BIGINT NOT NULL REFERENCES image (id),
+    image_id BIGINT NOT NULL,
     content_key TEXT NOT NULL UNIQUE,
     parameters JSON NOT NULL,
     version TEXT NOT NULL,
@@ -299,3 +299,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('region_outline', 'image', 'primary'),
     ('region_arc', 'image', 'primary'),
     ('region_topography', 'image', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('extraction', 0, ARRAY['image_id'], 'image', ARRAY['id']);
