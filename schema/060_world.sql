@@ -305,8 +305,8 @@ COMMENT ON COLUMN world_mount.m21 IS 'carrier_from_mounted: row 2, column 1 of t
 COMMENT ON COLUMN world_mount.m22 IS 'carrier_from_mounted: row 2, column 2 of the rotation';
 COMMENT ON COLUMN world_mount.m23 IS 'carrier_from_mounted: row 2 of the translation, mm';
 
--- Of a million rows, a unique path and four foreign keys would take more time than all else, and DuckDB finds no row by
--- them: check/occurrence_path and check/occurrence_reference look after both.
+-- Of a million rows, a unique path and four foreign keys would take more time than all else: check/occurrence_path and
+-- check/occurrence_reference look after both.
 CREATE SEQUENCE occurrence_id_seq;
 CREATE TABLE occurrence (
     id BIGINT PRIMARY KEY,
