@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from relmodel.store import Store
-from tests.reading import load, read_here
 from tests.readers.test_contained import with_text
+from tests.reading import load, read_here
 
 TEXTURE = """#9101=SHAPE_ASPECT('','',@shape,.T.);
 #9102=GEOMETRIC_ITEM_SPECIFIC_USAGE('','',#9101,@context,@face);
