@@ -6,7 +6,6 @@ CREATE TABLE run (
     kind TEXT NOT NULL,
     parameters JSON NOT NULL,
     versions JSON NOT NULL,
-    seed BIGINT NOT NULL,
     host TEXT NOT NULL,
     process BIGINT NOT NULL,
     began_at TIMESTAMPTZ NOT NULL,
@@ -15,9 +14,8 @@ CREATE TABLE run (
 COMMENT ON TABLE run IS 'One execution that writes: a load, a world, an index, an inspection, an attribute that a person sets. What happened in it is in run_event.';
 COMMENT ON COLUMN run.id IS 'identity of the run';
 COMMENT ON COLUMN run.kind IS 'what was run';
-COMMENT ON COLUMN run.parameters IS 'parameters of the run, defaults included';
+COMMENT ON COLUMN run.parameters IS 'parameters of the run, defaults and the seeds of its random draws included';
 COMMENT ON COLUMN run.versions IS 'versions of relmodel and of the packages the result depends on';
-COMMENT ON COLUMN run.seed IS 'seed of every random draw of the run';
 COMMENT ON COLUMN run.host IS 'name of the machine';
 COMMENT ON COLUMN run.process IS 'process id on that machine, to tell a dead run from a living one';
 COMMENT ON COLUMN run.began_at IS 'when the run began';
