@@ -82,8 +82,8 @@ class Outcome:
 def simulate(
     errors: Errors, seed: int, cameras: tuple[str, ...] = ("left", "right"), *, stated: bool = True
 ) -> Outcome:
-    """One trial: a view of the blocks drawn from the seed, edges with errors drawn, refinement from a pose near by; `stated`:
-    whether the rig says how far off its calibration may be."""
+    """One trial: a view of the blocks drawn from the seed, edges with errors drawn, refinement from a pose near by;
+    `stated`: whether the rig says how far off its calibration may be."""
     rng = np.random.default_rng(seed)
     scene = replace(blocks(), tolerance_mm=np.full(10, errors.tolerance_mm))
     believed = stereo_rig().only(*cameras)
@@ -93,7 +93,8 @@ def simulate(
         believed.rig_from_camera,
         {name: errors.calibration if number else moving for number, name in enumerate(cameras)},
     )
-    truth = above(*rng.uniform(-60, 60, 2), rng.uniform(450, 650))
+    x, y = rng.uniform(-60, 60, 2)
+    truth = above(x, y, rng.uniform(450, 650))
     edges = draw_edges(scene, draw_rig(believed, errors.calibration, rng), truth, errors, rng)
     if not stated:
         believed = Rig(believed.cameras, believed.rig_from_camera)

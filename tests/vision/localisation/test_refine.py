@@ -203,7 +203,8 @@ def test_refinement_never_worsens(seed: int) -> None:
     beside = exact_edges(truth, rng, 5 * shift / np.linalg.norm(shift), scene, tuple(cubes.tolist()))["left"]
     edges = {
         "left": EdgePoints(
-            *(np.concatenate([getattr(own, n), getattr(beside, n)]) for n in ("position", "normal")),
+            np.concatenate([own.position, beside.position]),
+            np.concatenate([own.normal, beside.normal]),
             np.concatenate([0.3 * own.contrast, beside.contrast]),
             np.concatenate([own.sigma, beside.sigma]),
             own.low,
