@@ -84,7 +84,7 @@ def _pair(store: Store, folder: Path, pair: str, truth: dict[str, object]) -> li
     )
     true_base = true @ inverse(rig.object_from_link @ rig.link_from_rig)
     before = _off(true_base, rig.world_from_object)
-    if answer.world_from_rig is None or answer.covariance is None:
+    if answer.verdict != "accepted" or answer.world_from_rig is None or answer.covariance is None:
         return [pair, answer.verdict, *before]
     correction = correct_base(rig, answer.world_from_rig, answer.covariance)
     spread = float(np.sqrt(np.trace(correction.covariance[:3, :3])))

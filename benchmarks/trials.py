@@ -13,12 +13,14 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
-from relmodel.arrays import Bytes, Floats
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
@@ -30,6 +32,8 @@ from vision.cameras.images import read_picture
 from vision.inspection.demonstration import read_truth
 from vision.localisation.scene import Scene
 from vision.localisation.stored_scene import read_scene
+
+Pictures = dict[str, NDArray[Any]]  # grey, by camera
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Trial:
     kind: str
     model: str
     rig: Rig
-    pictures: dict[str, Bytes | Floats]
+    pictures: Pictures
     prior: Prior
     world_from_rig: Floats | None
     target: Floats
@@ -151,29 +155,29 @@ def alone(trial: Trial, side: str = "left") -> Trial:
     return replace(trial, name=f"{trial.name} alone", kind="alone", rig=rig, pictures={"left": trial.pictures[side]})
 
 
-def _mirrored(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
+def _mirrored(pictures: Pictures) -> Pictures:
     return {n: np.ascontiguousarray(p[:, ::-1]) for n, p in pictures.items()}
 
 
-def _turned(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
+def _turned(pictures: Pictures) -> Pictures:
     return {n: np.ascontiguousarray(p[::-1, ::-1]) for n, p in pictures.items()}
 
 
-def _blurred(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
+def _blurred(pictures: Pictures) -> Pictures:
     return {n: np.asarray(cv2.GaussianBlur(p, (0, 0), 12.0)) for n, p in pictures.items()}
 
 
-def _blank(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
+def _blank(pictures: Pictures) -> Pictures:
     rng = np.random.default_rng(7)
     return {n: np.clip(rng.normal(110, 6, p.shape), 0, 255).astype(np.uint8) for n, p in pictures.items()}
 
 
-def _swapped(pictures: dict[str, Bytes | Floats]) -> dict[str, Bytes | Floats]:
+def _swapped(pictures: Pictures) -> Pictures:
     left, right = pictures
     return {left: pictures[right], right: pictures[left]}
 
 
-ALTERATIONS: dict[str, Callable[[dict[str, Bytes | Floats]], dict[str, Bytes | Floats]]] = {
+ALTERATIONS: dict[str, Callable[[Pictures], Pictures]] = {
     "mirrored": _mirrored,
     "turned": _turned,
     "blurred": _blurred,

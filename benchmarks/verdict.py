@@ -5,7 +5,7 @@
     python benchmarks/verdict.py draw FOLDER      # reliability and acceptance against error, on all other sets
 
 A trial's best hypothesis is right when the target point lies within 2 mm (5 mm by one camera) and the rotation within
-0.2 degrees (2 degrees) of the truth.  RELMODEL_TEST_DATA names the test data; without it the demonstration alone is run.
+0.2 degrees (2 degrees) of the truth.  RELMODEL_TEST_DATA names the test data; without it there is the demonstration.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ RIGHT = {1: (5.0, 2.0), 2: (2.0, 0.2)}
 def trials(models: Models, renders: Path | None) -> Iterator[Trial]:
     """All trials: as they are, by one camera, and made wrong."""
     data = os.environ.get("RELMODEL_TEST_DATA")
-    pairs, singles = list(demonstration(models)), []
+    pairs: list[Trial] = list(demonstration(models))
+    singles: list[Trial] = []
     if data:
         pairs += shared_bulkheads(Path(data), models, ("small", "large", "half_pitch", "one_pitch"))
         for name in ("photo_cube", "render_box"):
@@ -88,7 +89,8 @@ def run(folder: Path, renders: Path | None, part: int, parts: int) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"trials_{part}_{parts}.jsonl"
     done = {json.loads(line)["name"] for path in folder.glob("trials_*.jsonl") for line in path.open()}
-    models, extractions = Models(folder), {}
+    models = Models(folder)
+    extractions: dict[bytes, Extraction] = {}
     with file.open("a") as out:
         for number, trial in enumerate(trials(models, renders)):
             if number % parts == part and trial.name not in done:

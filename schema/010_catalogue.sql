@@ -12,8 +12,30 @@ COMMENT ON COLUMN sds_relation.relation IS 'name of the table or view';
 COMMENT ON COLUMN sds_relation.level IS 'level of the hierarchy: catalogue, run, world, object, part, surface, image, matching or localisation';
 COMMENT ON COLUMN sds_relation.standing IS 'primary; redundant: kept for access and derivable from primary relations; or view: derived when it is asked';
 
+-- Rows, not foreign keys: DuckDB fills the tables of a copy in the order of their names, and deletes no parent in the
+-- transaction that deletes its children.
+CREATE TABLE sds_reference (
+    relation TEXT NOT NULL,
+    reference_no INTEGER NOT NULL,
+    column_names TEXT[] NOT NULL,
+    parent TEXT NOT NULL,
+    parent_columns TEXT[] NOT NULL,
+    PRIMARY KEY (relation, reference_no)
+);
+COMMENT ON TABLE sds_reference IS 'Which columns refer to the key of which relation: foreign keys on PostgreSQL; relmodel check finds rows whose reference leads nowhere. Left out are occurrence and tables without keys, whose rows other checks look after.';
+COMMENT ON COLUMN sds_reference.relation IS 'the relation that refers';
+COMMENT ON COLUMN sds_reference.reference_no IS 'ordinal of the reference in it';
+COMMENT ON COLUMN sds_reference.column_names IS 'its columns that refer; a row where one of them is null refers to nothing';
+COMMENT ON COLUMN sds_reference.parent IS 'the relation referred to';
+COMMENT ON COLUMN sds_reference.parent_columns IS 'the key there, in the order of column_names';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('sds_relation', 'catalogue', 'primary');
+    ('sds_relation', 'catalogue', 'primary'),
+    ('sds_reference', 'catalogue', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('sds_reference', 0, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
+    ('sds_reference', 1, ARRAY['parent'], 'sds_relation', ARRAY['relation']);
 
 CREATE TABLE store_schema (
     sha256 TEXT PRIMARY KEY,

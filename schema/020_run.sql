@@ -6,7 +6,6 @@ CREATE TABLE run (
     kind TEXT NOT NULL,
     parameters JSON NOT NULL,
     versions JSON NOT NULL,
-    seed BIGINT NOT NULL,
     host TEXT NOT NULL,
     process BIGINT NOT NULL,
     began_at TIMESTAMPTZ NOT NULL,
@@ -15,15 +14,14 @@ CREATE TABLE run (
 COMMENT ON TABLE run IS 'One execution that writes: a load, a world, an index, an inspection, an attribute that a person sets. What happened in it is in run_event.';
 COMMENT ON COLUMN run.id IS 'identity of the run';
 COMMENT ON COLUMN run.kind IS 'what was run';
-COMMENT ON COLUMN run.parameters IS 'parameters of the run, defaults included';
+COMMENT ON COLUMN run.parameters IS 'parameters of the run, defaults and the seeds of its random draws included';
 COMMENT ON COLUMN run.versions IS 'versions of relmodel and of the packages the result depends on';
-COMMENT ON COLUMN run.seed IS 'seed of every random draw of the run';
 COMMENT ON COLUMN run.host IS 'name of the machine';
 COMMENT ON COLUMN run.process IS 'process id on that machine, to tell a dead run from a living one';
 COMMENT ON COLUMN run.began_at IS 'when the run began';
 
 CREATE TABLE run_input (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     input_no INTEGER NOT NULL,
     role TEXT NOT NULL,
     name TEXT NOT NULL,
@@ -38,7 +36,7 @@ COMMENT ON COLUMN run_input.name IS 'file name as given, without its folder';
 COMMENT ON COLUMN run_input.sha256 IS 'SHA-256 of the file''s bytes, hexadecimal';
 
 CREATE TABLE run_event (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     event_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     name TEXT NOT NULL,
@@ -61,9 +59,9 @@ COMMENT ON COLUMN run_event.message IS 'the error or the reason, one sentence';
 COMMENT ON COLUMN run_event.happened_at IS 'when it was written';
 
 CREATE TABLE ledger (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     write_no INTEGER NOT NULL,
-    relation TEXT NOT NULL REFERENCES sds_relation (relation),
+    relation TEXT NOT NULL,
     row_count BIGINT NOT NULL,
     PRIMARY KEY (run_id, write_no, relation),
     CHECK (row_count > 0)
@@ -103,3 +101,9 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_event', 'run', 'primary'),
     ('ledger', 'run', 'primary'),
     ('source', 'run', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('run_input', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('run_event', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('ledger', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('ledger', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']);

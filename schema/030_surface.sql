@@ -81,7 +81,7 @@ COMMENT ON COLUMN arc.provenance IS 'exact (from a B-rep) or fitted (to a mesh)'
 COMMENT ON COLUMN arc.residual IS 'greatest distance of what it was fitted to, mm; null where exact';
 
 CREATE TABLE arc_spline (
-    arc_id BIGINT PRIMARY KEY REFERENCES arc (id),
+    arc_id BIGINT PRIMARY KEY,
     degree INTEGER NOT NULL,
     periodic BOOLEAN NOT NULL,
     rational BOOLEAN NOT NULL,
@@ -101,8 +101,8 @@ COMMENT ON COLUMN arc_spline.poles IS 'poles, x y z after each other, mm';
 COMMENT ON COLUMN arc_spline.weights IS 'weight of each pole; null where not rational';
 
 CREATE TABLE arc_offset (
-    arc_id BIGINT PRIMARY KEY REFERENCES arc (id),
-    basis_arc_id BIGINT NOT NULL REFERENCES arc (id),
+    arc_id BIGINT PRIMARY KEY,
+    basis_arc_id BIGINT NOT NULL,
     axis_x DOUBLE PRECISION NOT NULL,
     axis_y DOUBLE PRECISION NOT NULL,
     axis_z DOUBLE PRECISION NOT NULL,
@@ -196,7 +196,7 @@ COMMENT ON COLUMN surface.provenance IS 'exact (from a B-rep) or fitted (to a me
 COMMENT ON COLUMN surface.residual IS 'greatest distance of what it was fitted to, mm; null where exact';
 
 CREATE TABLE surface_spline (
-    surface_id BIGINT PRIMARY KEY REFERENCES surface (id),
+    surface_id BIGINT PRIMARY KEY,
     u_degree INTEGER NOT NULL,
     v_degree INTEGER NOT NULL,
     u_periodic BOOLEAN NOT NULL,
@@ -228,9 +228,9 @@ COMMENT ON COLUMN surface_spline.poles IS 'poles, x y z after each other, v runn
 COMMENT ON COLUMN surface_spline.weights IS 'weight of each pole in the same order; null where not rational';
 
 CREATE TABLE surface_swept (
-    surface_id BIGINT PRIMARY KEY REFERENCES surface (id),
-    basis_arc_id BIGINT REFERENCES arc (id),
-    basis_surface_id BIGINT REFERENCES surface (id),
+    surface_id BIGINT PRIMARY KEY,
+    basis_arc_id BIGINT,
+    basis_surface_id BIGINT,
     axis_x DOUBLE PRECISION,
     axis_y DOUBLE PRECISION,
     axis_z DOUBLE PRECISION,
@@ -247,7 +247,7 @@ COMMENT ON COLUMN surface_swept.axis_z IS 'z of the direction of extrusion or ax
 COMMENT ON COLUMN surface_swept.distance IS 'offset along the basis surface''s normal dS/du x dS/dv, mm';
 
 CREATE TABLE loop (
-    surface_id BIGINT NOT NULL REFERENCES surface (id),
+    surface_id BIGINT NOT NULL,
     loop_no INTEGER NOT NULL,
     outer_loop BOOLEAN NOT NULL,
     PRIMARY KEY (surface_id, loop_no)
@@ -261,12 +261,11 @@ CREATE TABLE coedge (
     surface_id BIGINT NOT NULL,
     loop_no INTEGER NOT NULL,
     coedge_no INTEGER NOT NULL,
-    arc_id BIGINT NOT NULL REFERENCES arc (id),
+    arc_id BIGINT NOT NULL,
     reversed BOOLEAN NOT NULL,
     tolerance DOUBLE PRECISION,
     PRIMARY KEY (surface_id, loop_no, coedge_no),
-    CHECK (tolerance > 0),
-    FOREIGN KEY (surface_id, loop_no) REFERENCES loop (surface_id, loop_no)
+    CHECK (tolerance > 0)
 );
 COMMENT ON TABLE coedge IS 'The use of an arc by a loop; material lies to its left seen from outside.';
 COMMENT ON COLUMN coedge.surface_id IS 'the surface';
@@ -297,7 +296,6 @@ CREATE TABLE pcurve (
     poles DOUBLE PRECISION[],
     weights DOUBLE PRECISION[],
     PRIMARY KEY (surface_id, loop_no, coedge_no),
-    FOREIGN KEY (surface_id, loop_no, coedge_no) REFERENCES coedge (surface_id, loop_no, coedge_no),
     CHECK (kind IN ('line', 'circle', 'ellipse', 'parabola', 'hyperbola', 'spline'))
 );
 COMMENT ON TABLE pcurve IS 'The curve of a coedge in the surface''s (u, v) domain, over the arc''s interval, where the source has it.';
@@ -331,3 +329,16 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('loop', 'surface', 'primary'),
     ('coedge', 'surface', 'primary'),
     ('pcurve', 'surface', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('arc_spline', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
+    ('arc_offset', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
+    ('arc_offset', 1, ARRAY['basis_arc_id'], 'arc', ARRAY['id']),
+    ('surface_spline', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
+    ('surface_swept', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
+    ('surface_swept', 1, ARRAY['basis_arc_id'], 'arc', ARRAY['id']),
+    ('surface_swept', 2, ARRAY['basis_surface_id'], 'surface', ARRAY['id']),
+    ('loop', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
+    ('coedge', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
+    ('coedge', 1, ARRAY['surface_id', 'loop_no'], 'loop', ARRAY['surface_id', 'loop_no']),
+    ('pcurve', 0, ARRAY['surface_id', 'loop_no', 'coedge_no'], 'coedge', ARRAY['surface_id', 'loop_no', 'coedge_no']);

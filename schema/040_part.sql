@@ -34,9 +34,9 @@ COMMENT ON COLUMN shape.y1 IS 'greatest y of the shape''s bounding box in its ow
 COMMENT ON COLUMN shape.z1 IS 'greatest z of the shape''s bounding box in its own frame, mm';
 
 CREATE TABLE shape_surface (
-    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    shape_id BIGINT NOT NULL,
     surface_no INTEGER NOT NULL,
-    surface_id BIGINT NOT NULL REFERENCES surface (id),
+    surface_id BIGINT NOT NULL,
     name TEXT,
     PRIMARY KEY (shape_id, surface_no)
 );
@@ -47,16 +47,14 @@ COMMENT ON COLUMN shape_surface.surface_id IS 'the surface';
 COMMENT ON COLUMN shape_surface.name IS 'name of the face in the source';
 
 CREATE TABLE shape_arc (
-    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    shape_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
-    arc_id BIGINT NOT NULL REFERENCES arc (id),
+    arc_id BIGINT NOT NULL,
     surface_a INTEGER,
     surface_b INTEGER,
     convexity TEXT NOT NULL,
     angle DOUBLE PRECISION,
     PRIMARY KEY (shape_id, arc_no),
-    FOREIGN KEY (shape_id, surface_a) REFERENCES shape_surface (shape_id, surface_no),
-    FOREIGN KEY (shape_id, surface_b) REFERENCES shape_surface (shape_id, surface_no),
     CHECK (convexity IN ('convex', 'concave', 'smooth', 'seam', 'free', 'degenerate'))
 );
 COMMENT ON TABLE shape_arc IS 'The arcs of a shape, with the surfaces they separate.';
@@ -69,7 +67,7 @@ COMMENT ON COLUMN shape_arc.convexity IS 'convex, concave, smooth (|angle| < 1 d
 COMMENT ON COLUMN shape_arc.angle IS 'dihedral angle at mid-arc: atan2((na x nb).t, na.nb), t along the coedge of surface_a; positive convex, rad';
 
 CREATE TABLE shape_mesh (
-    shape_id BIGINT PRIMARY KEY REFERENCES shape (id),
+    shape_id BIGINT PRIMARY KEY,
     chord_mm DOUBLE PRECISION NOT NULL,
     chord_rad DOUBLE PRECISION NOT NULL,
     deviation_mm DOUBLE PRECISION,
@@ -96,8 +94,7 @@ CREATE TABLE shape_arc_sample (
     tangents REAL[] NOT NULL,
     normals_a REAL[] NOT NULL,
     normals_b REAL[] NOT NULL,
-    PRIMARY KEY (shape_id, arc_no),
-    FOREIGN KEY (shape_id, arc_no) REFERENCES shape_arc (shape_id, arc_no)
+    PRIMARY KEY (shape_id, arc_no)
 );
 COMMENT ON TABLE shape_arc_sample IS 'Points along the arcs of a shape with the normals on both sides, for prediction of views.';
 COMMENT ON COLUMN shape_arc_sample.shape_id IS 'the shape';
@@ -116,7 +113,6 @@ CREATE TABLE surface_adjacency (
     convexity TEXT NOT NULL,
     angle DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (shape_id, arc_no),
-    FOREIGN KEY (shape_id, arc_no) REFERENCES shape_arc (shape_id, arc_no),
     CHECK (surface_a < surface_b)
 );
 COMMENT ON TABLE surface_adjacency IS 'Which surfaces of a shape meet along which arc.';
@@ -134,9 +130,7 @@ CREATE TABLE surface_relation (
     surface_b INTEGER NOT NULL,
     value DOUBLE PRECISION,
     tolerance DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (shape_id, kind, surface_a, surface_b),
-    FOREIGN KEY (shape_id, surface_a) REFERENCES shape_surface (shape_id, surface_no),
-    FOREIGN KEY (shape_id, surface_b) REFERENCES shape_surface (shape_id, surface_no)
+    PRIMARY KEY (shape_id, kind, surface_a, surface_b)
 );
 COMMENT ON TABLE surface_relation IS 'Geometric relations of two surfaces of a shape.';
 COMMENT ON COLUMN surface_relation.shape_id IS 'the shape';
@@ -153,9 +147,7 @@ CREATE TABLE arc_relation (
     arc_b INTEGER NOT NULL,
     value DOUBLE PRECISION,
     tolerance DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (shape_id, kind, arc_a, arc_b),
-    FOREIGN KEY (shape_id, arc_a) REFERENCES shape_arc (shape_id, arc_no),
-    FOREIGN KEY (shape_id, arc_b) REFERENCES shape_arc (shape_id, arc_no)
+    PRIMARY KEY (shape_id, kind, arc_a, arc_b)
 );
 COMMENT ON TABLE arc_relation IS 'Geometric relations of two arcs of a shape.';
 COMMENT ON COLUMN arc_relation.shape_id IS 'the shape';
@@ -177,7 +169,7 @@ COMMENT ON COLUMN feature_class.content_key IS 'hash of kind, dimensions and for
 COMMENT ON COLUMN feature_class.kind IS 'through_hole, blind_hole, pocket, slot, open_slot, step, duct, rib, flange, web, boss, lug, fillet, chamfer, groove, circular_pattern, linear_pattern, grid_pattern, body';
 
 CREATE TABLE feature_dimension (
-    feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),
+    feature_class_id BIGINT NOT NULL,
     name TEXT NOT NULL,
     value DOUBLE PRECISION NOT NULL,
     unit TEXT NOT NULL,
@@ -190,9 +182,9 @@ COMMENT ON COLUMN feature_dimension.value IS 'the dimension';
 COMMENT ON COLUMN feature_dimension.unit IS 'mm, rad, or 1 of a count';
 
 CREATE TABLE feature (
-    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    shape_id BIGINT NOT NULL,
     feature_no INTEGER NOT NULL,
-    feature_class_id BIGINT NOT NULL REFERENCES feature_class (id),
+    feature_class_id BIGINT NOT NULL,
     name TEXT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
@@ -248,9 +240,7 @@ CREATE TABLE feature_surface (
     feature_no INTEGER NOT NULL,
     surface_no INTEGER NOT NULL,
     role TEXT NOT NULL,
-    PRIMARY KEY (shape_id, feature_no, surface_no),
-    FOREIGN KEY (shape_id, feature_no) REFERENCES feature (shape_id, feature_no),
-    FOREIGN KEY (shape_id, surface_no) REFERENCES shape_surface (shape_id, surface_no)
+    PRIMARY KEY (shape_id, feature_no, surface_no)
 );
 COMMENT ON TABLE feature_surface IS 'The surfaces that make a feature.';
 COMMENT ON COLUMN feature_surface.shape_id IS 'the shape';
@@ -259,7 +249,7 @@ COMMENT ON COLUMN feature_surface.surface_no IS 'the surface';
 COMMENT ON COLUMN feature_surface.role IS 'wall, floor, blend, side, bore, hole, body, ...';
 
 CREATE TABLE shape_box (
-    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    shape_id BIGINT NOT NULL,
     level TEXT NOT NULL,
     element_no INTEGER NOT NULL,
     page INTEGER NOT NULL,
@@ -286,7 +276,7 @@ COMMENT ON COLUMN shape_box.y1 IS 'greatest y of the element''s bounding box in 
 COMMENT ON COLUMN shape_box.z1 IS 'greatest z of the element''s bounding box in the shape''s frame, mm';
 
 CREATE TABLE shape_box_page (
-    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    shape_id BIGINT NOT NULL,
     level TEXT NOT NULL,
     page INTEGER NOT NULL,
     box_count INTEGER NOT NULL,
@@ -317,7 +307,7 @@ CREATE TABLE part (
     content_key TEXT NOT NULL UNIQUE,
     number TEXT NOT NULL,
     name TEXT NOT NULL,
-    shape_id BIGINT NOT NULL REFERENCES shape (id),
+    shape_id BIGINT NOT NULL,
     supplemental BOOLEAN NOT NULL
 );
 COMMENT ON TABLE part IS 'A product: number, name, and the shape it has; material, colour and the like are its attributes.';
@@ -329,9 +319,9 @@ COMMENT ON COLUMN part.shape_id IS 'its geometry';
 COMMENT ON COLUMN part.supplemental IS 'whether it is construction geometry, reference geometry or drawn annotation of a product: kept, but not material, so never placed in a world nor matched';
 
 CREATE TABLE part_attribute (
-    part_id BIGINT NOT NULL REFERENCES part (id),
+    part_id BIGINT NOT NULL,
     name TEXT NOT NULL,
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     value_number DOUBLE PRECISION,
     value_text TEXT,
     value_boolean BOOLEAN,
@@ -370,14 +360,13 @@ CREATE TABLE surface_attribute (
     shape_id BIGINT NOT NULL,
     surface_no INTEGER NOT NULL,
     name TEXT NOT NULL,
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     value_number DOUBLE PRECISION,
     value_text TEXT,
     value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
     PRIMARY KEY (shape_id, surface_no, name, run_id),
-    FOREIGN KEY (shape_id, surface_no) REFERENCES shape_surface (shape_id, surface_no),
     CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
         ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
     CHECK (source IN ('file', 'derived', 'user'))
@@ -412,14 +401,13 @@ CREATE TABLE arc_attribute (
     shape_id BIGINT NOT NULL,
     arc_no INTEGER NOT NULL,
     name TEXT NOT NULL,
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     value_number DOUBLE PRECISION,
     value_text TEXT,
     value_boolean BOOLEAN,
     unit TEXT,
     source TEXT NOT NULL,
     PRIMARY KEY (shape_id, arc_no, name, run_id),
-    FOREIGN KEY (shape_id, arc_no) REFERENCES shape_arc (shape_id, arc_no),
     CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
         ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
     CHECK (source IN ('file', 'derived', 'user'))
@@ -468,7 +456,7 @@ COMMENT ON COLUMN part_mass.source IS 'where the density comes from: file, deriv
 COMMENT ON COLUMN part_mass.run_id IS 'the run that stated the density';
 
 CREATE TABLE part_pmi (
-    part_id BIGINT NOT NULL REFERENCES part (id),
+    part_id BIGINT NOT NULL,
     pmi_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     type TEXT NOT NULL,
@@ -503,8 +491,7 @@ CREATE TABLE part_pmi_datum (
     precedence INTEGER NOT NULL,
     letter TEXT NOT NULL,
     modifier TEXT,
-    PRIMARY KEY (part_id, pmi_no, precedence),
-    FOREIGN KEY (part_id, pmi_no) REFERENCES part_pmi (part_id, pmi_no)
+    PRIMARY KEY (part_id, pmi_no, precedence)
 );
 COMMENT ON TABLE part_pmi_datum IS 'Datums that a tolerance refers to; of a datum its own letter.';
 COMMENT ON COLUMN part_pmi_datum.part_id IS 'the part';
@@ -520,8 +507,6 @@ CREATE TABLE part_pmi_surface (
     surface_no INTEGER NOT NULL,
     role TEXT NOT NULL,
     PRIMARY KEY (part_id, pmi_no, surface_no),
-    FOREIGN KEY (part_id, pmi_no) REFERENCES part_pmi (part_id, pmi_no),
-    FOREIGN KEY (shape_id, surface_no) REFERENCES shape_surface (shape_id, surface_no),
     CHECK (role IN ('feature', 'origin', 'target'))
 );
 COMMENT ON TABLE part_pmi_surface IS 'Surfaces that a dimension, tolerance or datum is of.';
@@ -585,3 +570,36 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('part_pmi_datum', 'part', 'primary'),
     ('part_pmi_surface', 'part', 'primary'),
     ('surface_pmi', 'surface', 'view');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('shape_surface', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('shape_surface', 1, ARRAY['surface_id'], 'surface', ARRAY['id']),
+    ('shape_arc', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('shape_arc', 1, ARRAY['arc_id'], 'arc', ARRAY['id']),
+    ('shape_arc', 2, ARRAY['shape_id', 'surface_a'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
+    ('shape_arc', 3, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
+    ('shape_mesh', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('shape_arc_sample', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
+    ('surface_adjacency', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
+    ('surface_relation', 0, ARRAY['shape_id', 'surface_a'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
+    ('surface_relation', 1, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
+    ('arc_relation', 0, ARRAY['shape_id', 'arc_a'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
+    ('arc_relation', 1, ARRAY['shape_id', 'arc_b'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
+    ('feature_dimension', 0, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
+    ('feature', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('feature', 1, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
+    ('feature_surface', 0, ARRAY['shape_id', 'feature_no'], 'feature', ARRAY['shape_id', 'feature_no']),
+    ('feature_surface', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
+    ('shape_box', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('shape_box_page', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('part', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('part_attribute', 0, ARRAY['part_id'], 'part', ARRAY['id']),
+    ('part_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('surface_attribute', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('surface_attribute', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
+    ('arc_attribute', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('arc_attribute', 1, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
+    ('part_pmi', 0, ARRAY['part_id'], 'part', ARRAY['id']),
+    ('part_pmi_datum', 0, ARRAY['part_id', 'pmi_no'], 'part_pmi', ARRAY['part_id', 'pmi_no']),
+    ('part_pmi_surface', 0, ARRAY['part_id', 'pmi_no'], 'part_pmi', ARRAY['part_id', 'pmi_no']),
+    ('part_pmi_surface', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']);

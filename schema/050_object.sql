@@ -20,8 +20,8 @@ CREATE TABLE object_variant (
     name TEXT NOT NULL,
     variant TEXT NOT NULL,
     revision INTEGER NOT NULL,
-    object_id BIGINT NOT NULL REFERENCES object (id),
-    source_id BIGINT NOT NULL REFERENCES source (id),
+    object_id BIGINT NOT NULL,
+    source_id BIGINT NOT NULL,
     UNIQUE (name, variant, revision)
 );
 COMMENT ON TABLE object_variant IS 'The name, variant and revision under which a user loaded an object.';
@@ -33,9 +33,9 @@ COMMENT ON COLUMN object_variant.object_id IS 'what it is';
 COMMENT ON COLUMN object_variant.source_id IS 'the file it was first loaded from';
 
 CREATE TABLE object_attribute (
-    object_id BIGINT NOT NULL REFERENCES object (id),
+    object_id BIGINT NOT NULL,
     name TEXT NOT NULL,
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     value_number DOUBLE PRECISION,
     value_text TEXT,
     value_boolean BOOLEAN,
@@ -71,9 +71,9 @@ COMMENT ON COLUMN current_object_attribute.source IS 'where the value comes from
 COMMENT ON COLUMN current_object_attribute.run_id IS 'the run that stated it';
 
 CREATE TABLE object_object (
-    parent_id BIGINT NOT NULL REFERENCES object (id),
+    parent_id BIGINT NOT NULL,
     child_no INTEGER NOT NULL,
-    child_id BIGINT NOT NULL REFERENCES object (id),
+    child_id BIGINT NOT NULL,
     name TEXT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
@@ -113,9 +113,9 @@ COMMENT ON COLUMN object_object.m22 IS 'parent_from_child: row 2, column 2 of th
 COMMENT ON COLUMN object_object.m23 IS 'parent_from_child: row 2 of the translation, mm';
 
 CREATE TABLE object_part (
-    object_id BIGINT NOT NULL REFERENCES object (id),
+    object_id BIGINT NOT NULL,
     child_no INTEGER NOT NULL,
-    part_id BIGINT NOT NULL REFERENCES part (id),
+    part_id BIGINT NOT NULL,
     name TEXT NOT NULL,
     colour TEXT,
     m00 DOUBLE PRECISION NOT NULL,
@@ -156,7 +156,7 @@ COMMENT ON COLUMN object_part.m22 IS 'object_from_part: row 2, column 2 of the r
 COMMENT ON COLUMN object_part.m23 IS 'object_from_part: row 2 of the translation, mm';
 
 CREATE TABLE part_contact (
-    object_id BIGINT NOT NULL REFERENCES object (id),
+    object_id BIGINT NOT NULL,
     object_path_a TEXT NOT NULL,
     surface_a INTEGER NOT NULL,
     object_path_b TEXT NOT NULL,
@@ -181,7 +181,7 @@ COMMENT ON COLUMN part_contact.area IS 'area over which the faces lie opposite e
 COMMENT ON COLUMN part_contact.tolerance IS 'greatest gap, and greatest overlap, that counts as contact, mm';
 
 CREATE TABLE joint (
-    object_id BIGINT NOT NULL REFERENCES object (id),
+    object_id BIGINT NOT NULL,
     joint_no INTEGER NOT NULL,
     name TEXT NOT NULL,
     kind TEXT NOT NULL,
@@ -244,9 +244,9 @@ COMMENT ON COLUMN joint.m22 IS 'parent_from_joint: row 2, column 2 of the rotati
 COMMENT ON COLUMN joint.m23 IS 'parent_from_joint: row 2 of the translation, mm';
 
 CREATE TABLE load_report (
-    run_id BIGINT PRIMARY KEY REFERENCES run (id),
-    source_id BIGINT REFERENCES source (id),
-    object_variant_id BIGINT REFERENCES object_variant (id),
+    run_id BIGINT PRIMARY KEY,
+    source_id BIGINT,
+    object_variant_id BIGINT,
     status TEXT NOT NULL,
     message TEXT,
     faces_in_file INTEGER,
@@ -275,14 +275,14 @@ COMMENT ON COLUMN load_report.surfaces_added IS 'surfaces that were new to the s
 COMMENT ON COLUMN load_report.arcs_added IS 'arcs that were new to the store';
 
 CREATE TABLE load_finding (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     finding_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     message TEXT NOT NULL,
-    part_id BIGINT REFERENCES part (id),
-    shape_id BIGINT REFERENCES shape (id),
-    surface_id BIGINT REFERENCES surface (id),
-    arc_id BIGINT REFERENCES arc (id),
+    part_id BIGINT,
+    shape_id BIGINT,
+    surface_id BIGINT,
+    arc_id BIGINT,
     value DOUBLE PRECISION,
     bound DOUBLE PRECISION,
     unit TEXT,
@@ -353,3 +353,23 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary'),
     ('load_finding', 'object', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('object_variant', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('object_variant', 1, ARRAY['source_id'], 'source', ARRAY['id']),
+    ('object_attribute', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('object_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('object_object', 0, ARRAY['parent_id'], 'object', ARRAY['id']),
+    ('object_object', 1, ARRAY['child_id'], 'object', ARRAY['id']),
+    ('object_part', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('object_part', 1, ARRAY['part_id'], 'part', ARRAY['id']),
+    ('part_contact', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('joint', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('load_report', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('load_report', 1, ARRAY['source_id'], 'source', ARRAY['id']),
+    ('load_report', 2, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),
+    ('load_finding', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('load_finding', 1, ARRAY['part_id'], 'part', ARRAY['id']),
+    ('load_finding', 2, ARRAY['shape_id'], 'shape', ARRAY['id']),
+    ('load_finding', 3, ARRAY['surface_id'], 'surface', ARRAY['id']),
+    ('load_finding', 4, ARRAY['arc_id'], 'arc', ARRAY['id']);

@@ -3,9 +3,9 @@
 CREATE SEQUENCE variant_comparison_id_seq;
 CREATE TABLE variant_comparison (
     id BIGINT PRIMARY KEY,
-    run_id BIGINT NOT NULL REFERENCES run (id),
-    variant_a_id BIGINT NOT NULL REFERENCES object_variant (id),
-    variant_b_id BIGINT NOT NULL REFERENCES object_variant (id),
+    run_id BIGINT NOT NULL,
+    variant_a_id BIGINT NOT NULL,
+    variant_b_id BIGINT NOT NULL,
     reach DOUBLE PRECISION NOT NULL,
     UNIQUE (variant_a_id, variant_b_id, reach)
 );
@@ -17,14 +17,14 @@ COMMENT ON COLUMN variant_comparison.variant_b_id IS 'the variant after';
 COMMENT ON COLUMN variant_comparison.reach IS 'how far a thing may move and still count as the same, mm';
 
 CREATE TABLE variant_difference (
-    comparison_id BIGINT NOT NULL REFERENCES variant_comparison (id),
+    comparison_id BIGINT NOT NULL,
     difference_no INTEGER NOT NULL,
     level TEXT NOT NULL,
     status TEXT NOT NULL,
     object_path_a TEXT,
     object_path_b TEXT,
-    shape_a BIGINT REFERENCES shape (id),
-    shape_b BIGINT REFERENCES shape (id),
+    shape_a BIGINT,
+    shape_b BIGINT,
     element_a INTEGER,
     element_b INTEGER,
     differs TEXT,
@@ -110,3 +110,11 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('variant_comparison', 'object', 'primary'),
     ('variant_difference', 'object', 'redundant'),
     ('variant_change', 'object', 'view');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('variant_comparison', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('variant_comparison', 1, ARRAY['variant_a_id'], 'object_variant', ARRAY['id']),
+    ('variant_comparison', 2, ARRAY['variant_b_id'], 'object_variant', ARRAY['id']),
+    ('variant_difference', 0, ARRAY['comparison_id'], 'variant_comparison', ARRAY['id']),
+    ('variant_difference', 1, ARRAY['shape_a'], 'shape', ARRAY['id']),
+    ('variant_difference', 2, ARRAY['shape_b'], 'shape', ARRAY['id']);

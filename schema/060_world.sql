@@ -28,9 +28,9 @@ COMMENT ON COLUMN current_world.revision IS 'its newest revision';
 COMMENT ON COLUMN current_world.content_key IS 'hash of all that the world file says';
 
 CREATE TABLE world_attribute (
-    world_id BIGINT NOT NULL REFERENCES world (id),
+    world_id BIGINT NOT NULL,
     name TEXT NOT NULL,
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     value_number DOUBLE PRECISION,
     value_text TEXT,
     value_boolean BOOLEAN,
@@ -66,10 +66,10 @@ COMMENT ON COLUMN current_world_attribute.source IS 'where the value comes from:
 COMMENT ON COLUMN current_world_attribute.run_id IS 'the run that stated it';
 
 CREATE TABLE world_object (
-    world_id BIGINT NOT NULL REFERENCES world (id),
+    world_id BIGINT NOT NULL,
     object_no INTEGER NOT NULL,
     name TEXT NOT NULL,
-    object_variant_id BIGINT NOT NULL REFERENCES object_variant (id),
+    object_variant_id BIGINT NOT NULL,
     role TEXT NOT NULL,
     tolerance_mm DOUBLE PRECISION NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
@@ -119,8 +119,7 @@ CREATE TABLE joint_state (
     robot TEXT NOT NULL,
     joint TEXT NOT NULL,
     value DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (world_id, object_no, robot, joint),
-    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+    PRIMARY KEY (world_id, object_no, robot, joint)
 );
 COMMENT ON TABLE joint_state IS 'Where the joints of the robots in a world stand.';
 COMMENT ON COLUMN joint_state.world_id IS 'the world';
@@ -134,7 +133,7 @@ CREATE TABLE world_link (
     object_no INTEGER NOT NULL,
     robot TEXT NOT NULL,
     child_no INTEGER NOT NULL,
-    object_id BIGINT NOT NULL REFERENCES object (id),
+    object_id BIGINT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -151,8 +150,7 @@ CREATE TABLE world_link (
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    PRIMARY KEY (world_id, object_no, robot, child_no),
-    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+    PRIMARY KEY (world_id, object_no, robot, child_no)
 );
 COMMENT ON TABLE world_link IS 'Where the joint states place the links of the robots in a world: stands for the transforms of object_object.';
 COMMENT ON COLUMN world_link.world_id IS 'the world';
@@ -221,9 +219,9 @@ COMMENT ON COLUMN rig.id IS 'identity of the rig';
 COMMENT ON COLUMN rig.content_key IS 'hash of all its cameras and transforms';
 
 CREATE TABLE rig_camera (
-    rig_id BIGINT NOT NULL REFERENCES rig (id),
+    rig_id BIGINT NOT NULL,
     name TEXT NOT NULL,
-    camera_id BIGINT NOT NULL REFERENCES camera (id),
+    camera_id BIGINT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -266,7 +264,7 @@ CREATE TABLE world_mount (
     object_no INTEGER NOT NULL,
     link TEXT,
     object_path TEXT,
-    rig_id BIGINT REFERENCES rig (id),
+    rig_id BIGINT,
     mounted_no INTEGER,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
@@ -285,8 +283,6 @@ CREATE TABLE world_mount (
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
     PRIMARY KEY (world_id, mount_no),
-    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no),
-    FOREIGN KEY (world_id, mounted_no) REFERENCES world_object (world_id, object_no),
     CHECK ((rig_id IS NULL) <> (mounted_no IS NULL)),
     CHECK (mounted_no <> object_no)
 );
@@ -312,8 +308,8 @@ COMMENT ON COLUMN world_mount.m21 IS 'carrier_from_mounted: row 2, column 1 of t
 COMMENT ON COLUMN world_mount.m22 IS 'carrier_from_mounted: row 2, column 2 of the rotation';
 COMMENT ON COLUMN world_mount.m23 IS 'carrier_from_mounted: row 2 of the translation, mm';
 
--- Of a million rows, a unique path and four foreign keys would take more time than all else, and DuckDB finds no row by
--- them: check/occurrence_path and check/occurrence_reference look after both.
+-- Of a million rows, a unique path and four foreign keys would take more time than all else: check/occurrence_path and
+-- check/occurrence_reference look after both.
 CREATE SEQUENCE occurrence_id_seq;
 CREATE TABLE occurrence (
     id BIGINT PRIMARY KEY,
@@ -436,7 +432,7 @@ COMMENT ON COLUMN mount_pose.m22 IS 'world_from_mounted: row 2, column 2 of the 
 COMMENT ON COLUMN mount_pose.m23 IS 'world_from_mounted: row 2 of the translation, mm';
 
 CREATE TABLE box_page (
-    world_id BIGINT NOT NULL REFERENCES world (id),
+    world_id BIGINT NOT NULL,
     page INTEGER NOT NULL,
     box_count INTEGER NOT NULL,
     overflow BOOLEAN NOT NULL,
@@ -477,3 +473,18 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('occurrence_box', 'world', 'view'),
     ('mount_pose', 'world', 'view'),
     ('box_page', 'world', 'redundant');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('world_attribute', 0, ARRAY['world_id'], 'world', ARRAY['id']),
+    ('world_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('world_object', 0, ARRAY['world_id'], 'world', ARRAY['id']),
+    ('world_object', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),
+    ('joint_state', 0, ARRAY['world_id', 'object_no'], 'world_object', ARRAY['world_id', 'object_no']),
+    ('world_link', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('world_link', 1, ARRAY['world_id', 'object_no'], 'world_object', ARRAY['world_id', 'object_no']),
+    ('rig_camera', 0, ARRAY['rig_id'], 'rig', ARRAY['id']),
+    ('rig_camera', 1, ARRAY['camera_id'], 'camera', ARRAY['id']),
+    ('world_mount', 0, ARRAY['rig_id'], 'rig', ARRAY['id']),
+    ('world_mount', 1, ARRAY['world_id', 'object_no'], 'world_object', ARRAY['world_id', 'object_no']),
+    ('world_mount', 2, ARRAY['world_id', 'mounted_no'], 'world_object', ARRAY['world_id', 'object_no']),
+    ('box_page', 0, ARRAY['world_id'], 'world', ARRAY['id']);

@@ -1,7 +1,7 @@
 -- Level world: an oct-tree of the placed parts of a world, where one was asked for, as tables that a query walks.
 
 CREATE TABLE octree_cell (
-    world_id BIGINT NOT NULL REFERENCES world (id),
+    world_id BIGINT NOT NULL,
     cell INTEGER NOT NULL,
     parent INTEGER,
     x0 DOUBLE PRECISION NOT NULL,
@@ -25,9 +25,9 @@ COMMENT ON COLUMN octree_cell.y1 IS 'greatest y of the cell in the world, mm';
 COMMENT ON COLUMN octree_cell.z1 IS 'greatest z of the cell in the world, mm';
 
 CREATE TABLE octree_entry (
-    world_id BIGINT NOT NULL REFERENCES world (id),
+    world_id BIGINT NOT NULL,
     cell INTEGER NOT NULL,
-    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    occurrence_id BIGINT NOT NULL,
     PRIMARY KEY (world_id, cell, occurrence_id)
 );
 COMMENT ON TABLE octree_entry IS 'The placed parts whose world box touches a leaf of the oct-tree.';
@@ -38,3 +38,8 @@ COMMENT ON COLUMN octree_entry.occurrence_id IS 'the placed part';
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('octree_cell', 'world', 'redundant'),
     ('octree_entry', 'world', 'redundant');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('octree_cell', 0, ARRAY['world_id'], 'world', ARRAY['id']),
+    ('octree_entry', 0, ARRAY['world_id'], 'world', ARRAY['id']),
+    ('octree_entry', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']);

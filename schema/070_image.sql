@@ -32,7 +32,7 @@ COMMENT ON COLUMN image_blob.bytes IS 'the file as it was read';
 CREATE SEQUENCE extraction_id_seq;
 CREATE TABLE extraction (
     id BIGINT PRIMARY KEY,
-    image_id BIGINT NOT NULL REFERENCES image (id),
+    image_id BIGINT NOT NULL,
     content_key TEXT NOT NULL UNIQUE,
     parameters JSON NOT NULL,
     version TEXT NOT NULL,
@@ -89,7 +89,6 @@ CREATE TABLE image_arc (
     axis_angle DOUBLE PRECISION,
     length REAL NOT NULL,
     closed BOOLEAN NOT NULL,
-    bright_side TEXT NOT NULL,
     contrast REAL NOT NULL,
     width REAL NOT NULL,
     sigma REAL NOT NULL,
@@ -97,10 +96,9 @@ CREATE TABLE image_arc (
     significance REAL,
     element_count INTEGER NOT NULL,
     CHECK (kind IN ('line', 'circular', 'elliptic', 'free')),
-    CHECK (topography IN ('edge', 'ridge', 'ravine')),
-    CHECK (bright_side IN ('left', 'right'))
+    CHECK (topography IN ('edge', 'ridge', 'ravine'))
 );
-COMMENT ON TABLE image_arc IS 'Arcs of an image: fitted to linked edge elements.';
+COMMENT ON TABLE image_arc IS 'Arcs of an image: fitted to linked edge elements, from first to last end with the brighter grey on the left along most of it.';
 COMMENT ON COLUMN image_arc.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc.image_arc_no IS 'ordinal in the extraction, from 0';
 COMMENT ON COLUMN image_arc.kind IS 'line, circular, elliptic or free';
@@ -116,7 +114,6 @@ COMMENT ON COLUMN image_arc.radius2 IS 'semi-minor axis of an elliptic arc, px';
 COMMENT ON COLUMN image_arc.axis_angle IS 'angle of the major axis from x towards y, rad';
 COMMENT ON COLUMN image_arc.length IS 'length, px';
 COMMENT ON COLUMN image_arc.closed IS 'whether it is a closed curve';
-COMMENT ON COLUMN image_arc.bright_side IS 'side of the brighter grey along most of it, walking from first to last end in the picture: left or right; of each place its edge elements tell';
 COMMENT ON COLUMN image_arc.contrast IS 'mean height of the step along it, grey levels of 0..255';
 COMMENT ON COLUMN image_arc.width IS 'mean width of the step, px';
 COMMENT ON COLUMN image_arc.sigma IS 'standard deviation of its lateral position, px';
@@ -299,3 +296,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('region_outline', 'image', 'primary'),
     ('region_arc', 'image', 'primary'),
     ('region_topography', 'image', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('extraction', 0, ARRAY['image_id'], 'image', ARRAY['id']);

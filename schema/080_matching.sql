@@ -1,7 +1,7 @@
 -- Relational matching: units with relations on both sides, what could match what, and what was decided.
 
 CREATE TABLE view (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     view_no INTEGER NOT NULL,
     camera TEXT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
@@ -42,7 +42,7 @@ COMMENT ON COLUMN view.m23 IS 'world_from_camera: row 2 of the translation, mm';
 CREATE SEQUENCE unit_set_id_seq;
 CREATE TABLE unit_set (
     id BIGINT PRIMARY KEY,
-    extraction_id BIGINT NOT NULL REFERENCES extraction (id)
+    extraction_id BIGINT NOT NULL
 );
 COMMENT ON TABLE unit_set IS 'A set of primitives that a matcher sees: of one image.';
 COMMENT ON COLUMN unit_set.id IS 'identity of the set';
@@ -80,12 +80,12 @@ COMMENT ON COLUMN unit_relation.value IS 'measured value: distance (px), angle (
 COMMENT ON COLUMN unit_relation.sigma IS 'standard deviation of the value';
 
 CREATE TABLE problem (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     problem_no INTEGER NOT NULL,
     kind TEXT NOT NULL,
     method TEXT NOT NULL,
-    units_id BIGINT NOT NULL REFERENCES unit_set (id),
-    labels_id BIGINT NOT NULL REFERENCES unit_set (id),
+    units_id BIGINT NOT NULL,
+    labels_id BIGINT NOT NULL,
     parameters JSON NOT NULL,
     status TEXT NOT NULL,
     cost DOUBLE PRECISION NOT NULL,
@@ -112,8 +112,7 @@ CREATE TABLE candidate (
     unit_no INTEGER NOT NULL,
     label_no INTEGER NOT NULL,
     cost DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_no, label_no),
-    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+    PRIMARY KEY (run_id, problem_no, unit_no, label_no)
 );
 COMMENT ON TABLE candidate IS 'Pairs of unit and label that passed the gate, with the cost of each by itself.';
 COMMENT ON COLUMN candidate.run_id IS 'the run';
@@ -129,8 +128,7 @@ CREATE TABLE compatibility (
     label_a INTEGER NOT NULL,
     unit_b INTEGER NOT NULL,
     label_b INTEGER NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_a, label_a, unit_b, label_b),
-    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+    PRIMARY KEY (run_id, problem_no, unit_a, label_a, unit_b, label_b)
 );
 COMMENT ON TABLE compatibility IS 'Pairs of candidates that a common relation confirms.';
 COMMENT ON COLUMN compatibility.run_id IS 'the run';
@@ -148,8 +146,7 @@ CREATE TABLE vote (
     votes INTEGER NOT NULL,
     overlap INTEGER NOT NULL,
     disparity DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_no, label_no),
-    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+    PRIMARY KEY (run_id, problem_no, unit_no, label_no)
 );
 COMMENT ON TABLE vote IS 'Votes of epipolar rows for pairs of arcs in stereo.';
 COMMENT ON COLUMN vote.run_id IS 'the run';
@@ -169,7 +166,6 @@ CREATE TABLE assignment (
     null_cost DOUBLE PRECISION NOT NULL,
     reason TEXT NOT NULL,
     PRIMARY KEY (run_id, problem_no, unit_no),
-    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no),
     CHECK ((label_no IS NOT NULL) = (reason = 'matched'))
 );
 COMMENT ON TABLE assignment IS 'What the matcher decided for each unit.';
@@ -186,8 +182,7 @@ CREATE TABLE assignment_error (
     problem_no INTEGER NOT NULL,
     unit_no INTEGER NOT NULL,
     neighbour_no INTEGER NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_no, neighbour_no),
-    FOREIGN KEY (run_id, problem_no, unit_no) REFERENCES assignment (run_id, problem_no, unit_no)
+    PRIMARY KEY (run_id, problem_no, unit_no, neighbour_no)
 );
 COMMENT ON TABLE assignment_error IS 'Relations that an assignment leaves unconfirmed.';
 COMMENT ON COLUMN assignment_error.run_id IS 'the run';
@@ -202,7 +197,6 @@ CREATE TABLE bound_certificate (
     item_no INTEGER NOT NULL,
     dual DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, problem_no, side, item_no),
-    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no),
     CHECK (side IN ('unit', 'label'))
 );
 COMMENT ON TABLE bound_certificate IS 'Dual values from which the lower bound of a problem can be recomputed.';
@@ -220,8 +214,7 @@ CREATE TABLE search_node (
     depth INTEGER NOT NULL,
     bound DOUBLE PRECISION NOT NULL,
     status TEXT NOT NULL,
-    PRIMARY KEY (run_id, problem_no, node_no),
-    FOREIGN KEY (run_id, problem_no) REFERENCES problem (run_id, problem_no)
+    PRIMARY KEY (run_id, problem_no, node_no)
 );
 COMMENT ON TABLE search_node IS 'Nodes of a branch-and-bound search.';
 COMMENT ON COLUMN search_node.run_id IS 'the run';
@@ -243,8 +236,7 @@ CREATE TABLE triangulated_unit (
     end_y DOUBLE PRECISION NOT NULL,
     end_z DOUBLE PRECISION NOT NULL,
     sigma DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_no),
-    FOREIGN KEY (run_id, problem_no, unit_no) REFERENCES assignment (run_id, problem_no, unit_no)
+    PRIMARY KEY (run_id, problem_no, unit_no)
 );
 COMMENT ON TABLE triangulated_unit IS 'Stereo matches in space: ends of matched arcs in the frame of the rig.';
 COMMENT ON COLUMN triangulated_unit.run_id IS 'the run';
@@ -272,3 +264,18 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('bound_certificate', 'matching', 'primary'),
     ('search_node', 'matching', 'primary'),
     ('triangulated_unit', 'matching', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('view', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('unit_set', 0, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
+    ('problem', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('problem', 1, ARRAY['units_id'], 'unit_set', ARRAY['id']),
+    ('problem', 2, ARRAY['labels_id'], 'unit_set', ARRAY['id']),
+    ('candidate', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('compatibility', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('assignment_error', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),
+    ('bound_certificate', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']);

@@ -1,9 +1,9 @@
 -- Localisation: predicted views, hypotheses of the rig's pose, correspondences, measurements, and the verdict.
 
 CREATE TABLE inspection (
-    run_id BIGINT PRIMARY KEY REFERENCES run (id),
-    world_id BIGINT NOT NULL REFERENCES world (id),
-    rig_id BIGINT NOT NULL REFERENCES rig (id),
+    run_id BIGINT PRIMARY KEY,
+    world_id BIGINT NOT NULL,
+    rig_id BIGINT NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
     m02 DOUBLE PRECISION NOT NULL,
@@ -50,10 +50,10 @@ COMMENT ON COLUMN inspection.selected_parts IS 'placed parts that any pose which
 COMMENT ON COLUMN inspection.superfluous_parts IS 'how many of them no view holds of the poses sampled on the rim of what the prior leaves open';
 
 CREATE TABLE inspection_image (
-    run_id BIGINT NOT NULL REFERENCES inspection (run_id),
+    run_id BIGINT NOT NULL,
     camera TEXT NOT NULL,
-    image_id BIGINT NOT NULL REFERENCES image (id),
-    extraction_id BIGINT NOT NULL REFERENCES extraction (id),
+    image_id BIGINT NOT NULL,
+    extraction_id BIGINT NOT NULL,
     PRIMARY KEY (run_id, camera)
 );
 COMMENT ON TABLE inspection_image IS 'The images of an inspection, one a camera.';
@@ -66,7 +66,7 @@ CREATE TABLE view_arc (
     run_id BIGINT NOT NULL,
     view_no INTEGER NOT NULL,
     view_arc_no INTEGER NOT NULL,
-    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    occurrence_id BIGINT NOT NULL,
     kind TEXT NOT NULL,
     arc_no INTEGER,
     surface_no INTEGER,
@@ -78,7 +78,6 @@ CREATE TABLE view_arc (
     end_v DOUBLE PRECISION NOT NULL,
     length DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, view_no, view_arc_no),
-    FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no),
     CHECK (kind IN ('sharp', 'smooth', 'silhouette')),
     CHECK ((kind = 'silhouette') = (surface_no IS NOT NULL) AND (surface_no IS NULL) = (arc_no IS NOT NULL))
 );
@@ -102,11 +101,10 @@ CREATE TABLE view_surface (
     run_id BIGINT NOT NULL,
     view_no INTEGER NOT NULL,
     view_surface_no INTEGER NOT NULL,
-    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    occurrence_id BIGINT NOT NULL,
     surface_no INTEGER NOT NULL,
     visible_pixels DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, view_no, view_surface_no),
-    FOREIGN KEY (run_id, view_no) REFERENCES view (run_id, view_no)
+    PRIMARY KEY (run_id, view_no, view_surface_no)
 );
 COMMENT ON TABLE view_surface IS 'A surface that a view predicts to be visible.';
 COMMENT ON COLUMN view_surface.run_id IS 'the run';
@@ -117,7 +115,7 @@ COMMENT ON COLUMN view_surface.surface_no IS 'the surface in the part''s shape';
 COMMENT ON COLUMN view_surface.visible_pixels IS 'pixels it shows';
 
 CREATE TABLE hypothesis (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     hypothesis_no INTEGER NOT NULL,
     m00 DOUBLE PRECISION NOT NULL,
     m01 DOUBLE PRECISION NOT NULL,
@@ -171,8 +169,6 @@ CREATE TABLE correspondence (
     angle DOUBLE PRECISION NOT NULL,
     overlap DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, hypothesis_no, view_no, view_arc_no, image_arc_no),
-    FOREIGN KEY (run_id, hypothesis_no) REFERENCES hypothesis (run_id, hypothesis_no),
-    FOREIGN KEY (run_id, view_no, view_arc_no) REFERENCES view_arc (run_id, view_no, view_arc_no),
     CHECK (accepted = (reason = 'assigned'))
 );
 COMMENT ON TABLE correspondence IS 'Pairs of visible model arc and image arc, accepted and rejected, at a hypothesis.';
@@ -202,8 +198,7 @@ CREATE TABLE edge_measurement (
     sigma DOUBLE PRECISION NOT NULL,
     weight DOUBLE PRECISION NOT NULL,
     residual DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, view_no, measurement_no),
-    FOREIGN KEY (run_id, view_no, view_arc_no) REFERENCES view_arc (run_id, view_no, view_arc_no)
+    PRIMARY KEY (run_id, view_no, measurement_no)
 );
 COMMENT ON TABLE edge_measurement IS 'Edge points that the last refinement measured the pose with: enough to replay it.';
 COMMENT ON COLUMN edge_measurement.run_id IS 'the run';
@@ -222,7 +217,7 @@ COMMENT ON COLUMN edge_measurement.weight IS 'weight that the robust loss left, 
 COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose found, px';
 
 CREATE TABLE pose (
-    run_id BIGINT PRIMARY KEY REFERENCES inspection (run_id),
+    run_id BIGINT PRIMARY KEY,
     verdict TEXT NOT NULL,
     reason TEXT NOT NULL,
     posterior DOUBLE PRECISION NOT NULL,
@@ -350,9 +345,9 @@ COMMENT ON COLUMN joint_correction.value IS 'its corrected value, rad or mm';
 COMMENT ON COLUMN joint_correction.sigma IS 'standard deviation of that, rad or mm; null where the joint is held, or follows another';
 
 CREATE TABLE part_in_view (
-    run_id BIGINT NOT NULL REFERENCES run (id),
+    run_id BIGINT NOT NULL,
     in_view_no INTEGER NOT NULL,
-    occurrence_id BIGINT NOT NULL REFERENCES occurrence (id),
+    occurrence_id BIGINT NOT NULL,
     feature_no INTEGER,
     level TEXT NOT NULL,
     path TEXT NOT NULL,
@@ -385,3 +380,22 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('base_correction', 'localisation', 'primary'),
     ('joint_correction', 'localisation', 'primary'),
     ('part_in_view', 'localisation', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('inspection', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('inspection', 1, ARRAY['world_id'], 'world', ARRAY['id']),
+    ('inspection', 2, ARRAY['rig_id'], 'rig', ARRAY['id']),
+    ('inspection_image', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('inspection_image', 1, ARRAY['image_id'], 'image', ARRAY['id']),
+    ('inspection_image', 2, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
+    ('view_arc', 0, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
+    ('view_arc', 1, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
+    ('view_surface', 0, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
+    ('view_surface', 1, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
+    ('hypothesis', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('correspondence', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
+    ('correspondence', 1, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
+    ('edge_measurement', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
+    ('pose', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('part_in_view', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('part_in_view', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']);

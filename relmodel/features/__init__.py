@@ -48,7 +48,7 @@ def recognise(shape: Shape) -> list[Feature]:
     for feature in features:
         counts[feature.kind] = counts.get(feature.kind, 0) + 1
         feature.name = f"{feature.kind} {counts[feature.kind]}"
-        feature.surfaces = sorted((i, role) for whole, role in feature.surfaces for i in b.pieces[whole])
+        feature.surfaces = sorted((i, role) for merged, role in feature.surfaces for i in b.merged_faces[merged])
     return features
 
 

@@ -174,12 +174,12 @@ def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
     return [f[0] if len(f) == 1 else _one_chamfer(s, f) for f in lines.values()]
 
 
-def _one_chamfer(s: Surfaces, pieces: list[Feature]) -> Feature:
-    pose = pieces[0].shape_from_feature.copy()
-    members = [i for piece in pieces for i, _ in piece.surfaces]
+def _one_chamfer(s: Surfaces, segments: list[Feature]) -> Feature:
+    pose = segments[0].shape_from_feature.copy()
+    members = [i for segment in segments for i, _ in segment.surfaces]
     low, high = _extent(s, members, pose[:3, 0])
     pose[:3, 3] += ((low + high) / 2 - float(pose[:3, 3] @ pose[:3, 0])) * pose[:3, 0]
-    dimensions = pieces[0].dimensions | lengths(length=high - low)
+    dimensions = segments[0].dimensions | lengths(length=high - low)
     return Feature("chamfer", "", dimensions, pose, union(s.boxes[members]), [(i, "chamfer") for i in members])
 
 

@@ -137,8 +137,8 @@ class Side(NamedTuple):
 class Boundary:
     """A shape as features are looked for in it.
 
-    Surfaces are whole ones; pieces: the numbers of the faces that make each up; vertices
-    (n, 3): of all triangles.
+    Its surfaces are merged from faces that one surface carries; merged_faces: the numbers of those faces of each;
+    vertices (n, 3): of all triangles.
     sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
     others (`blends.rounded`); chamfers: surfaces that cut one off.
     """
@@ -146,7 +146,7 @@ class Boundary:
     surfaces: Surfaces
     graph: nx.MultiGraph[int]
     sides: dict[int, list[Side]]
-    pieces: list[list[int]]
+    merged_faces: list[list[int]]
     vertices: Floats
     blends: dict[int, float] = field(default_factory=dict)
     chamfers: set[int] = field(default_factory=set)
@@ -183,13 +183,13 @@ class Boundary:
         return self._beside[surface, convexity]
 
     def plane_key(self, planes: list[int]) -> tuple[float, ...]:
-        """Equal for pieces of the same planes: one, then others in any order."""
+        """Equal for surfaces in the same planes: one, then others in any order."""
         s = self.surfaces
         rows = [(*np.round(s.axis[i], 4), round(float(s.origin[i] @ s.axis[i]), 2)) for i in planes]
         return tuple(float(v) + 0.0 for row in [rows[0], *sorted(set(rows[1:]))] for v in row)
 
     def support_key(self, i: int) -> tuple[float, ...]:
-        """Equal for pieces of the same plane or cylinder, or of one that runs along it; other kinds have none."""
+        """Equal for surfaces in the same plane or cylinder, or of one that runs along it; other kinds have none."""
         s = self.surfaces
         if s.kind[i] == "plane":
             return (0.0, *self.plane_key([i]))
@@ -212,10 +212,10 @@ def _outermost(points: Floats) -> Floats:
 
 def boundary(shape: Shape) -> Boundary:
     """The boundary of a shape, without blends and chamfers."""
-    face = _joined(shape)
-    pieces: list[list[int]] = [[] for _ in range(int(face.max(initial=-1)) + 1)]
+    face = _merged(shape)
+    merged: list[list[int]] = [[] for _ in range(int(face.max(initial=-1)) + 1)]
     for i, k in enumerate(face.tolist()):
-        pieces[k].append(i)
+        merged[k].append(i)
     sides: dict[int, list[Side]] = {}
     if shape.coedges and shape.loops:
         own, loops, arcs = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no", "arc_no"))
@@ -235,17 +235,17 @@ def boundary(shape: Shape) -> Boundary:
                 continue
             side = Side(arc, loop, (surface, loop) in flagged, beyond, str(convexity[arc]), angle[arc], length[arc])
             sides.setdefault(k, []).append(side)
-        for k, faces in enumerate(pieces):
+        for k, faces in enumerate(merged):
             if len(faces) > 1 and k in sides:
                 sides[k] = _relooped(shape, sides[k], plane=shape.surfaces["recognised_kind"][faces[0]] == "plane")
     vertices = np.asarray(shape.mesh.vertices, float)
-    return Boundary(describe(shape, face, pieces), adjacency_graph(shape, face), sides, pieces, vertices)
+    return Boundary(describe(shape, face, merged), adjacency_graph(shape, face), sides, merged, vertices)
 
 
-def _joined(shape: Shape) -> Ints:
-    """Number of the whole surface that each belongs to: kernels cut a cylinder in two, operations a plane.
+def _merged(shape: Shape) -> Ints:
+    """Number of the merged surface that each belongs to: kernels cut a cylinder in two, operations a plane.
 
-    Whole ones are numbered in the order of their first pieces.
+    Merged ones are numbered in the order of their first faces.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -282,14 +282,14 @@ def _joined(shape: Shape) -> Ints:
     )
     links = coo_array((np.ones(int(one.sum()), bool), (a[one], b[one])), shape=(len(kind), len(kind)))
     label = connected_components(links, directed=False)[1]
-    _, first, whole = np.unique(label, return_index=True, return_inverse=True)
+    _, first, merged = np.unique(label, return_index=True, return_inverse=True)
     order = np.argsort(np.argsort(first))
-    out: Ints = order[whole]
+    out: Ints = order[merged]
     return out
 
 
 def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
-    """Sides of pieces put together: loops are what hangs together, of a plane that of the greatest extent is outer."""
+    """Sides of merged faces: loops are what hangs together, of a plane that of the greatest extent is outer."""
     import networkx as nx
 
     names = [f"{end}_{c}" for end in ("start", "end") for c in "xyz"]
@@ -308,11 +308,11 @@ def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
     return [x._replace(loop=n, outer=n == outer if plane else x.outer) for x, n in zip(sides, loop, strict=True)]
 
 
-def describe(shape: Shape, face: Ints, pieces: list[list[int]]) -> Surfaces:
-    """Describe whole surfaces by the rows of their first pieces and the triangles of all."""
+def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
+    """Describe merged surfaces by the rows of their first faces and the triangles of all."""
     s = shape.surfaces
-    n = len(pieces)
-    first = np.array([p[0] for p in pieces], np.int64)
+    n = len(merged)
+    first = np.array([faces[0] for faces in merged], np.int64)
     kind = np.asarray(s["recognised_kind"], dtype=str)[first]
     origin, axis = _points(s, "origin")[first], _points(s, "axis_z")[first]
     radius = np.asarray(s["radius"], float)[first]

@@ -84,7 +84,7 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
 
 
 def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> bool:
-    """Whether the pieces of a bore are far walls of openings around its axis: material comes in between them."""
+    """Whether the segments of a bore are far walls of openings around its axis: material comes in between them."""
     axis = s.axis[bore[0]]
 
     def leads_in(i: int, j: int) -> bool:

@@ -35,14 +35,14 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
         loops: dict[int, list[tuple[str, list[int]]]] = {}
         for x in b.sides[face]:
             if not x.outer:
-                loops.setdefault(x.loop, []).append(_rim(b, face, x))
+                loops.setdefault(x.loop, []).append(_walls_at(b, face, x))
         for _, crossed in sorted(loops.items()):
             walls = sorted({i for _, others in crossed for i in others})
             if any(kind != "convex" for kind, _ in crossed) or used & set(walls):
                 continue
             up = _out_of(b, face, walls)
             ring = None if up is None else _ring(b, walls, up, used)
-            # A bore that no seam cuts open has an inner loop around its axis, which is the rim of no opening.
+            # A bore that no seam cuts open has an inner loop around its axis, which is the boundary of no opening.
             if (
                 up is not None
                 and ring is not None
@@ -102,8 +102,8 @@ def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
     if len(normal) == 0:
         return None
     up = np.asarray(np.linalg.eigh(normal.T @ normal)[1][:, 0], float)
-    rim = np.concatenate([s.points(i) for i in walls]).mean(axis=0) - s.points(face).mean(axis=0)
-    return up if up @ rim > 0 else -up
+    inward = np.concatenate([s.points(i) for i in walls]).mean(axis=0) - s.points(face).mean(axis=0)
+    return up if up @ inward > 0 else -up
 
 
 def _in_line(b: Boundary, rings: list[tuple[Floats, list[int]]]) -> list[list[tuple[Floats, list[int]]]]:
@@ -129,13 +129,13 @@ def _in_line(b: Boundary, rings: list[tuple[Floats, list[int]]]) -> list[list[tu
 
 def _inside(b: Boundary, ring: list[int], up: Floats) -> Floats:
     """Lines (n, 3) along an opening, in its middle and near its walls."""
-    rims = [b.surfaces.points(i) for i in ring]
-    middle = np.concatenate(rims).mean(axis=0)
-    return np.array([middle, *(middle + _WITHIN * (p.mean(axis=0) - middle) for p in rims)])
+    points = [b.surfaces.points(i) for i in ring]
+    middle = np.concatenate(points).mean(axis=0)
+    return np.array([middle, *(middle + _WITHIN * (p.mean(axis=0) - middle) for p in points)])
 
 
-def _rim(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
-    """Convexity and the walls at a side of a rim, past its round or chamfer."""
+def _walls_at(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
+    """Convexity and the walls at a side of a boundary, past its round or chamfer."""
     kind, others = b.across(plane, side)
     beyond: list[int] = []
     for i in others:
@@ -190,7 +190,7 @@ def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
 
 
 def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
-    """The form of an outline of walls along the Z of a frame; pieces of one wall are one."""
+    """The form of an outline of walls along the Z of a frame; segments of one wall are one."""
     s, origin = b.surfaces, pose[:3, 3]
     seen: dict[tuple[str, ...], Floats] = {}
     for i in walls:

@@ -1,6 +1,6 @@
 """Outlines of flat, round and conical faces, laid out so that the area which two of them share can be measured.
 
-Faces of revolution are drawn in angle and height (of a torus the angle around the tube), and pieces of that drawing
+Faces of revolution are drawn in angle and height (of a torus the angle around the tube), and parts of that drawing
 are stretched to their true area.  Two spheres have no axis in common: their outlines are drawn by Lambert's azimuthal
 projection, which keeps areas (Snyder, Map Projections: A Working Manual, 1987, p. 182).
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _CHORD_RAD = np.pi / 360
-_CHORDS = 180  # of a smooth piece of another curve
+_CHORDS = 180  # of a smooth segment of another curve
 _INWARD = 1e-7  # of the domain: keeps points off poles, apexes and seams, where no angle or two are theirs
 _LEAST_SHARE = 1e-9  # rad2: a sphere without boundary encloses nothing
 _DIRECTIONS = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
@@ -57,8 +57,8 @@ class Outlines:
         axis, origin = surfaces.z[at], surfaces.origin[at]
         arm = surfaces.evaluate(at, middle[:, 0], middle[:, 1]).points - origin
         across = arm - np.einsum("nd,nd->n", arm, axis)[:, None] * axis
-        rim = across * (self.wide / np.maximum(np.linalg.norm(across, axis=1), 1e-300))[:, None]
-        out = np.where(((self.kind == "sphere") | torus)[:, None], arm - rim, across)
+        circle = across * (self.wide / np.maximum(np.linalg.norm(across, axis=1), 1e-300))[:, None]
+        out = np.where(((self.kind == "sphere") | torus)[:, None], arm - circle, across)
         self.hole = ~flat & (np.einsum("nd,nd->n", normal, out) < 0)
         turned = np.where(flat, np.einsum("nd,nd->n", normal, axis) < 0, angle < 0)
         z = np.where(turned, -1.0, 1.0)[:, None] * axis
@@ -165,8 +165,8 @@ def _along(cuts: Floats, kind: str) -> Floats:
     if kind == "line":
         return cuts
     steps = np.ceil(np.diff(cuts) / _CHORD_RAD) if kind in ("circle", "ellipse") else np.full(len(cuts) - 1, _CHORDS)
-    pieces = [np.linspace(a, b, int(n) + 1)[:-1] for a, b, n in zip(cuts[:-1], cuts[1:], steps, strict=True)]
-    return np.append(np.concatenate(pieces), cuts[-1])
+    segments = [np.linspace(a, b, int(n) + 1)[:-1] for a, b, n in zip(cuts[:-1], cuts[1:], steps, strict=True)]
+    return np.append(np.concatenate(segments), cuts[-1])
 
 
 def _turns(a: tuple[float, ...], b: tuple[float, ...]) -> Floats:

@@ -23,7 +23,7 @@ from relmodel.features.graph import Boundary, Side
 from relmodel.features.openings import closed_slot, walls_form
 
 _STEEP = np.sin(np.radians(10))  # walls may have this much draft
-_MOSTLY = 0.5  # share of the rim of a pocket that another may not have cut away, and of each of its sides
+_MOSTLY = 0.5  # share of the boundary of a pocket that another may not have cut away, and of each of its sides
 _LEAST_WALLS = 4  # of a pocket with an open side
 
 
@@ -58,7 +58,7 @@ def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
 
 
 @dataclass
-class _Piece:
+class _FloorSegment:
     """A floor with an open side: the pockets that it falls into, and the planes of its walls.
 
     free: it falls into nothing else than holes and pockets, and rises for the most part.
@@ -75,7 +75,7 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
 
     So is what has walls on all sides, whatever cuts into it.
     """
-    levels: dict[tuple[float, ...], list[_Piece]] = {}
+    levels: dict[tuple[float, ...], list[_FloorSegment]] = {}
     for floor in floors:
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
         rising = [rises(b, floor, i, x) for i, x in outer]
@@ -88,12 +88,12 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
         walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
         own = {pocket_of[i] for i in falls & pocket_of.keys()}
         if walls:
-            levels.setdefault(b.plane_key(floor.faces[:1]), []).append(_Piece(floor, own, walls, free))
+            levels.setdefault(b.plane_key(floor.faces[:1]), []).append(_FloorSegment(floor, own, walls, free))
     found = []
-    for pieces in levels.values():
-        inside = [joined for joined in _across_another([p for p in pieces if p.free]) if not _is_channel(b, joined)]
+    for segments in levels.values():
+        inside = [joined for joined in _across_another([p for p in segments if p.free]) if not _is_channel(b, joined)]
         done = {id(floor) for joined in inside for floor in joined}
-        rest = _across_another([p for p in pieces if id(p.floor) not in done], whatever=True)
+        rest = _across_another([p for p in segments if id(p.floor) not in done], whatever=True)
         made = [_pocket(b, joined) for joined in [*inside, *(floors for floors in rest if _is_walled_in(b, floors))]]
         found += [pocket for pocket in made if pocket is not None]
     return found
@@ -126,17 +126,17 @@ def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
     return True
 
 
-def _across_another(pieces: list[_Piece], *, whatever: bool = False) -> list[list[Floor]]:
-    """Pieces of one plane that are one floor: between walls of one plane, parted by a deeper pocket, or whatever."""
+def _across_another(segments: list[_FloorSegment], *, whatever: bool = False) -> list[list[Floor]]:
+    """Segments of one plane that are one floor: between walls of one plane, parted by a deeper pocket, or whatever."""
     import networkx as nx
 
     graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(len(pieces)))
-    for i, one in enumerate(pieces):
-        for j, two in enumerate(pieces[:i]):
+    graph.add_nodes_from(range(len(segments)))
+    for i, one in enumerate(segments):
+        for j, two in enumerate(segments[:i]):
             if (whatever or one.own & two.own) and one.walls & two.walls:
                 graph.add_edge(i, j)
-    return [[pieces[i].floor for i in sorted(component)] for component in nx.connected_components(graph)]
+    return [[segments[i].floor for i in sorted(component)] for component in nx.connected_components(graph)]
 
 
 def _is_channel(b: Boundary, floors: list[Floor]) -> bool:
@@ -160,12 +160,12 @@ def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:
 
     s, found = b.surfaces, []
     curved = {i for i in b.sides if s.kind[i] != "plane" and s.start[i] < s.start[i + 1]} - b.blends.keys() - taken
-    pieces: nx.Graph[int] = nx.Graph()
-    pieces.add_nodes_from(curved)
-    pieces.add_edges_from(
+    curved_faces: nx.Graph[int] = nx.Graph()
+    curved_faces.add_nodes_from(curved)
+    curved_faces.add_edges_from(
         (i, x.other) for i in curved for x in b.sides[i] if x.convexity == "smooth" and x.other in curved
     )
-    for faces in sorted(sorted(component) for component in nx.connected_components(pieces)):
+    for faces in sorted(sorted(component) for component in nx.connected_components(curved_faces)):
         crossed = [b.across(i, x) for i in faces for x in b.sides[i] if x.convexity not in ("seam", "degenerate")]
         crossed = [(kind, others) for kind, others in crossed if not (kind == "smooth" and set(others) <= set(faces))]
         walls = sorted({j for kind, others in crossed for j in others if kind == "concave"})
@@ -219,14 +219,14 @@ def walls_of(b: Boundary, floor: Floor) -> dict[int, str]:
 
 
 def top(b: Boundary, walls: Iterable[int], up: Floats) -> float:
-    """Greatest height of walls, with the round or chamfer of their rim."""
+    """Greatest height of walls, with the round or chamfer at their top."""
     heights = [b.surfaces.along(i, up)[1] for i in walls]
     for i in walls:
         for x in b.sides.get(i, []):
-            rim = (x.convexity == "smooth" and x.other in b.blends and not b.surfaces.concave[x.other]) or (
+            is_bevel = (x.convexity == "smooth" and x.other in b.blends and not b.surfaces.concave[x.other]) or (
                 x.convexity == "convex" and x.other in b.chamfers
             )
-            if rim:
+            if is_bevel:
                 heights.append(b.surfaces.along(x.other, up)[1])
     return max(heights)
 

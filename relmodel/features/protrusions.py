@@ -51,7 +51,7 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
 
 
 def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
-    """Whether a round end is one arc, and no disc with notches: pieces one above the other are one."""
+    """Whether a round end is one arc, and no disc with notches: segments one above the other are one."""
     s = b.surfaces
     axis = s.axis[ends[0]]
     reach = sorted(s.along(i, axis) for i in ends)
@@ -118,15 +118,15 @@ def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, i
         if s.kind[plane] != "plane" or plane in taken:
             continue
         loops: dict[int, list[tuple[str, list[int], int]]] = {}
-        rim: dict[int, float] = {}
+        perimeter: dict[int, float] = {}
         for x in b.sides[plane]:
             if not x.outer:
-                rim[x.loop] = rim.get(x.loop, 0.0) + (-x.length if x.other in taken else x.length)
+                perimeter[x.loop] = perimeter.get(x.loop, 0.0) + (-x.length if x.other in taken else x.length)
                 if x.other not in taken:
                     loops.setdefault(x.loop, []).append((*b.across(plane, x), x.other))
         for loop, crossed in sorted(loops.items()):
             walls = sorted({i for _, others, _ in crossed for i in others})
-            rises = rim[loop] > 0 and all(kind == "concave" for kind, _, _ in crossed)
+            rises = perimeter[loop] > 0 and all(kind == "concave" for kind, _, _ in crossed)
             askew = (
                 len(walls) == 1 and s.kind[walls[0]] == "cylinder" and abs(s.axis[walls[0]] @ s.axis[plane]) < _SQUARE
             )
@@ -146,15 +146,15 @@ def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
         if s.kind[i] not in ("cylinder", "cone") or s.concave[i] or i in taken or s.start[i] == s.start[i + 1]:
             continue
         axis = s.axis[i]
-        rims = [(*b.across(i, x), x.other) for x in sides if x.convexity != "seam" and x.other not in taken]
+        bounds = [(*b.across(i, x), x.other) for x in sides if x.convexity != "seam" and x.other not in taken]
         tops = {
-            j for kind, others, _ in rims if kind == "convex" for j in others for j in (_past_bevel(b, i, j) or [j])
+            j for kind, others, _ in bounds if kind == "convex" for j in others for j in (_past_bevel(b, i, j) or [j])
         }
-        if s.turn([i]) < _WHOLE_TURN or not tops or any(kind not in ("convex", "concave") for kind, _, _ in rims):
+        if s.turn([i]) < _WHOLE_TURN or not tops or any(kind not in ("convex", "concave") for kind, _, _ in bounds):
             continue
         up = s.axis[min(tops)]
         flat = all(s.kind[j] == "plane" and s.axis[j] @ up > 1 - ANGLE_TOLERANCE for j in tops)
-        feet = {foot for kind, _, foot in rims if kind == "concave"}
+        feet = {foot for kind, _, foot in bounds if kind == "concave"}
         if not flat or not feet or abs(up @ axis) < 1 - ANGLE_TOLERANCE:
             continue
         blends = sorted(feet & b.blends.keys())
@@ -173,23 +173,23 @@ def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
     return found
 
 
-def _past_bevel(b: Boundary, wall: int, rim: int) -> list[int]:
-    """What lies beyond a chamfered rim."""
-    return [j for j in b.neighbours(rim, "convex") if j != wall] if rim in b.chamfers else []
+def _past_bevel(b: Boundary, wall: int, bevel: int) -> list[int]:
+    """What lies beyond a chamfer of a wall."""
+    return [j for j in b.neighbours(bevel, "convex") if j != wall] if bevel in b.chamfers else []
 
 
 def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:
     s = b.surfaces
     up, level = s.axis[plane], float(s.origin[plane] @ s.axis[plane])
-    # Rounded corners are walls too; the round or chamfer of the rim adds to the height alone.
+    # Rounded corners are walls too; the round or chamfer at the top adds to the height alone.
     corners = {x.other for i in walls for x in b.sides.get(i, []) if x.convexity == "smooth"} & b.blends.keys()
     corners = {i for i in corners if not s.concave[i] and np.abs(s.normals(i) @ up).max(initial=0.0) < 0.2}
     walls = sorted({*walls, *corners})
     for i in walls:  # grows on the way: past each groove lies the next
         if i in beyond and beyond[i] not in walls and s.along(beyond[i], up)[1] > s.along(i, up)[1]:
             walls.append(beyond[i])
-    rims = {x.other for i in walls for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
-    heights = [s.along(i, up)[1] for i in {*walls, *rims} if s.start[i] < s.start[i + 1]]
+    bevels = {x.other for i in walls for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
+    heights = [s.along(i, up)[1] for i in {*walls, *bevels} if s.start[i] < s.start[i + 1]]
     height = max(heights, default=level) - level
     if height < LENGTH_TOLERANCE:
         return None

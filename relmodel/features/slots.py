@@ -42,7 +42,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         up = floor.up
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
         rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
-        if len(rising) == len(outer) or _is_crest(b, floor, thin):  # a hollow, or the top of a rib between two walls
+        if len(rising) == len(outer) or _is_ridge(b, floor, thin):  # a hollow, or the top of a rib between two walls
             continue
         walls: dict[int, float] = {}
         hollow: set[int] = set()
@@ -70,13 +70,13 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         for one, two in pairs:
             if {one, two} <= gussets:  # they stand apart in one corner
                 continue
-            pieces = slots.setdefault(b.plane_key([faces[0], one, two]), [])
-            pieces += [(i, one, two) for i in faces]
+            segments = slots.setdefault(b.plane_key([faces[0], one, two]), [])
+            segments += [(i, one, two) for i in faces]
             used |= set(faces) | ledge.around
     found = [
         _slot(b, floor_of(b, [p[0] for p in own]), sorted({i for p in own for i in p[1:]}))
-        for pieces in slots.values()
-        for own in _cut_in_one_go(b, pieces)
+        for segments in slots.values()
+        for own in _cut_in_one_go(b, segments)
     ]
     rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
     rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
@@ -86,7 +86,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
     return sorted([*found, *rounds, *notches, *cut_off], key=lambda feature: feature.surfaces)
 
 
-def _is_crest(b: Boundary, floor: Floor, thin: set[int]) -> bool:
+def _is_ridge(b: Boundary, floor: Floor, thin: set[int]) -> bool:
     """Whether a floor is the top of a rib between two walls: it falls on either side into one of its sides.
 
     Where the walls are of the rib too, it is cut into the rib.
@@ -147,19 +147,19 @@ def _not_boxed_in(b: Boundary, pairs: list[tuple[int, int]]) -> list[tuple[int, 
     return sorted(kept)
 
 
-def _cut_in_one_go(b: Boundary, pieces: list[tuple[int, int, int]]) -> list[list[tuple[int, int, int]]]:
-    """Pieces (floor, wall, wall) of one section in line, parted where material lies between them."""
-    s, (floor, wall, _) = b.surfaces, pieces[0]
+def _cut_in_one_go(b: Boundary, segments: list[tuple[int, int, int]]) -> list[list[tuple[int, int, int]]]:
+    """Segments (floor, wall, wall) of one section in line, parted where material lies between them."""
+    s, (floor, wall, _) = b.surfaces, segments[0]
     run = run_along(s.axis[floor], s.axis[wall])
-    pieces = sorted(pieces, key=lambda p: (s.along(p[0], run), p))
-    parts, reach = [pieces[:1]], s.along(pieces[0][0], run)[1]
-    for piece in pieces[1:]:
-        low, high = s.along(piece[0], run)
-        beside = np.array([s.points(i).mean(axis=0) for i in piece[1:]])
+    segments = sorted(segments, key=lambda p: (s.along(p[0], run), p))
+    parts, reach = [segments[:1]], s.along(segments[0][0], run)[1]
+    for segment in segments[1:]:
+        low, high = s.along(segment[0], run)
+        beside = np.array([s.points(i).mean(axis=0) for i in segment[1:]])
         lines, ends = (beside + beside.mean(axis=0)) / 2, (reach - LENGTH_TOLERANCE, low + LENGTH_TOLERANCE)
         if low > reach and not s.is_free(lines, run, *ends):
             parts.append([])
-        parts[-1].append(piece)
+        parts[-1].append(segment)
         reach = max(reach, high)
     return parts
 

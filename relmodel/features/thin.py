@@ -1,4 +1,4 @@
-"""Thin walls between two opposed parallel planes: ribs, flanges at the rim of a part, and webs under pockets."""
+"""Thin walls between two opposed parallel planes: ribs, flanges at the boundary of a part, and webs under pockets."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _THIN_WEB = 0.2  # thickness of a web to its width
 _CONTACT = 0.6  # length of a foot to that of the side on it
 _SHARE = 0.3  # length of a flange to that of the side that it is of
 _TALL = 0.3  # height of a flange to that of the part
-_SAME = 1e-2  # mm, thickness and middle of the pieces of one rib
+_SAME = 1e-2  # mm, thickness and middle of the segments of one rib
 _LONG = 2.0  # length of a rib to its thickness: what is shorter is a post
 _LEAN = np.sin(np.radians([0.5, 15]))  # of a side with draft
 _GUSSET = 0.75  # area of its side to that of the rectangle around it
-_CROSSING = 10.0  # pieces of a rib are parted by what crosses it, of this many times its thickness with its corners
+_CROSSING = 10.0  # segments of a rib are parted by what crosses it, of this many times its thickness with its corners
 
 
 @dataclass
@@ -176,8 +176,8 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
         if along.max() > 1 - ANGLE_TOLERANCE and pair.thickness < min(_THIN * height, length):
             standing.setdefault((*_plane_key(b, pair), len(stands.firm)), []).append(stands)
     found = []
-    for pieces in standing.values():
-        found += [rib for joined in _joined(b, pieces) if (rib := _rib(b, joined)) is not None]
+    for segments in standing.values():
+        found += [rib for joined in _joined(b, segments) if (rib := _rib(b, joined)) is not None]
     found += _drafted(b, floors | taken | {i for f in found for i, _ in f.surfaces})
     return sorted(found, key=lambda feature: feature.surfaces)
 
@@ -209,14 +209,14 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
     if not any(b.neighbours(i, "concave") for i in planes):
         return None
     feet = [_feet(b, i) for i in planes]
-    crests = [[*b.neighbours(i, "convex"), *_round_crest(b, i)] for i in planes]
+    ridges = [[*b.neighbours(i, "convex"), *_round_ridge(b, i)] for i in planes]
     own = feet[0] or feet[1]
     # A sheet is slender too, but greater than the ribs on it.
     for foot in sorted(own, key=lambda j: (j in slender, -float(s.area[j]) if j in slender else -own[j], j)):
         up = s.axis[foot]
         if abs(up @ pair.normal) > ANGLE_TOLERANCE:
             continue
-        if not all(any(_tops(b, j, up) for j in crest) for crest in crests):
+        if not all(any(_tops(b, j, up) for j in ridge) for ridge in ridges):
             continue
         firm = [i for i, on in zip(planes, feet, strict=True) if _contact(b, i, on, up)]
         if len(firm) == 2:
@@ -230,7 +230,7 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
     return None
 
 
-def _round_crest(b: Boundary, side: int) -> list[int]:
+def _round_ridge(b: Boundary, side: int) -> list[int]:
     """The half cylinder that a side of a rib ends in."""
     s = b.surfaces
     smooth = sorted({x.other for x in b.sides.get(side, []) if x.convexity == "smooth"} - b.blends.keys())
@@ -263,47 +263,47 @@ def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Fl
     return bool(max(r[1] - r[0] for r in reach) > high - low and high - low > _TALL * b.extent(up))
 
 
-def _tops(b: Boundary, crest: int, up: Floats) -> bool:
-    return bool(len(b.surfaces.points(crest)) and (b.surfaces.normals(crest) @ up).max() > 0.5)
+def _tops(b: Boundary, ridge: int, up: Floats) -> bool:
+    return bool(len(b.surfaces.points(ridge)) and (b.surfaces.normals(ridge) @ up).max() > 0.5)
 
 
-def _joined(b: Boundary, pieces: list[_Standing]) -> list[list[_Standing]]:
-    """Pieces of one middle plane that stand in one line, or on either side of a web."""
+def _joined(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]]:
+    """Segments of one middle plane that stand in one line, or on either side of a web."""
     import networkx as nx
 
     graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(len(pieces)))
-    run = cross(pieces[0].pair.normal, pieces[0].up)
+    graph.add_nodes_from(range(len(segments)))
+    run = cross(segments[0].pair.normal, segments[0].up)
     spans = []
-    for piece in pieces:
-        points = np.concatenate([b.surfaces.points(i) for i in piece.firm]) @ run
+    for segment in segments:
+        points = np.concatenate([b.surfaces.points(i) for i in segment.firm]) @ run
         spans.append((float(points.min()), float(points.max())))
-    order = sorted(range(len(pieces)), key=lambda i: spans[i])
+    order = sorted(range(len(segments)), key=lambda i: spans[i])
     last = order[0]
     for i in order[1:]:
-        if spans[i][0] - spans[last][1] < _CROSSING * pieces[i].pair.thickness:
+        if spans[i][0] - spans[last][1] < _CROSSING * segments[i].pair.thickness:
             graph.add_edge(last, i)
         last = max(last, i, key=lambda k: spans[k][1])
-    return [[pieces[i] for i in sorted(component)] for component in nx.connected_components(graph)]
+    return [[segments[i] for i in sorted(component)] for component in nx.connected_components(graph)]
 
 
-def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
+def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
     s = b.surfaces
-    pair, up = pieces[0].pair, pieces[0].up
+    pair, up = segments[0].pair, segments[0].up
     run = cross(pair.normal, up)
-    members = sorted({i for p in pieces for i in (p.pair.first, p.pair.second)})
-    firm = sorted({i for p in pieces for i in p.firm})
-    # The blends at foot and crest add to the height.
+    members = sorted({i for p in segments for i in (p.pair.first, p.pair.second)})
+    firm = sorted({i for p in segments for i in p.firm})
+    # The blends at foot and ridge add to the height.
     finish = {x.other for i in firm for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
-    finish |= {j for i in firm for j in _round_crest(b, i)}
+    finish |= {j for i in firm for j in _round_ridge(b, i)}
     ends = np.concatenate([s.points(i) for i in firm]) @ run
     tops = np.concatenate([s.points(i) for i in [*firm, *sorted(finish)]]) @ up
     length, height = float(np.ptp(ends)), float(np.ptp(tops))
     x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
     middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
-    kind = "rib" if len(pieces[0].firm) == 2 else "flange"
+    kind = "rib" if len(segments[0].firm) == 2 else "flange"
     outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
-    if kind == "flange" and length < _SHARE * outer:  # the wall of one pocket near the rim
+    if kind == "flange" and length < _SHARE * outer:  # the wall of one pocket near the boundary
         return None
     if length < _LONG * pair.thickness:
         return None
@@ -313,7 +313,7 @@ def _rib(b: Boundary, pieces: list[_Standing]) -> Feature | None:
 
 
 def gussets(b: Boundary, standing: list[Feature]) -> set[int]:
-    """Sides of ribs whose crest falls to the foot: they cover little of the rectangle around them."""
+    """Sides of ribs whose ridge falls to the foot: they cover little of the rectangle around them."""
     sides = [(f.shape_from_feature, i) for f in standing if f.kind == "rib" for i, _ in f.surfaces]
     return {
         i
@@ -323,15 +323,15 @@ def gussets(b: Boundary, standing: list[Feature]) -> set[int]:
 
 
 def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
-    """Ribs whose sides lean to each other by one angle, from a foot up to one crest; thickness is that at the foot."""
+    """Ribs whose sides lean to each other by one angle, from a foot up to one ridge; thickness is that at the foot."""
     s, found = b.surfaces, []
     used = set(taken)
-    for crest in sorted(b.sides):
-        if s.kind[crest] != "plane" or s.start[crest] == s.start[crest + 1]:
+    for ridge in sorted(b.sides):
+        if s.kind[ridge] != "plane" or s.start[ridge] == s.start[ridge + 1]:
             continue
-        up = s.axis[crest]
+        up = s.axis[ridge]
         sides = []
-        for i in b.neighbours(crest, "convex"):
+        for i in b.neighbours(ridge, "convex"):
             if s.kind[i] != "plane" or i in used or not _LEAN[0] < s.axis[i] @ up < _LEAN[1]:
                 continue
             feet = [j for j in _feet(b, i) if s.axis[j] @ up > 1 - ANGLE_TOLERANCE]
@@ -339,15 +339,15 @@ def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
                 sides.append((i, float(s.origin[feet[0]] @ up)))
         for n, (one, level) in enumerate(sides):
             for two, other in sides[n + 1 :]:
-                rib = _drafted_rib(b, crest, one, two, level) if abs(level - other) < LENGTH_TOLERANCE else None
+                rib = _drafted_rib(b, ridge, one, two, level) if abs(level - other) < LENGTH_TOLERANCE else None
                 if rib is not None and not used & {one, two}:
                     found.append(rib)
                     used |= {one, two}
     return found
 
 
-def _drafted_rib(b: Boundary, crest: int, one: int, two: int, level: float) -> Feature | None:
-    s, up = b.surfaces, b.surfaces.axis[crest]
+def _drafted_rib(b: Boundary, ridge: int, one: int, two: int, level: float) -> Feature | None:
+    s, up = b.surfaces, b.surfaces.axis[ridge]
     lean = float(s.axis[one] @ up)
     across = s.axis[one] - lean * up
     across /= np.linalg.norm(across)
@@ -357,7 +357,7 @@ def _drafted_rib(b: Boundary, crest: int, one: int, two: int, level: float) -> F
     run = cross(across, up)
     ends = np.concatenate([s.points(one), s.points(two)]) @ run
     thickness, length = places[0] - places[1], float(np.ptp(ends))
-    height = float(s.origin[crest] @ up) - level
+    height = float(s.origin[ridge] @ up) - level
     if not LENGTH_TOLERANCE < thickness < _THIN * height or length < _LONG * thickness:
         return None
     x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run

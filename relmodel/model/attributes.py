@@ -9,7 +9,7 @@ import numpy as np
 
 from relmodel.model.model import Attribute, Part, Shape, Table
 
-FACE_LABELS = ("colour", "layer")
+FACE_LABELS = ("colour", "layer", "finish")
 EDGE_LABELS = ("name", "colour", "layer")
 
 
@@ -33,7 +33,7 @@ def attribute_rows(owners: Iterable[tuple[int, Iterable[Attribute]]]) -> tuple[l
 
 
 def surface_attributes(shape: Shape) -> Table:
-    """Colours and layers of the faces of a shape: columns of `surface_attribute`; empty where it has none."""
+    """Colours, layers and finishes of the faces of a shape: columns of `surface_attribute`; empty where it has none."""
     return _labels(shape.surfaces, FACE_LABELS, "surface_no")
 
 

@@ -79,7 +79,8 @@ def shape_keys(shape: Shape) -> ShapeKeys:
     swept = _swept_keys(shape.surface_swept, basis_arcs, basis_surfaces)
     loops = _loop_keys(shape, arcs)
     surfaces, surface_supports = _surface_keys(shape.surfaces, shape.surface_splines, loops, swept)
-    labels = zip(*(_texts(shape.surfaces, name) for name in ("name", "colour", "layer")), strict=True)
+    columns = ("name", "colour", "layer", *(name for name in ("finish",) if name in shape.surfaces))
+    labels = zip(*(_texts(shape.surfaces, name) for name in columns), strict=True)
     faces = sorted("|".join((key, *label)) for key, label in zip(surfaces, labels, strict=True))
     return ShapeKeys(
         content_key([shape.kind, *faces, "arcs", *sorted(arcs)]),

@@ -65,8 +65,9 @@ class ArcSamples:
 class Shape:
     """Geometry in a frame of its own.
 
-    surfaces: columns of `surface` (without identity and keys), `name` of `shape_surface`, and `colour` and `layer`,
-        which become attributes; row = surface_no.  -1 stands for none in ordinals here, and is NULL in the store.
+    surfaces: columns of `surface` (without identity and keys), `name` of `shape_surface`, and `colour`, `layer` and,
+        where there is one, `finish`, which become attributes; row = surface_no.  -1 stands for none in ordinals here,
+        and is NULL in the store.
     surface_splines: columns of `surface_spline`, `surface_no` for the identity.
     surface_swept: columns of `surface_swept`, with `surface_no`, `basis_arc` (row of `basis_arcs`) and
         `basis_surface` (row of `basis_surfaces`); -1 is none.

@@ -138,7 +138,7 @@ def _fit(a: Elements, b: Elements) -> Congruence | None:
 
 def _face_kinds(shape: Shape) -> list[str]:
     s = shape.surfaces
-    labels = [s[c] for c in ("kind", "name", "colour", "layer") if c in s]
+    labels = [s[c] for c in ("kind", "name", "colour", "layer", "finish") if c in s]
     return ["face|" + "|".join(map(str, row)) for row in zip(*labels, strict=True)]
 
 

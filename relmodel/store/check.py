@@ -1,4 +1,5 @@
-"""Integrity of a store: SELECTs that return the rows that offend, and the ledger held against what is there."""
+"""Integrity of a store: SELECTs that return the rows that offend, and the references of the catalogue, the ledger and
+the journal held against what is there."""
 
 from __future__ import annotations
 
@@ -20,12 +21,13 @@ class Finding(NamedTuple):
 
 
 def check(store: Store) -> list[Finding]:
-    """Run every query of `queries/check`, and hold the ledger and the journal against the tables."""
+    """Run every query of `queries/check`, and hold references, ledger and journal against the tables."""
     with store.read() as connection:
         findings = [
             Finding(name, sql.description(name), [dict(row._mapping) for row in store.rows(connection, name)])
             for name in sql.query_names("check")
         ]
+        findings.append(Finding("references", "Rows whose reference leads nowhere.", _references(store, connection)))
         findings.append(
             Finding("ledger", "Relations whose number of rows is not what runs committed.", _ledger(store, connection))
         )
@@ -38,6 +40,11 @@ def check(store: Store) -> list[Finding]:
             )
         )
     return findings
+
+
+def _references(store: Store, connection: Connection) -> list[dict[str, Any]]:
+    statement = store.rows(connection, "broken_references")[0].statement
+    return [dict(row) for row in connection.exec_driver_sql(statement).mappings()]
 
 
 def _ledger(store: Store, connection: Connection) -> list[dict[str, Any]]:

@@ -97,16 +97,16 @@ class Database:
 
     @cached_property
     def _place(self) -> dict[str, int]:
-        """Place of each table that has foreign keys or is pointed at by some, behind all that it points at."""
+        """Place of each table that refers to others or is referred to, behind all that it refers to."""
         parents: dict[str, list[str]] = {}
         with self.read() as connection:
-            for row in self.rows(connection, f"foreign_keys.{self.dialect}"):
+            for row in self.rows(connection, "references"):
                 if row.parent != row.relation:
                     parents.setdefault(row.relation, []).append(row.parent)
         return {name: place for place, name in enumerate(TopologicalSorter(parents).static_order())}
 
     def parents_first(self, names: Iterable[str]) -> list[str]:
-        """Names of tables in an order that foreign keys allow to append in: what is pointed at comes first."""
+        """Names of tables in an order to append in: what is referred to comes first, as foreign keys want it."""
         return sorted(names, key=lambda name: (self._place.get(name, -1), name))
 
     @contextmanager

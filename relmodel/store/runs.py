@@ -65,14 +65,13 @@ class Run:
         *,
         inputs: Mapping[str, tuple[str, str]] | None = None,
         packages: tuple[str, ...] = (),
-        seed: int = 0,
     ) -> Iterator[Run]:
         """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
         with ExitStack() as held:
             with store.write() as connection:
                 run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
                 held.enter_context(_alive(store, run.id))
-                run._begun(connection, kind, parameters, inputs or {}, packages, seed)
+                run._begun(connection, kind, parameters, inputs or {}, packages)
             journal.record(store, "run_event", run.id, 0)
             try:
                 yield run
@@ -90,7 +89,6 @@ class Run:
         parameters: Mapping[str, Any],
         inputs: Mapping[str, tuple[str, str]],
         packages: tuple[str, ...],
-        seed: int,
     ) -> None:
         self.store.append(
             connection,
@@ -100,7 +98,6 @@ class Run:
                 "kind": [kind],
                 "parameters": [json.dumps(dict(parameters), sort_keys=True)],
                 "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
-                "seed": [seed],
                 "host": [platform.node()],
                 "process": [os.getpid()],
                 "began_at": [datetime.now(UTC)],

@@ -101,6 +101,28 @@ def test_several_files_on_the_command_line(
     assert main(["load", files[0], files[0], *target]) == 2
 
 
+def test_an_occluder_on_the_command_line_stays_triangles(
+    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A cylinder of 64 sides: a fitted cylinder between planes when inspected, else facets between two creases."""
+    shutil.copy(duckdb_template, tmp_path / "store.duckdb")
+    post = trimesh.creation.cylinder(radius=50, height=200, sections=64)
+    post.export(tmp_path / "post.ply")
+    target = [str(tmp_path / "post.ply"), "--unit", "mm", "--store", str(tmp_path / "store.duckdb")]
+    assert main(["load", *target, "--object", "inspected"]) == 0
+    assert main(["load", *target, "--object", "robot", "--occluder"]) == 0
+    assert "1 parts placed 1 times" in capsys.readouterr().err
+    with Store.open(tmp_path / "store.duckdb", read_only=True) as store, store.read() as connection:
+        kinds = sorted(r.kind for r in connection.execute(store.table("surface").select()))
+        shapes = connection.execute(store.table("shape").select()).all()
+        triangles = [len(r.triangles) // 3 for r in connection.execute(store.table("shape_mesh").select())]
+        run = max(connection.execute(store.table("run").select()), key=lambda r: r.id)
+    assert kinds == ["cylinder", *["facets"] * 3, "plane", "plane"]
+    assert sorted((s.surface_count, s.arc_count) for s in shapes) == [(3, 2), (3, 2)]
+    assert triangles == [len(post.faces)] * 2
+    assert run.parameters["occluder"] is True
+
+
 @pytest.mark.data
 def test_step_files_side_by_side(data_dir: Path, duckdb_template: Path, tmp_path: Path) -> None:
     """Read by children, and then one after another in this process."""

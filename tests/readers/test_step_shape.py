@@ -200,3 +200,42 @@ def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> Non
     assert shape.arcs["kind"] == ["spline"]
     assert shape.arcs["recognised_kind"] == ["ellipse"]
     assert (shape.arcs["radius"][0], shape.arcs["radius2"][0]) == pytest.approx((major, minor), rel=1e-5)
+
+
+def test_free_edges_of_an_open_sheet_have_two_sides() -> None:
+    """A rectangle that goes over into a quarter of a tube, without anything at its ends: normals are the kernel's."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
+    from OCP.BRepGProp import BRepGProp_Face
+    from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
+    from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pln, gp_Pnt, gp_Vec
+    from OCP.TopoDS import TopoDS
+
+    from relmodel.readers.step import maps
+
+    sewing = BRepBuilderAPI_Sewing(1e-6)
+    sewing.Add(BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), 0.0, 30.0, 0.0, 20.0).Face())
+    tube = gp_Cylinder(gp_Ax3(gp_Pnt(0, 0, 10), gp_Dir(0, 1, 0), gp_Dir(0, 0, -1)), 10.0)
+    sewing.Add(BRepBuilderAPI_MakeFace(tube, 0.0, np.pi / 2, 0.0, 20.0).Face())
+    sewing.Perform()
+    sheet = sewing.SewedShape()
+    shape = extracted(sheet)
+    convexity = np.array(shape.arcs["convexity"])
+    assert (shape.kind, sorted(convexity)) == ("sheet", ["free"] * 6 + ["smooth"])
+
+    faces = maps.face_map(sheet)
+    samples = shape.samples
+    for arc in range(7):
+        points, a, b = (getattr(samples, name)[arc].reshape(-1, 3) for name in ("points", "normals_a", "normals_b"))
+        owner = int(shape.arcs["surface_a"][arc])
+        face = TopoDS.Face(faces.FindKey(owner + 1))
+        truth = []
+        for point in points.tolist():
+            foot = GeomAPI_ProjectPointOnSurf(gp_Pnt(*point), BRep_Tool.Surface_s(face))
+            out, at = gp_Vec(), gp_Pnt()
+            BRepGProp_Face(face).Normal(*foot.LowerDistanceParameters(), at, out)
+            truth.append(gp_Dir(out).Coord())
+        assert np.allclose(a, truth, atol=1e-6)
+        free = convexity[arc] == "free"
+        assert (shape.arcs["surface_b"][arc] < 0) == free
+        assert np.allclose(b, np.negative(truth) if free else truth, atol=1e-6)

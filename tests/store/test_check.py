@@ -232,6 +232,38 @@ def test_run_without_a_beginning_is_found(fresh_store: str) -> None:
         assert {f.query for f in check(store) if f.rows} >= {"check/run_events"}
 
 
+BROKEN = [
+    ("part", "shape_id = 99", "shape_id", "shape", 1, "99"),
+    ("loop", "loop_no = 5", "surface_id, loop_no", "loop", 4, "1, 0"),
+    ("shape_arc", "surface_a = 7 WHERE arc_no > 1", "shape_id, surface_a", "shape_surface", 2, "1, 7"),
+    ("surface_swept", "basis_arc_id = 8 WHERE basis_arc_id IS NOT NULL", "basis_arc_id", "arc", 1, "8"),
+    ("ledger", "relation = 'nowhere' WHERE relation = 'part'", "relation", "sds_relation", 1, "nowhere"),
+]
+
+
+@pytest.mark.parametrize(("table", "change", "columns", "parent", "row_count", "key"), BROKEN)
+def test_rows_whose_reference_leads_nowhere_are_found(
+    table: str, change: str, columns: str, parent: str, row_count: int, key: str, fresh_store: str
+) -> None:
+    """Columns that are null, as surface_b of all arcs here, refer to nothing."""
+    findings(fresh_store, plate())
+    with Store.open(fresh_store) as store:
+        with store.write() as connection:
+            if store.dialect == "postgresql":  # whose foreign keys are triggers
+                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
+            connection.exec_driver_sql(f"UPDATE {table} SET {change}")  # noqa: S608
+        (found,) = (finding for finding in check(store) if finding.query == "references")
+    assert found.rows == [
+        {
+            "relation": "coedge" if table == "loop" else table,
+            "column_names": columns,
+            "parent": parent,
+            "row_count": row_count,
+            "one_key": key,
+        }
+    ]
+
+
 def test_every_query_has_a_fault_here() -> None:
     assert {f"check/{name}" for name in (*FAULTS, "run_events")} == set(sql.query_names("check"))
 

@@ -25,18 +25,6 @@ def test_tables_have_the_columns_that_the_schema_gives_them(fresh_store: str) ->
             assert [c.name for c in store.table(name).columns] == [c.name for c in reflected.tables[name].columns]
 
 
-def test_parents_come_first(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
-        reflected = sa.MetaData()
-        reflected.reflect(store.engine)
-        names = sorted(reflected.tables, reverse=True)
-        order = store.parents_first(names)
-        assert sorted(order) == sorted(names)
-        points = [(name, key.column.table.name) for name in names for key in reflected.tables[name].foreign_keys]
-        assert len(points) > 100
-        assert all(order.index(parent) <= order.index(name) for name, parent in points)
-
-
 USES: list[Callable[[Store], Any]] = [Store.read, Store.write, Store.one_thread]
 
 

@@ -19,11 +19,12 @@ HERE = Path(__file__).parent
 
 
 def catalogue(store: Store) -> list[tuple[str, ...]]:
-    """Everything that the database's own catalogue says of the store, one row a thing, and the rows of sds_relation."""
+    """Everything that the database's own catalogue says of the store, one row a thing, and the rows of its own."""
     statements = (HERE / f"catalogue.{store.dialect}.sql").read_text().split(";")
     with store.read() as connection:
         rows = [tuple(map(str, r)) for s in statements if s.strip() for r in connection.exec_driver_sql(s)]
-        rows += [tuple(map(str, r)) for r in store.rows(connection, "relations")]
+        for own in ("sds_relation", "sds_reference"):
+            rows += [tuple(map(str, r)) for r in connection.execute(store.table(own).select())]
     return sorted(rows)
 
 
@@ -65,6 +66,7 @@ CHANGES = (
     "CREATE VIEW stray_view AS SELECT 1 AS one",
     "CREATE INDEX stray_index ON part_contact (gap)",
     "CREATE TABLE stray_key (a INTEGER PRIMARY KEY, CHECK (a > 0))",
+    "DELETE FROM sds_reference WHERE relation = 'rig_camera' AND reference_no = 1",
 )
 
 
@@ -76,8 +78,6 @@ def test_comparison_sees_every_kind_of_change(migrated: Store) -> None:
     with migrated as store:
         before = catalogue(store)
         for change in (*CHANGES, function[store.dialect]):
-            if "camera" in change and store.dialect == "duckdb" and "ALTER" in change:
-                continue  # DuckDB refuses to alter a table that others reference
             with store.write() as connection:
                 connection.exec_driver_sql(change)
             after = catalogue(store)

@@ -178,7 +178,6 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
         "axis_angle": arcs.axis_angle,
         "length": arcs.length,
         "closed": arcs.closed,
-        "bright_side": "left",
         "contrast": arcs.contrast,
         "width": arcs.width,
         "sigma": arcs.sigma,

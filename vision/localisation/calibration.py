@@ -22,10 +22,16 @@ COUNT = 10
 
 @dataclass(frozen=True)
 class CameraUnknowns:
-    """Expected values and standard deviations (c, 10) of the cameras' own unknowns; sigma zero: exact."""
+    """Expected values and standard deviations (c, 10) of the cameras' own unknowns; sigma zero: exact.
+
+    considered (10 c, k): k errors that are not solved for but that the covariance holds (Schmidt, 1966), one standard
+    deviation each: of a rig that does not say how well it is known, all principal points off alike, as where files
+    disagree on what pixel (0, 0) is the centre of.
+    """
 
     mean: Floats
     sigma: Floats
+    considered: Floats
 
     @property
     def precision(self) -> Floats:
@@ -36,6 +42,7 @@ class CameraUnknowns:
 def describe_unknowns(rig: Rig, p: RefinementParameters) -> CameraUnknowns:
     """The unknowns of a rig's cameras, in its order."""
     mean, sigma = np.zeros((2, len(rig.cameras), COUNT))
+    considered = np.zeros((len(rig.cameras), COUNT, 2))
     mean[:, 0] = p.response_px
     for number, name in enumerate(rig.cameras):
         stated = rig.sigma.get(name, CalibrationSigma())
@@ -44,7 +51,9 @@ def describe_unknowns(rig: Rig, p: RefinementParameters) -> CameraUnknowns:
         sigma[number, 3] = stated.focal
         sigma[number, 4:7] = stated.translation_mm
         sigma[number, 7:] = stated.rotation
-    return CameraUnknowns(mean, sigma)
+        if stated == CalibrationSigma():
+            considered[number, [1, 2], [0, 1]] = p.convention_px
+    return CameraUnknowns(mean, sigma, considered.reshape(-1, 2))
 
 
 def differentiate(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,11 @@ class Prediction:
     rotation: Floats
     offset: Floats
     matrix: Floats
+
+    def take(self, rows: Ints) -> Prediction:
+        """Some of the samples, of the same cameras."""
+        of_samples = ("point", "tangent", "weight", "tolerance_px", "view", "arc")
+        return replace(self, **{name: getattr(self, name)[rows] for name in of_samples})
 
 
 def predict(

@@ -155,6 +155,10 @@ class RefinementParameters:
     max_pull_sigma: float = 2.0
     """sigmas of the pose without it by which a component may pull the pose; were it where the model says, one that
     knows as much as all others together would pull by less in 98 of 100 cases"""
+    max_prior_share: float = 0.8
+    """share of the prior's variance, in the direction where most is left, from which a pose counts as undetermined"""
+    temper: float = 0.2
+    """by which differences of evidence are multiplied, for neighbouring edges err together"""
     suspect_sigma: float = 0.5
     """sigmas to first order from which that is tried: robust weights hide most of a pull"""
     systematic_px: float = 0.08
@@ -167,8 +171,13 @@ class RefinementParameters:
     """px: standard deviation of that, an unknown of each camera"""
     calibration_px: float = 0.02
     """px: standard deviation of each camera's principal point, two unknowns"""
-    arc_shift_px: float = 0.03
-    """px: least standard deviation by which an arc's image is shifted as a whole"""
+    convention_px: float = 0.3
+    """px: standard deviation by which all principal points are off alike, of a rig that does not say how well it is
+    known: half a pixel where two programs count pixel centres differently"""
+    arc_shift_px: float = 0.2
+    """px: usual standard deviation by which an arc's image is shifted as a whole"""
+    usual_arcs: float = 4.0
+    """arcs that this counts as much as"""
     inflation: float = 1.0
     """factor of the variance that such shifts give the pose, for arcs of a feature that share light and tolerance"""
 
@@ -183,6 +192,10 @@ class SupportParameters:
     """share of the edges found beside an arc that shows that are not its own"""
     shown_shares: tuple[float, ...] = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
     """shares of the arcs that show, as likely one as another before a picture is seen"""
+    displaced_px: float = 12.0
+    """px by which the image of a component may be shifted that is not where the model says"""
+    displaced_cost: float = 3.0
+    """evidence that such a shift costs in each camera: the logarithm of how many places are told apart"""
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.calibration import CameraUnknowns, describe_unknowns
+from vision.localisation.covariance import compute_covariance
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import Prediction, predict
 from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc, measure
@@ -57,11 +58,13 @@ def refine(
 
     fields: the evidence of the pictures of the rig's cameras, in its order.  Components of the model that stand
     elsewhere in the world pull the pose however robust the loss.  So a component that contradicts the others is
-    excluded, where the others determine the pose better than it does, and all that the model shows (the component
-    too) loses no evidence by it.  Of start and end the pose with more evidence is kept."""
+    excluded, where the others determine the pose better than it does, and the whole gathers more evidence with that
+    component looked for beside its place; the covariance holds both explanations.  Of start and end the pose with more
+    evidence is kept."""
     fit = Fit(scene, rig, [indexes[n] for n in rig.cameras], fields, prior, describe_unknowns(rig, p.refinement), p)
     none = np.zeros(scene.component_count, bool)
     refined = fit.solve(world_from_rig, none)
+    beside: list[Refined] = []
     while (suspect := fit.find_outlier(refined)) is not None:
         excluded = refined.excluded.copy()
         excluded[suspect] = True
@@ -69,11 +72,25 @@ def refine(
         pull = perturbation(without.world_from_rig, refined.world_from_rig)
         if pull @ np.linalg.solve(without.covariance, pull) < p.refinement.max_pull_sigma**2:
             break
-        if without.cost > refined.cost:
+        if without.cost > refined.cost or (fit.is_determined(refined) and not fit.is_determined(without)):
+            beside.append(without)
             break
+        beside.append(refined)
         refined = without
     start = fit.measure(world_from_rig, fit.unknowns.mean, none)
-    return refined if refined.cost <= start.cost else start
+    if start.cost < refined.cost:
+        refined = start
+    return replace(refined, covariance=_spread(refined, beside, p.refinement.temper))
+
+
+def _spread(refined: Refined, others: list[Refined], temper: float) -> Floats:
+    """The covariance (6, 6) of a pose among others that contradict it, in proportion to how likely each is."""
+    odds = np.exp(-temper * np.maximum([h.cost - refined.cost for h in others], 0.0))
+    total = refined.covariance.copy()
+    for h, weight in zip(others, odds, strict=True):
+        apart = perturbation(refined.world_from_rig, h.world_from_rig)
+        total += weight * (h.covariance + np.outer(apart, apart))
+    return np.asarray(total / (1 + odds.sum()))
 
 
 @dataclass(frozen=True)
@@ -114,20 +131,26 @@ class Fit:
         """What the pictures say of a pose as it stands."""
         p = self.p
         prediction = predict(self.scene, self.rig, pose, p.refinement.samples, p=p)
-        votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
+        component = self.scene.component_of_arc[prediction.arc]
+        votes = ~excluded[component]
         last = p.refinement.rounds[-1]
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, *last, votes, p)
         hessian, _ = self._normal_equations(m, pose, own)
         return Refined(
             pose,
-            _covariance(m, prediction, hessian, p),
+            compute_covariance(m, prediction, hessian, self.unknowns, p),
             own,
             prediction,
             m,
             excluded,
-            measure_support(prediction, m, self.fields, p),
+            measure_support(prediction, m, self.fields, self.cameras, np.where(votes, -1, component), p),
             self.prior.distance(pose),
         )
+
+    def is_determined(self, refined: Refined) -> bool:
+        """Whether the pictures say more of the pose than the prior does, in every direction."""
+        left = np.linalg.eigvals(refined.covariance @ self.prior.information).real
+        return float(left.max()) < self.p.refinement.max_prior_share
 
     def find_outlier(self, refined: Refined) -> int | None:
         """The component that, to first order, pulls the pose furthest of those that know less of it than the others
@@ -192,54 +215,6 @@ def _find_consensus(
     steps = np.concatenate([np.zeros((1, 6)), steps])
     left = (offset[:, None] - jacobian @ steps.T) / p.refinement.consensus_px
     return np.asarray(steps[int(np.argmax(w @ np.maximum(1 - left**2, 0)))])
-
-
-def _covariance(m: Measurements, prediction: Prediction, hessian: Floats, p: LocalisationParameters) -> Floats:
-    """Covariance (6, 6) of a pose from its measurements: that of an M-estimator (Huber, 1981) whose measurements err in
-    three ways.
-
-    Samples near each other err together (texture, shading), so stretches of arcs are what is independent.  The image of
-    an arc may be shifted as a whole (light, a clipped edge, an arc that is not where the model says), by a random effect
-    whose variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
-    followed taken off (Henderson's analysis of variance).  The priors err as they say.
-    """
-    group, stretch = group_by_arc(prediction), _group_by_stretch(prediction, p)
-    weight = m.weight / m.sigma**2
-    data = (m.jacobian * weight[:, None]).T @ m.jacobian
-    # How far the loss bends away from the least squares that its weights make of it.
-    bend = np.clip((m.slope / m.sigma**2).sum() / max(float(weight.sum()), 1e-12), 0.2, 1.0)
-    inverse = np.linalg.inv(hessian - (1 - bend) * data)
-    known = np.bincount(group, weight)
-    rows = np.flatnonzero(known > 0)
-    if not len(rows):
-        return np.asarray(inverse[:6, :6])
-    mean = np.bincount(group, weight * m.offset) / np.where(known > 0, known, 1.0)
-    apart = (m.jacobian * (weight * (m.offset - mean[group]))[:, None]).T
-    scatter = np.stack([np.bincount(stretch, row) for row in apart], axis=1)
-    shift = np.stack([np.bincount(group, weight * column) for column in m.jacobian.T], axis=1)[rows]
-    followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, shift) / known[rows], 0, 0.9)
-    noise = np.bincount(group, (weight * (m.offset - mean[group])) ** 2)[rows] / known[rows] ** 2
-    length = np.bincount(group, m.weight)[rows]
-    beyond = float((length * (mean[rows] ** 2 - noise)).sum() / (length * (1 - followed) ** 2).sum())
-    meat = (
-        scatter.T @ scatter
-        + p.refinement.inflation * max(beyond, p.refinement.arc_shift_px**2) * shift.T @ shift
-        + hessian
-        - data
-    )
-    return np.asarray((inverse @ meat @ inverse)[:6, :6])
-
-
-def _group_by_stretch(prediction: Prediction, p: LocalisationParameters) -> Ints:
-    """A number for each stretch of `p.search.correlation_px` of each arc's image (n,)."""
-    group = group_by_arc(prediction)
-    order = np.argsort(group, kind="stable")
-    along = np.cumsum(prediction.weight[order])
-    first = np.searchsorted(group[order], np.arange(int(group.max(initial=-1)) + 1))
-    number = np.empty(len(group), np.int64)
-    number[order] = np.floor(along - along[first][group[order]]).astype(np.int64)
-    pairs = group * (int(number.max(initial=0)) + 1) + number
-    return np.asarray(np.unique(pairs, return_inverse=True)[1].ravel())
 
 
 def _by_group(m: Measurements, group: Ints) -> tuple[Floats, Floats]:

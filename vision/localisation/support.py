@@ -9,6 +9,9 @@ either shows, with probability pi, or leaves only what chance puts there:
 
 A right pose has arcs that show from end to end and others that do not show at all; a wrong one finds a little of
 everything.  How many arcs show in this light is not known, so pi is averaged over, camera by camera.
+
+A component of the model that is not where the model says is looked for beside: its image may be shifted, camera by
+camera, which costs the log of how many places that tries.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, Ints
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import (
     Prediction,
@@ -25,7 +28,7 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
 )
-from vision.localisation.measurements import Measurements, group_by_arc
+from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc
 from vision.localisation.parameters import LocalisationParameters, SupportParameters
 
 
@@ -50,9 +53,16 @@ class Support:
 
 
 def measure_support(
-    prediction: Prediction, m: Measurements, fields: list[Evidence], p: LocalisationParameters
+    prediction: Prediction,
+    m: Measurements,
+    fields: list[Evidence],
+    indexes: list[EdgeIndex],
+    moved: Ints,
+    p: LocalisationParameters,
 ) -> Support:
-    """What a prediction gathers at its own pose, where `m` was measured."""
+    """What a prediction gathers at its own pose, where `m` was measured.
+
+    moved (n,): the component of each sample that may lie beside, -1 for those that are where the model says."""
     pixel, _ = project_with_jacobians(prediction)
     direction = project_directions(prediction)
     w = prediction.weight
@@ -65,22 +75,53 @@ def measure_support(
     def total(values: Floats) -> Floats:
         return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
 
-    places = w * (found + score_offsets(m, p.refinement.rounds[-1][0], p.support))
+    odds = score_offsets(m.offset, m.sigma, m.found, p)
+    by_camera = sum_over_arcs(prediction, w * (found + odds), len(fields), p.support)
+    for component in np.unique(moved[moved >= 0]):
+        for number, index in enumerate(indexes):
+            rows = np.flatnonzero((moved == component) & (prediction.view == number))
+            if len(rows):
+                there = prediction.take(rows)
+                here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields), p.support)
+                beside = _look_beside(there, pixel[rows], direction[rows], fields, index, p)
+                by_camera[number] += max(float((beside - here).sum()) - p.support.displaced_cost, 0.0)
     return Support(
-        sum_over_arcs(prediction, places, len(fields), p.support),
-        total(w * found),
-        total(w * mean),
-        np.sqrt(total(w * variance)),
-        total(w) * p.search.correlation_px,
+        by_camera, total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * p.search.correlation_px
     )
 
 
-def score_offsets(m: Measurements, reach_px: float, p: SupportParameters) -> Floats:
-    """Log odds (n,) of how far off the edges found lie, against anywhere within reach; zero where none was found."""
-    spread = np.hypot(p.offset_px, m.sigma)
-    near = np.exp(-0.5 * (m.offset / spread) ** 2) / (spread * np.sqrt(2 * np.pi))
-    odds = np.log(p.stray_share + (1 - p.stray_share) * near * 2 * reach_px)
-    return np.asarray(np.where(m.found >= 0, odds, 0.0))
+def _look_beside(
+    prediction: Prediction,
+    pixel: Floats,
+    direction: Floats,
+    fields: list[Evidence],
+    index: EdgeIndex,
+    p: LocalisationParameters,
+) -> Floats:
+    """The log odds (c,) of samples of one camera whose image may be shifted by up to `p.support.displaced_px`."""
+    steps = np.arange(-p.support.displaced_px, p.support.displaced_px + 1e-9, 2.0)
+    shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
+    shift = shifts[int(np.argmax(gathered))]
+    normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    reach, scale = p.refinement.rounds[-1]
+    for _ in range(4):
+        offset, found = index.measure(np.ascontiguousarray(pixel + shift), direction, reach, scale, p.refinement)
+        near = np.where(found >= 0, prediction.weight / (1 + (offset / scale) ** 2) ** 2, 0.0)[:, None] * normal
+        shift = shift + np.linalg.solve(near.T @ normal + 1e-3 * np.eye(2), near.T @ offset)
+    offset, found = index.measure(np.ascontiguousarray(pixel + shift), direction, reach, scale, p.refinement)
+    places = look_up_evidence(prediction, fields, pixel + shift, direction)
+    places += score_offsets(offset, np.zeros(len(offset)), found, p)
+    return sum_over_arcs(prediction, prediction.weight * places, len(fields), p.support)
+
+
+def score_offsets(offset: Floats, sigma: Floats, found: Ints, p: LocalisationParameters) -> Floats:
+    """Log odds (n,) of how far off (px) edges of that standard deviation were found, against anywhere within reach;
+    zero where none was (-1)."""
+    own, stray = np.hypot(p.support.offset_px, sigma), p.support.stray_share
+    near = np.exp(-0.5 * (offset / own) ** 2) / (own * np.sqrt(2 * np.pi))
+    odds = np.log(stray + (1 - stray) * near * 2 * p.refinement.rounds[-1][0])
+    return np.asarray(np.where(found >= 0, odds, 0.0))
 
 
 def sum_over_arcs(prediction: Prediction, places: Floats, cameras: int, p: SupportParameters) -> Floats:

@@ -5,8 +5,8 @@ They are kept as a supplemental part with an arc for each line.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -15,14 +15,22 @@ from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.model.model import Instance, Model, Part, Table
 from relmodel.readers.step import supplemental as step_supplemental
+from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.part21_instances import Instances, Reference, references
 
 _SET, _CURVES, _MOVED = "TESSELLATED_GEOMETRIC_SET", "TESSELLATED_CURVE_SET", "REPOSITIONED_TESSELLATED_ITEM"
 
 
-def with_annotations(model: Model, instances: Instances) -> Model:
+def with_annotations(model: Model, instances: Instances, findings: Findings) -> Model:
     """The model with the lines that its file draws, if any, as a part of their own that stands in the root."""
-    lines = [line * model.unit_mm for line in _lines(instances)]
+    poses: dict[int, Floats] = {
+        curves: pose
+        for number, pose in findings.each("the place of an annotation", instances.of(_SET), partial(_pose, instances))
+        if pose is not None
+        for curves in references(instances.parameters(number, _SET))
+    }
+    sets = findings.each("an annotation", instances.of(_CURVES), lambda n: _lines(instances, n, poses.get(n)))
+    lines = [line * model.unit_mm for some in sets for line in some]
     if not lines:
         return model
     root = model.assemblies[model.root]
@@ -35,40 +43,35 @@ def with_annotations(model: Model, instances: Instances) -> Model:
     return replace(model, shapes=(*model.shapes, shape), parts=(*model.parts, part), assemblies=tuple(assemblies))
 
 
-def _lines(instances: Instances) -> Iterator[Floats]:
-    """Points (n, 3) along each line, in the unit of the file; what a set repositions is moved along."""
-    poses: dict[int, Floats] = {
-        curves: pose
-        for number in instances.of(_SET)
-        if (pose := _pose(instances, number)) is not None
-        for curves in references(instances.parameters(number, _SET))
-    }
-    for number in instances.of(_CURVES):
-        parameters = [p for p in instances.parameters(number, _CURVES) if not isinstance(p, str)]
-        if len(parameters) != 2 or not isinstance(parameters[0], Reference) or not isinstance(parameters[1], list):
-            continue
-        given = [p for p in instances.parameters(parameters[0], "COORDINATES_LIST") if isinstance(p, list)]
-        points = _numbers(given[0], 3) if given else None
-        if points is None:
-            continue
-        pose = poses.get(number, np.eye(4))
+def _lines(instances: Instances, number: int, pose: Floats | None) -> list[Floats]:
+    """Points (n, 3) along each line of a set of curves, in the unit of the file, moved as the set is."""
+    parameters = [p for p in instances.parameters(number, _CURVES) if not isinstance(p, str)]
+    if len(parameters) != 2 or not isinstance(parameters[0], Reference) or not isinstance(parameters[1], list):
+        return []
+    given = [p for p in instances.parameters(parameters[0], "COORDINATES_LIST") if isinstance(p, list)]
+    points = _numbers(given[0], 3) if given else None
+    if points is None:
+        return []
+    if pose is not None:
         points = points @ pose[:3, :3].T + pose[:3, 3]
-        for strip in parameters[1]:
-            row = [i - 1 for i in strip if isinstance(i, int)] if isinstance(strip, list) else []
-            row = [i for n, i in enumerate(row) if n == 0 or i != row[n - 1]]
-            if len(row) > 1 and min(row) >= 0 and max(row) < len(points):
-                line = points[row]
-                step = np.linalg.norm(np.diff(line, axis=0), axis=1)
-                line = line[np.append(True, step > 0)]
-                if len(line) > 1:
-                    yield line
+    out = []
+    for strip in parameters[1]:
+        row = [i - 1 for i in strip if isinstance(i, int)] if isinstance(strip, list) else []
+        row = [i for n, i in enumerate(row) if n == 0 or i != row[n - 1]]
+        if len(row) > 1 and min(row) >= 0 and max(row) < len(points):
+            line = points[row]
+            step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+            line = line[np.append(True, step > 0)]
+            if len(line) > 1:
+                out.append(line)
+    return out
 
 
-def _pose(instances: Instances, number: int) -> Floats | None:
-    """Where a repositioned item is put (4, 4); None where it stays."""
+def _pose(instances: Instances, number: int) -> tuple[int, Floats | None]:
+    """A repositioned item, and where it is put (4, 4); None where it stays."""
     places = list(references(instances.parameters(number, _MOVED)))
     if not places:
-        return None
+        return number, None
     frame = [
         _numbers([one[-1]], 3)
         for at in list(references(instances.parameters(places[0], "AXIS2_PLACEMENT_3D")))
@@ -76,7 +79,7 @@ def _pose(instances: Instances, number: int) -> Floats | None:
     ]
     origin = frame[0] if frame else None
     if origin is None:
-        return None
+        return number, None
     z, x = (frame[i] if len(frame) > i else None for i in (1, 2))
     z = np.array([[0.0, 0, 1]]) if z is None else z / np.linalg.norm(z)
     x = np.eye(3)[[np.argmin(np.abs(z[0]))]] if x is None else x
@@ -84,7 +87,7 @@ def _pose(instances: Instances, number: int) -> Floats | None:
     x /= np.linalg.norm(x)
     out = np.eye(4)
     out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x[0], np.cross(z[0], x[0]), z[0], origin[0]
-    return out
+    return number, out
 
 
 def _numbers(rows: object, width: int) -> Floats | None:

@@ -11,6 +11,8 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
+from relmodel.readers.step.contained import Findings
+
 
 class Coedge(NamedTuple):
     """An edge of a face taken as forward, the arc it is, and whether it runs against it."""
@@ -29,16 +31,25 @@ def forward(face: Any) -> Any:
     return TopoDS.Face(face.Oriented(Sense.TopAbs_FORWARD))
 
 
-def loops_of(face: Any, edges: Any) -> list[list[Coedge]]:
+def loops_of(face: Any, edges: Any, findings: Findings, surface_no: int) -> list[list[Coedge]]:
     """Loops of a face taken as forward, the outer one first, their coedges head to tail.
 
-    edges: the `edge_map`; edges that are not in it are left out.
+    edges: the `edge_map`; edges that are not in it are left out.  Where the kernel fails the order of the file stands,
+    and `findings` says so of the surface.
     """
     wires = [TopoDS.Wire(one) for one in _children(face) if one.ShapeType() == Type.TopAbs_WIRE]
     if len(wires) > 1:
-        outer = BRepTools.OuterWire_s(face)
-        wires.sort(key=lambda wire: not wire.IsSame(outer))
-    return [_loop(wire, face, edges) for wire in wires]
+        with findings.contained("which loop of a face is the outer one", "unread_boundary", surface_no):
+            outer = BRepTools.OuterWire_s(face)
+            wires.sort(key=lambda wire: not wire.IsSame(outer))
+    loops = []
+    for wire in wires:
+        loop = _stored(wire, edges)
+        if not _is_chain(loop):
+            with findings.contained("the order of the edges of a face", "unread_boundary", surface_no):
+                loop = _explored(wire, face, edges, loop)
+        loops.append(loop)
+    return loops
 
 
 def pcurve_of(coedge: Coedge, face: Any) -> tuple[Any, float, float] | None:
@@ -56,12 +67,14 @@ def _children(shape: Any) -> list[Any]:
     return out
 
 
-def _loop(wire: Any, face: Any, edges: Any) -> list[Coedge]:
+def _stored(wire: Any, edges: Any) -> list[Coedge]:
     stored = [one for edge in _children(wire) if (one := _coedge(edge, edges)) is not None]
     if is_reversed(wire):
         stored.reverse()
-    if _is_chain(stored):
-        return stored
+    return stored
+
+
+def _explored(wire: Any, face: Any, edges: Any, stored: list[Coedge]) -> list[Coedge]:
     explorer, found = BRepTools_WireExplorer(wire, face), []
     while explorer.More():
         one = _coedge(explorer.Current(), edges)

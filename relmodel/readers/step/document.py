@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from io import BytesIO
 from typing import Any
 
@@ -28,17 +28,18 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
-from relmodel.model.model import Assembly, Attribute, Finding, Instance, Model, Part, Shape
+from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps, part21
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step import supplemental as step_supplemental
 from relmodel.readers.step import tessellated as step_tessellated
 from relmodel.readers.step.annotations import with_annotations
-from relmodel.readers.step.labels import attributes_of, colour_of, entry, material_of, name_of
+from relmodel.readers.step.contained import Findings
+from relmodel.readers.step.labels import Labels, entry
 from relmodel.readers.step.part21_instances import Instances, Reference
 from relmodel.readers.step.part21_units import length_unit, validation_units
-from relmodel.readers.step.properties import FacesOfText, with_face_names, with_pmi, with_properties
+from relmodel.readers.step.properties import FacesOfText, with_face_names, with_finish, with_pmi, with_properties
 
 LOADER_VERSION = f"step-6 ocp-{OCP.__version__}"
 
@@ -90,7 +91,11 @@ def read_document(content: bytes, instances: Instances) -> Model:
     if not reader.Transfer(document):
         raise UnreadableError("the CAD kernel finds no shape in it")
     unit, unit_mm = _unit(reader, instances)
-    walk = _Walk(document, partial(attributes_of, units=validation_units(instances)))
+    found = Findings(part21.damage(instances))
+    units: dict[tuple[str, str], float] = {}
+    with found.contained("the units of validation properties"):
+        units = validation_units(instances)
+    walk = _Walk(document, units, found)
     root = walk.root()
     model = Model(
         format="STEP",
@@ -104,23 +109,20 @@ def read_document(content: bytes, instances: Instances) -> Model:
         faces_in_file=None,
         faces_loaded=walk.faces.Extent(),
         loader_version=LOADER_VERSION,
-        findings=part21.damage(instances),
     )
     faces = cache(lambda: FacesOfText(model.parts, instances, reader, walk.places))
     beside: tuple[tuple[str, Callable[[Model], Model]], ...] = (
         ("the identifiers of products", lambda m: _with_numbers(m, instances)),
-        ("the names of faces", lambda m: with_face_names(m, instances, faces())),
-        ("dimensions, tolerances and datums", lambda m: with_pmi(m, instances, faces())),
-        ("the properties of materials", lambda m: with_properties(m, instances, faces())),
-        ("drawn annotations", lambda m: with_annotations(m, instances)),
+        ("the names of faces", lambda m: with_face_names(m, instances, faces(), found)),
+        ("dimensions, tolerances and datums", lambda m: with_pmi(m, instances, faces(), found)),
+        ("properties", lambda m: with_properties(m, instances, faces(), found)),
+        ("finishes", lambda m: with_finish(m, instances, faces(), found)),
+        ("drawn annotations", lambda m: with_annotations(m, instances, found)),
     )
-    for said, add in beside:
-        try:
+    for what, add in beside:  # what a file says beside its geometry never costs the geometry
+        with found.contained(what):
             model = add(model)
-        except Exception as error:  # what a file says beside its geometry never costs the geometry
-            finding = Finding("unread_text", f"{said} could not be read ({type(error).__name__}: {error})")
-            model = replace(model, findings=(*model.findings, finding))
-    return model
+    return replace(model, findings=tuple(found))
 
 
 def _with_numbers(model: Model, instances: Instances) -> Model:
@@ -159,7 +161,8 @@ class _Walk:
     """Walks the labels of a document; every product becomes one part or assembly, however often it is used."""
 
     document: Any
-    attributes_of: Callable[[Any], tuple[Attribute, ...]]
+    units: dict[tuple[str, str], float]
+    findings: Findings
     parts: list[Part] = field(default_factory=list)
     assemblies: list[Assembly] = field(default_factory=list)
 
@@ -167,6 +170,7 @@ class _Walk:
         main = self.document.Main()
         self._tool = XCAFDoc_DocumentTool.ShapeTool_s(main)
         self._layers = XCAFDoc_DocumentTool.LayerTool_s(main)
+        self.labels = Labels(self.findings, self.units, self._layers)
         self.faces = ShapeMap()  # every distinct face that came through, wherever it is placed
         self._places: dict[int, list[tuple[int, int]]] = {}  # by ordinal in it: part and surface_no
         self._bodies: list[step_shape.Body | Shape] = []  # the former to be extracted
@@ -192,7 +196,7 @@ class _Walk:
         instances = [
             one
             for label, child in there
-            for one in self._instances(name_of(label) or "", child, np.eye(4), colour_of(label))
+            for one in self._instances(self.labels.name(label) or "", child, np.eye(4), self.labels.colour(label))
         ]
         name = instances[0].name if len(there) == 1 else "root"
         self.assemblies.append(Assembly(name, tuple(instances)))
@@ -209,27 +213,27 @@ class _Walk:
     def _assembly(self, label: Any, scale: float) -> _Child | None:
         instances: list[Instance] = []
         wrapper = True
-        for component, referred, trsf, split in _components(label):
+        for component, referred, trsf, split in _components(label, self.labels):
             placed, factor = _rigid(trsf)
             child = self._product(referred, scale * factor)
             if child is None:
                 continue
             placed[:3, 3] *= scale
             wrapper &= split
-            name = "" if split else name_of(component) or ""
-            instances += self._instances(name, child, placed, colour_of(component))
+            name = "" if split else self.labels.name(component) or ""
+            instances += self._instances(name, child, placed, self.labels.colour(component))
         if not instances:
             return None
-        name = name_of(label) or "assembly"
+        name = self.labels.name(label) or "assembly"
         if wrapper and all(one.kind == "part" for one in instances):
             bodies, beside = self._main(instances)
             if len(bodies) == 1:
-                name = name_of(label) or self.parts[bodies[0].child].name
+                name = self.labels.name(label) or self.parts[bodies[0].child].name
             renamed = {id(one): self._supplemental(one, f"{name} supplemental {i + 1}") for i, one in enumerate(beside)}
             if len(bodies) == 1:
                 return self._collapsed(label, name, bodies[0], beside)
             instances = [renamed.get(id(one), one) for one in instances]
-        self.assemblies.append(Assembly(name, tuple(instances), self.attributes_of(label)))
+        self.assemblies.append(Assembly(name, tuple(instances), self.labels.attributes(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
     def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
@@ -253,9 +257,9 @@ class _Walk:
             part,
             number=name,
             name=name,
-            material=part.material or material_of(label),
-            colour=colour_of(label) or body.colour or part.colour,
-            attributes=(*part.attributes, *(one for one in self.attributes_of(label) if one[0] not in own)),
+            material=part.material or self.labels.material(label),
+            colour=self.labels.colour(label) or body.colour or part.colour,
+            attributes=(*part.attributes, *(one for one in self.labels.attributes(label) if one[0] not in own)),
         )
         others = tuple(_Child("part", one.child, one.parent_from_child) for one in beside)
         return _Child("part", body.child, body.parent_from_child, others)
@@ -278,16 +282,18 @@ class _Walk:
             return None
         located, factor = _rigid(shape.Location().Transformation())
         located[:3, 3] *= scale
-        shape = shape.Located(TopLoc_Location())
+        shape = maps.without_lost_faces(shape.Located(TopLoc_Location()))
         scale *= factor
-        name = name_of(label) or f"part {len(self.parts) + 1}"
+        name = self.labels.name(label) or f"part {len(self.parts) + 1}"
         body, sheet = step_supplemental.without_loose_faces(shape)
         child = self._body(label, body, scale, name, located)
         beside = []
         if sheet is not None:
             beside.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
             self.parts[-1] = replace(self.parts[-1], supplemental=True, material=None)  # that is the body's
-        wire = self._wire(shape, scale, f"{name} supplemental", located)
+        wire = None
+        with self.findings.contained(f"the edges of {name} that bound no face", "unread_edges"):
+            wire = self._wire(shape, scale, f"{name} supplemental", located)
         if wire is not None:
             beside.append(wire)
         return wire if child is None else replace(child, beside=tuple(beside))
@@ -297,7 +303,7 @@ class _Walk:
         if not maps.face_map(shape).Extent():
             return None
         solids = maps.solids(shape)
-        attributes = self.attributes_of(label)
+        attributes = self.labels.attributes(label)
         if len(solids) < 2:
             child = self._faced(label, shape, scale, name, located)
             self.parts[child.index] = replace(self.parts[child.index], attributes=attributes)
@@ -322,7 +328,7 @@ class _Walk:
             self._bodies.append(body)
             self._shape_of[key] = len(self._bodies) - 1, face_of
         shape_no, face_of = self._shape_of[key]
-        self.parts.append(Part(name, name, shape_no, material_of(label), colour_of(label)))
+        self.parts.append(Part(name, name, shape_no, self.labels.material(label), self.labels.colour(label)))
         for surface_no, face in enumerate(face_of):
             at = self.faces.Add(faces.FindKey(face + 1).Located(TopLoc_Location()))
             self._places.setdefault(at, []).append((len(self.parts) - 1, surface_no))
@@ -367,7 +373,7 @@ class _Walk:
         labelled = Sequence_TDF_Label()
         XCAFDoc_ShapeTool.GetSubShapes_s(label, labelled)
         subs = [(XCAFDoc_ShapeTool.GetShape_s(one), one) for one in labelled]
-        whole = self._layer(label)
+        whole = self.labels.layer(label)
         if whole:
             layers = dict.fromkeys(range(1, faces.Extent() + 1), whole)
         # From the whole to its pieces, so that a face's own label is written last.
@@ -376,22 +382,16 @@ class _Walk:
                 continue
             own = maps.face_map(shape)
             ordinals = [o for i in range(1, own.Extent() + 1) if (o := faces.FindIndex(own.FindKey(i)))]
-            if shape.ShapeType() == Type.TopAbs_FACE and (name := name_of(one)):
+            if shape.ShapeType() == Type.TopAbs_FACE and (name := self.labels.name(one)):
                 names.update(dict.fromkeys(ordinals, name))
-            if colour := colour_of(one):
+            if colour := self.labels.colour(one):
                 colours.update(dict.fromkeys(ordinals, colour))
-            if layer := self._layer(one):
+            if layer := self.labels.layer(one):
                 layers.update(dict.fromkeys(ordinals, layer))
         return names, colours, layers
 
-    def _layer(self, label: Any) -> str | None:
-        names = self._layers.GetLayers(label)  # false in itself, whatever it holds
-        if names is None:
-            return None
-        return ", ".join(names.Value(i).ToExtString() for i in range(1, names.Length() + 1)) or None
 
-
-def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:
+def _components(label: Any, labels: Labels) -> Iterator[tuple[Any, Any, Any, bool]]:
     """Components of an assembly: label, label referred to, transform, and whether the kernel made it.
 
     The kernel splits a product with several bodies into nameless components at identity (usages of a product have
@@ -405,9 +405,9 @@ def _components(label: Any) -> Iterator[tuple[Any, Any, Any, bool]]:
             continue
         trsf = XCAFDoc_ShapeTool.GetLocation_s(component).Transformation()
         identity = np.allclose(step_geometry.matrix(trsf), np.eye(4), rtol=0, atol=1e-12)
-        split = identity and (name_of(component) or "=>[").startswith("=>[")
-        if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not name_of(referred):
-            yield from _components(referred)
+        split = identity and (labels.name(component) or "=>[").startswith("=>[")
+        if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not labels.name(referred):
+            yield from _components(referred, labels)
         else:
             yield component, referred, trsf, split
 

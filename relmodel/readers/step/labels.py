@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
 from OCP.TDataStd import TDataStd_Name, TDataStd_TreeNode
@@ -18,7 +18,65 @@ from OCP.XCAFDoc import (
 )
 
 from relmodel.model.model import Attribute
+from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.part21_units import number_key
+
+Made = TypeVar("Made")
+
+
+class Labels:
+    """Reads what labels bear; what cannot be read of one becomes a finding, and is as if it were not there.
+
+    units: what volumes and areas are to be multiplied by, as the text says of them (`validation_units`).
+    """
+
+    def __init__(self, findings: Findings, units: Mapping[tuple[str, str], float], layers: Any) -> None:
+        self._findings, self._units, self._layers = findings, units, layers
+
+    def name(self, label: Any) -> str | None:
+        return self._read("a name", _name, label)
+
+    def colour(self, label: Any) -> str | None:
+        """Colour of a label as #rrggbb (sRGB); of a surface before that of the whole."""
+        return self._read("a colour", _colour, label)
+
+    def material(self, label: Any) -> str | None:
+        return self._read("a material", _material, label)
+
+    def layer(self, label: Any) -> str | None:
+        """Names of the layers that a label is on."""
+        return self._read("a layer", self._layer, label)
+
+    def attributes(self, label: Any) -> tuple[Attribute, ...]:
+        """Validation properties of the file, in mm."""
+        return self._read("validation properties", self._attributes, label) or ()
+
+    def _read(self, what: str, read: Callable[[Any], Made], label: Any) -> Made | None:
+        with self._findings.contained(what):
+            return read(label)
+        return None
+
+    def _layer(self, label: Any) -> str | None:
+        names = self._layers.GetLayers(label)  # false in itself, whatever it holds
+        if names is None:
+            return None
+        return ", ".join(names.Value(i).ToExtString() for i in range(1, names.Length() + 1)) or None
+
+    def _attributes(self, label: Any) -> tuple[Attribute, ...]:
+        # The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.
+        out: list[Attribute] = []
+        for kind, what, power in ((XCAFDoc_Volume, "volume", 3), (XCAFDoc_Area, "area", 2)):
+            if label.IsAttribute(kind.GetID_s()):
+                stated = kind()
+                label.FindAttribute(kind.GetID_s(), stated)
+                value = float(stated.Get())
+                factor = self._units.get((what, number_key(value)), 1.0)
+                out.append((f"validation {what}", value * factor, f"mm{power}"))
+        if label.IsAttribute(XCAFDoc_Centroid.GetID_s()):
+            centroid = XCAFDoc_Centroid()
+            label.FindAttribute(XCAFDoc_Centroid.GetID_s(), centroid)
+            out += [(f"validation centroid {c}", x, "mm") for c, x in zip("xyz", centroid.Get().Coord(), strict=True)]
+        return tuple(out)
 
 
 def entry(label: Any) -> str:
@@ -30,7 +88,7 @@ def entry(label: Any) -> str:
     return ":".join(reversed(tags))
 
 
-def name_of(label: Any) -> str | None:
+def _name(label: Any) -> str | None:
     if not label.IsAttribute(TDataStd_Name.GetID_s()):
         return None
     name = TDataStd_Name()
@@ -38,8 +96,7 @@ def name_of(label: Any) -> str | None:
     return str(name.Get().ToExtString()).strip() or None
 
 
-def colour_of(label: Any) -> str | None:
-    """Colour of a label as #rrggbb (sRGB); of a surface before that of the whole."""
+def _colour(label: Any) -> str | None:
     for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
         colour = Quantity_Color()
         if XCAFDoc_ColorTool.GetColor_s(label, kind, colour):
@@ -48,7 +105,7 @@ def colour_of(label: Any) -> str | None:
     return None
 
 
-def material_of(label: Any) -> str | None:
+def _material(label: Any) -> str | None:
     guid = XCAFDoc.MaterialRefGUID_s()
     if not label.IsAttribute(guid):
         return None
@@ -63,24 +120,3 @@ def material_of(label: Any) -> str | None:
     at.FindAttribute(XCAFDoc_Material.GetID_s(), material)
     name = material.GetName()
     return str(name.ToCString()) if name is not None else None
-
-
-def attributes_of(label: Any, units: Mapping[tuple[str, str], float]) -> tuple[Attribute, ...]:
-    """Validation properties of the file, in mm.
-
-    The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.  units:
-    what such a number is to be multiplied by, as the text says of it (`validation_units`).
-    """
-    out: list[Attribute] = []
-    for kind, what, power in ((XCAFDoc_Volume, "volume", 3), (XCAFDoc_Area, "area", 2)):
-        if label.IsAttribute(kind.GetID_s()):
-            stated = kind()
-            label.FindAttribute(kind.GetID_s(), stated)
-            value = float(stated.Get())
-            factor = units.get((what, number_key(value)), 1.0)
-            out.append((f"validation {what}", value * factor, f"mm{power}"))
-    if label.IsAttribute(XCAFDoc_Centroid.GetID_s()):
-        centroid = XCAFDoc_Centroid()
-        label.FindAttribute(XCAFDoc_Centroid.GetID_s(), centroid)
-        out += [(f"validation centroid {c}", x, "mm") for c, x in zip("xyz", centroid.Get().Coord(), strict=True)]
-    return tuple(out)

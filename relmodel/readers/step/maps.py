@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepTools import BRepTools, BRepTools_ReShape
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp, TopExp_Explorer
@@ -28,6 +29,29 @@ def face_map(shape: Any) -> Any:
     return keys
 
 
+def without_lost_faces(shape: Any) -> Any:
+    """The shape without the faces that the kernel cannot evaluate, which count as lost."""
+    faces, rest = face_map(shape), None
+    for i in range(1, faces.Extent() + 1):
+        face = faces.FindKey(i)
+        if not _is_evaluated(TopoDS.Face(face)):
+            rest = rest or BRepTools_ReShape()
+            rest.Remove(face)
+    return shape if rest is None else rest.Apply(shape)
+
+
+def _is_evaluated(face: Any) -> bool:
+    """Whether the kernel has the domain of a face and a point in it; a face of triangles alone has none to be had."""
+    try:
+        surface = BRep_Tool.Surface_s(face)
+        if surface is not None:
+            u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+            surface.Value((u0 + u1) / 2, (v0 + v1) / 2)
+    except Exception:  # those of the kernel have no base class of their own
+        return False
+    return True
+
+
 def solids(shape: Any) -> list[Any]:
     """Solids that all faces of a shape belong to, in the kernel's order; none where there are others."""
     keys = ShapeMap()
@@ -38,15 +62,22 @@ def solids(shape: Any) -> list[Any]:
 
 
 def edge_map(faces: Any) -> Any:
-    """Edges of the faces of a `face_map`, without those of no turn about a pole or apex."""
+    """Edges of the faces of a `face_map`, without those of no turn about a pole or apex, and those of no place."""
     every, keys = ShapeMap(), ShapeMap()
     for i in range(1, faces.Extent() + 1):
         TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
     for i in range(1, every.Extent() + 1):
         edge = TopoDS.Edge(every.FindKey(i))
-        if not (BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN):
+        no_turn = BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN
+        if not no_turn and (vertex_of(edge) is not None or BRep_Tool.Curve_s(edge, 0.0, 0.0) is not None):
             keys.Add(edge)
     return keys
+
+
+def vertex_of(edge: Any) -> Any | None:
+    """The first vertex of an edge, or else its last; None where it has none."""
+    ends = (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge))
+    return next((vertex for vertex in ends if not vertex.IsNull()), None)
 
 
 def edge_tolerances(edges: Any) -> np.ndarray[Any, np.dtype[np.float64]]:

@@ -6,11 +6,12 @@ SHAPE_ASPECT_RELATIONSHIP, and a representation usage points from an aspect to t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from relmodel.model.model import Pmi
+from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.part21_instances import Instances, Reference, Typed, references, two
 from relmodel.readers.step.part21_units import Measure, measure
 
@@ -52,9 +53,14 @@ class Stated:
     product: int | None
 
 
-def read_pmi(instances: Instances) -> list[Stated]:
+def read_pmi(instances: Instances, findings: Findings) -> list[Stated]:
     """All dimensions, then tolerances, then datums of a file, in the order of their numbers."""
-    return _Reader(instances).all()
+    return _Reader(instances).all(findings)
+
+
+def face_finder(instances: Instances) -> Callable[[Any], list[int]]:
+    """Gives the numbers of the faces that a shape aspect, or what it is made of, is represented by."""
+    return _Reader(instances).faces
 
 
 class _Reader:
@@ -81,45 +87,64 @@ class _Reader:
                 if len(parameters) > 4 and isinstance(parameters[2], Reference):
                     self._used.setdefault(parameters[2], []).extend(references(parameters[4]))
 
-    def all(self) -> list[Stated]:
-        return [*self._dimensions(), *self._tolerances(), *self._datums()]
+    def all(self, findings: Findings) -> list[Stated]:
+        values, bounds, zones = self._values(), self._bounds(), self._zones()
+        shown = [n for n in self.of.of(*_DATUM_FEATURES) if n in self._datum_of]
+        bare = sorted(set(self.of.of("DATUM")) - {self._datum_of[n] for n in shown})
+        return [
+            *findings.each(
+                "a dimension",
+                self.of.of(*_SIZES, *_LOCATIONS),
+                lambda n: self._dimension(n, values.get(n, []), bounds.get(n)),
+            ),
+            *findings.each("a tolerance", self.of.of(*_TOLERANCES), lambda n: self._tolerance(n, zones.get(n))),
+            *findings.each("a datum", [*shown, *bare], self._datum),
+        ]
 
-    def _dimensions(self) -> Iterable[Stated]:
+    def _values(self) -> dict[int, list[int]]:
+        """Items that represent each dimension."""
         values: dict[int, list[int]] = {}
         for number in self.of.of("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
             dimension, shown = two(self.of.parameters(number, "DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"))
             if dimension is not None and shown is not None:
                 for parameters in self.of[shown].values():
                     values.setdefault(dimension, []).extend(references(parameters[1:2]))
+        return values
+
+    def _bounds(self) -> dict[int, int]:
+        """The plus-minus tolerance of each dimension that has one."""
         bounds: dict[int, int] = {}
         for number in self.of.of("PLUS_MINUS_TOLERANCE"):
             bound, dimension = two(self.of.parameters(number, "PLUS_MINUS_TOLERANCE"))
             if bound is not None and dimension is not None:
                 bounds[dimension] = bound
-        for number in self.of.of(*_SIZES, *_LOCATIONS):
-            record = self.of[number]
-            size = next((n for n in _SIZES if n in record), None)
-            if size is not None:
-                parameters = record[size] or record.get("DIMENSIONAL_SIZE", [])
-                aspects = [(parameters[0], "feature")] if parameters else []
-                named = parameters[1] if len(parameters) > 1 else None
-            else:
-                location = next(n for n in _LOCATIONS if n in record)
-                parameters = record[location] if len(record[location]) > 3 else _relationship(record)
-                aspects = list(zip(parameters[2:4], ("origin", "target"), strict=False))
-                named = parameters[0] if parameters else None
-            angular = any(n.startswith("ANGULAR") for n in record)
-            yield self._dimension(
-                str(named or ("angle" if angular else "linear distance")).lower(),
-                aspects,
-                [m for m in (measure(self.of, v) for v in values.get(number, ())) if m is not None],
-                [self._note(v) for v in values.get(number, ())],
-                bounds.get(number),
-            )
+        return bounds
 
-    def _dimension(
-        self, kind: str, aspects: list[tuple[Any, str]], measures: list[Measure], notes: list[str], bound: int | None
-    ) -> Stated:
+    def _zones(self) -> dict[int, str]:
+        """Form of the zone of each tolerance that has one."""
+        return {
+            tolerance: str(form[0] or "")
+            for number in self.of.of("TOLERANCE_ZONE")
+            if len(zone := self.of.parameters(number, "TOLERANCE_ZONE")) > 5
+            and (form := self.of.parameters(zone[5], "TOLERANCE_ZONE_FORM") if _pointed(zone[5]) else None)
+            for tolerance in references(zone[4])
+        }
+
+    def _dimension(self, number: int, values: list[int], bound: int | None) -> Stated:
+        record = self.of[number]
+        size = next((n for n in _SIZES if n in record), None)
+        if size is not None:
+            parameters = record[size] or record.get("DIMENSIONAL_SIZE", [])
+            aspects = [(parameters[0], "feature")] if parameters else []
+            named = parameters[1] if len(parameters) > 1 else None
+        else:
+            location = next(n for n in _LOCATIONS if n in record)
+            parameters = record[location] if len(record[location]) > 3 else _relationship(record)
+            aspects = list(zip(parameters[2:4], ("origin", "target"), strict=False))
+            named = parameters[0] if parameters else None
+        angular = any(n.startswith("ANGULAR") for n in record)
+        kind = str(named or ("angle" if angular else "linear distance")).lower()
+        measures = [m for m in (measure(self.of, v) for v in values) if m is not None]
         value = lower = upper = None
         unit = stated = None
         for one in measures:
@@ -130,7 +155,7 @@ class _Reader:
                 lower = converted
             else:
                 value = converted
-        said = [note for note in notes if note]
+        said = [note for v in values if (note := self._note(v))]
         if bound is not None:
             record = self.of[bound]
             if "TOLERANCE_VALUE" in record and value is not None:
@@ -141,7 +166,7 @@ class _Reader:
                     lower, upper = (value + _converted(end)[0] for end in ends)
             elif "LIMITS_AND_FITS" in record:
                 said.append("".join(str(p) for p in record["LIMITS_AND_FITS"] if p is not None))
-        faces = [(face, role) for aspect, role in aspects for face in self._faces(aspect)]
+        faces = [(face, role) for aspect, role in aspects for face in self.faces(aspect)]
         pmi = Pmi("dimension", kind, "", value, lower, upper, unit, stated, ", ".join(said) or None)
         return Stated(pmi, _once(faces), product_of(self.of, aspects[0][0] if aspects else None))
 
@@ -149,35 +174,27 @@ class _Reader:
         parameters = self.of.parameters(number, "DESCRIPTIVE_REPRESENTATION_ITEM")
         return str(parameters[1] or "") if len(parameters) > 1 else ""
 
-    def _tolerances(self) -> Iterable[Stated]:
-        zones: dict[int, str] = {
-            tolerance: str(form[0] or "")
-            for number in self.of.of("TOLERANCE_ZONE")
-            if len(zone := self.of.parameters(number, "TOLERANCE_ZONE")) > 5
-            and (form := self.of.parameters(zone[5], "TOLERANCE_ZONE_FORM") if _pointed(zone[5]) else None)
-            for tolerance in references(zone[4])
-        }
-        for number in self.of.of(*_TOLERANCES):
-            record = self.of[number]
-            kind = next(n for n in _TOLERANCES if n in record)
-            plain = record.get("GEOMETRIC_TOLERANCE") or record[kind]
-            width = measure(self.of, plain[2]) if len(plain) > 3 and _pointed(plain[2]) else None
-            value, unit, stated = (None, None, None) if width is None else _converted(width)
-            referred = [*record.get("GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE", []), *plain[4:]]
-            modified = record.get("GEOMETRIC_TOLERANCE_WITH_MODIFIERS", [[]])
-            aspect = plain[3] if len(plain) > 3 else None
-            pmi = Pmi(
-                kind="tolerance",
-                type=kind.removesuffix("_TOLERANCE").lower().replace("_", " "),
-                name=str(plain[0] or "") if plain else "",
-                value=value,
-                unit=unit,
-                stated_unit=stated,
-                modifier=_modifiers(modified),
-                zone=zones.get(number),
-                datums=tuple(self._references(referred)),
-            )
-            yield Stated(pmi, _once((face, "feature") for face in self._faces(aspect)), product_of(self.of, aspect))
+    def _tolerance(self, number: int, zone: str | None) -> Stated:
+        record = self.of[number]
+        kind = next(n for n in _TOLERANCES if n in record)
+        plain = record.get("GEOMETRIC_TOLERANCE") or record[kind]
+        width = measure(self.of, plain[2]) if len(plain) > 3 and _pointed(plain[2]) else None
+        value, unit, stated = (None, None, None) if width is None else _converted(width)
+        referred = [*record.get("GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE", []), *plain[4:]]
+        modified = record.get("GEOMETRIC_TOLERANCE_WITH_MODIFIERS", [[]])
+        aspect = plain[3] if len(plain) > 3 else None
+        pmi = Pmi(
+            kind="tolerance",
+            type=kind.removesuffix("_TOLERANCE").lower().replace("_", " "),
+            name=str(plain[0] or "") if plain else "",
+            value=value,
+            unit=unit,
+            stated_unit=stated,
+            modifier=_modifiers(modified),
+            zone=zone,
+            datums=tuple(self._references(referred)),
+        )
+        return Stated(pmi, _once((face, "feature") for face in self.faces(aspect)), product_of(self.of, aspect))
 
     def _references(self, referred: list[Any]) -> Iterable[tuple[int, str, str | None]]:
         """Precedence, letter and modifier of the datums of a tolerance."""
@@ -203,24 +220,21 @@ class _Reader:
         element = self.of.parameters(number, "DATUM_REFERENCE_ELEMENT")
         return "-".join(self._letter(n) for n in references(element[4:5]))
 
-    def _datums(self) -> Iterable[Stated]:
-        shown = [n for n in self.of.of(*_DATUM_FEATURES) if n in self._datum_of]
-        bare = sorted(set(self.of.of("DATUM")) - {self._datum_of[n] for n in shown})
-        for number in [*shown, *bare]:
-            record = self.of[number]
-            named = [*(record.get("SHAPE_ASPECT") or next(iter(record.values()))), None, None]
-            target = record.get("PLACED_DATUM_TARGET_FEATURE") or record.get("DATUM_TARGET")
-            pmi = Pmi(
-                kind="datum",
-                type="target" if target else "feature" if "DATUM_FEATURE" in record else "datum",
-                name=str(named[0] or ""),
-                modifier=f"{named[1] or ''} {target[-1] or ''}".strip() if target else None,
-                datums=((1, self._letter(self._datum_of.get(number, number)), None),),
-            )
-            aspect = Reference(number)
-            yield Stated(pmi, _once((face, "feature") for face in self._faces(aspect)), product_of(self.of, aspect))
+    def _datum(self, number: int) -> Stated:
+        record = self.of[number]
+        named = [*(record.get("SHAPE_ASPECT") or next(iter(record.values()))), None, None]
+        target = record.get("PLACED_DATUM_TARGET_FEATURE") or record.get("DATUM_TARGET")
+        pmi = Pmi(
+            kind="datum",
+            type="target" if target else "feature" if "DATUM_FEATURE" in record else "datum",
+            name=str(named[0] or ""),
+            modifier=f"{named[1] or ''} {target[-1] or ''}".strip() if target else None,
+            datums=((1, self._letter(self._datum_of.get(number, number)), None),),
+        )
+        aspect = Reference(number)
+        return Stated(pmi, _once((face, "feature") for face in self.faces(aspect)), product_of(self.of, aspect))
 
-    def _faces(self, aspect: Any) -> list[int]:
+    def faces(self, aspect: Any) -> list[int]:
         """Numbers of the faces that an aspect, or what it is made of, is represented by; in the order found."""
         found: list[int] = []
         waiting, seen = [aspect], set()

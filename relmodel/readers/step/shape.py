@@ -27,8 +27,9 @@ from relmodel.model.model import Finding, Mesh, Shape, Table
 from relmodel.model.trimmed_faces import TrimmedFaces
 from relmodel.readers.step import face_measures, triangulation
 from relmodel.readers.step.boundary import Coedge, forward, is_reversed, loops_of, pcurve_of
+from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.geometry import CurveRows, SurfaceRows
-from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map
+from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map, vertex_of
 from relmodel.readers.step.pcurves import PcurveRows
 from relmodel.readers.step.recognition import recognise_tori
 
@@ -61,7 +62,9 @@ def extract_all(bodies: Sequence[Body]) -> list[Shape]:
 
 def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape:
     """Columns of one shape that has faces."""
-    BRepLib.BuildCurves3d_s(shape)
+    findings = Findings()
+    with findings.contained("the curves of edges", "unreadable_edge"):
+        BRepLib.BuildCurves3d_s(shape)
     body = Body(shape, names, colours, layers)
     face_keys = face_map(shape)
     faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
@@ -73,7 +76,7 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     for face in faces:
         surface_rows.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), is_reversed(face), shape=face)
     curve_rows = CurveRows(basis_curves)
-    findings = [
+    findings += [
         Finding("unreadable_edge", "the CAD kernel gives no curve of an edge", arc_no=i)
         for i in range(edge_keys.Extent())
         if not _add_edge(curve_rows, TopoDS.Edge(edge_keys.FindKey(i + 1)))
@@ -81,10 +84,11 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     surface_columns, arc_columns = surface_rows.columns(), curve_rows.columns()
     kinds = surface_columns["kind"]
     arc_columns["tolerance"] = edge_tolerances(edge_keys)
-    loops, coedges, pcurves, edges = _loops(faces, edge_keys, kinds)
+    loops, coedges, pcurves, edges = _loops(faces, edge_keys, kinds, findings)
 
     curves, surfaces = curve_rows.curves, surface_rows.surfaces
-    recognise_tori(surface_columns, surfaces)
+    with findings.contained("tori among free-form faces", "tori_failed"):
+        recognise_tori(surface_columns, surfaces)
     trimmed = TrimmedFaces(surfaces, curves, coedges, pcurves)
     _mark_loops_around(loops, coedges, trimmed)
     arc_columns |= measures.arc_measures(curves)
@@ -140,7 +144,7 @@ def _no_basis() -> dict[str, Table]:
 
 
 def _add_edge(rows: CurveRows, edge: Any) -> bool:
-    """Append an edge; False where its curve cannot be had, and its first vertex stands for it."""
+    """Append an edge; False where its curve cannot be had, and a vertex stands for it."""
     t0, t1 = BRep_Tool.Range_s(edge)
     degenerate = BRep_Tool.Degenerated_s(edge)
     if not degenerate:
@@ -150,12 +154,12 @@ def _add_edge(rows: CurveRows, edge: Any) -> bool:
             pass
         else:
             return True
-    rows.add_degenerate(BRep_Tool.Pnt_s(TopExp.FirstVertex_s(edge)).Coord(), t0, t1)
+    rows.add_degenerate(BRep_Tool.Pnt_s(vertex_of(edge)).Coord(), t0, t1)
     return bool(degenerate)
 
 
 def _loops(
-    faces: list[Any], edge_keys: Any, kinds: list[str]
+    faces: list[Any], edge_keys: Any, kinds: list[str], findings: Findings
 ) -> tuple[Table, Table, Table, dict[int, tuple[Any, int]]]:
     """Loops, coedges as the faces are oriented, pcurves of those that are not planes, and an edge of each arc."""
     bounds: list[tuple[int, int]] = []
@@ -164,7 +168,7 @@ def _loops(
     edges: dict[int, tuple[Any, int]] = {}
     for surface_no, (face, kind) in enumerate(zip(faces, kinds, strict=True)):
         backwards, ahead = is_reversed(face), forward(face)
-        for loop_no, loop in enumerate(loops_of(ahead, edge_keys)):
+        for loop_no, loop in enumerate(loops_of(ahead, edge_keys, findings, surface_no)):
             bounds.append((surface_no, loop_no))
             for coedge_no, one in enumerate(reversed(loop) if backwards else loop):
                 rows.append((surface_no, loop_no, coedge_no, one.arc_no, one.reversed != backwards))

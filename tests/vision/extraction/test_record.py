@@ -45,7 +45,7 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
             assert count("unit_relation") == len(found.relations)
             assert count("region_arc") == len(found.region_arcs) == 2
             arc = connection.execute(sa.select(store.table("image_arc"))).one()
-            assert (arc.kind, arc.closed, arc.bright_side) == ("circular", True, "left")
+            assert (arc.kind, arc.closed) == ("circular", True)
             assert arc.radius == found.arcs.radius[0]
             assert arc.significance == np.float32(found.arcs.significance[0])
             elements = connection.execute(sa.select(store.table("edge_element")).order_by("edge_element_no")).all()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Errors:
     noise_px: float = NOISE_PX
     arc_px: float = 0.0
     tolerance_mm: float = 0.0
-    calibration: CalibrationSigma = CalibrationSigma()
+    calibration: CalibrationSigma = field(default_factory=CalibrationSigma)
 
 
 def draw_edges(
@@ -79,8 +79,11 @@ class Outcome:
     chi_square_centre: float
 
 
-def simulate(errors: Errors, seed: int, cameras: tuple[str, ...] = ("left", "right")) -> Outcome:
-    """One trial: a view of the blocks drawn from the seed, edges with errors drawn, refinement from a pose near by."""
+def simulate(
+    errors: Errors, seed: int, cameras: tuple[str, ...] = ("left", "right"), *, stated: bool = True
+) -> Outcome:
+    """One trial: a view of the blocks drawn from the seed, edges with errors drawn, refinement from a pose near by;
+    `stated`: whether the rig says how far off its calibration may be."""
     rng = np.random.default_rng(seed)
     scene = replace(blocks(), tolerance_mm=np.full(10, errors.tolerance_mm))
     believed = stereo_rig().only(*cameras)
@@ -90,8 +93,11 @@ def simulate(errors: Errors, seed: int, cameras: tuple[str, ...] = ("left", "rig
         believed.rig_from_camera,
         {name: errors.calibration if number else moving for number, name in enumerate(cameras)},
     )
-    truth = above(*rng.uniform(-60, 60, 2), rng.uniform(450, 650))
+    x, y = rng.uniform(-60, 60, 2)
+    truth = above(x, y, rng.uniform(450, 650))
     edges = draw_edges(scene, draw_rig(believed, errors.calibration, rng), truth, errors, rng)
+    if not stated:
+        believed = Rig(believed.cameras, believed.rig_from_camera)
     indexes = {name: EdgeIndex(points) for name, points in edges.items()}
     prior = off(truth, 20.0, np.radians(2), seed)
     start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))

@@ -7,7 +7,9 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
-from vision.cameras.cameras import Prior, Rig, perturb, perturbation
+from tests.vision.localisation.simulation import Errors, simulate
+from vision.cameras.cameras import CalibrationSigma, Prior, Rig, perturb, perturbation
+from vision.localisation.calibration import describe_unknowns
 from vision.localisation.evidence import EdgePoints, build_evidence
 from vision.localisation.hypotheses import (
     build_fine_evidence,
@@ -17,8 +19,10 @@ from vision.localisation.hypotheses import (
     project_with_jacobians,
 )
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.refine import Refined, refine
+from vision.localisation.parameters import DEFAULTS
+from vision.localisation.refine import Fit, Refined, refine
 from vision.localisation.scene import Scene
+from vision.localisation.verdict import compute_precision
 from vision.localisation.visibility import find_visible_arcs
 
 SIGMA = 0.1
@@ -157,3 +161,64 @@ def test_jacobians_are_derivatives(turned: float) -> None:
         moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
         numeric = (project_with_jacobians(p, moved)[0] - project_with_jacobians(p, at)[0]) / h
         assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [
+        Errors(),
+        Errors(arc_px=0.3),
+        Errors(tolerance_mm=0.3),
+        Errors(calibration=CalibrationSigma(0.002, 0.5, 0.3, 0.002)),
+    ],
+    ids=["noise", "arcs", "tolerance", "calibration"],
+)
+def test_stated_errors_are_held_by_the_covariance(errors: Errors) -> None:
+    """benchmarks/uncertainty.py runs 2,000 of these."""
+    distances = np.array([simulate(errors, seed).chi_square for seed in range(6)])
+    # Chi-square of six degrees of freedom: mean 6, one in 1,000 beyond 22.5.
+    assert 1.0 < distances.mean() < 12.0
+    assert distances.max() < 36.0
+
+
+def test_a_calibration_that_is_off_is_not_held_unless_it_is_stated() -> None:
+    sigma = CalibrationSigma(focal=0.005)
+    stated = np.mean([simulate(Errors(calibration=sigma), seed).chi_square for seed in range(4)])
+    unstated = np.mean([simulate(Errors(calibration=sigma), seed, stated=False).chi_square for seed in range(4)])
+    assert stated < 12
+    assert unstated > 5 * stated
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_refinement_never_worsens(seed: int) -> None:
+    """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
+    rng = np.random.default_rng(seed)
+    scene = box_scene(
+        [(np.array([75.0 * i - 115, 80.0 * j - 70, 0]), np.full(3, 55.0)) for i in range(3) for j in (0, 1)]
+    )
+    rig, truth = stereo_rig().only("left"), above(0, 0, 520)
+    own = exact_edges(truth, rng, scene=scene)["left"]
+    cubes = rng.permutation(6)[:4]
+    shift = rng.normal(0, 1, 2)
+    beside = exact_edges(truth, rng, 5 * shift / np.linalg.norm(shift), scene, tuple(cubes.tolist()))["left"]
+    edges = {
+        "left": EdgePoints(
+            np.concatenate([own.position, beside.position]),
+            np.concatenate([own.normal, beside.normal]),
+            np.concatenate([0.3 * own.contrast, beside.contrast]),
+            np.concatenate([own.sigma, beside.sigma]),
+            own.low,
+            own.high,
+            own.grey_range,
+        )
+    }
+    prior = off(truth, 10.0, np.radians(1.5), seed)
+    fields = build_fine_evidence(rig, edges)
+    start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.5, 0.001], 3))
+    found = fit(scene, rig, edges, prior, start)
+    here = Fit(
+        scene, rig, [EdgeIndex(edges["left"])], fields, prior, describe_unknowns(rig, DEFAULTS.refinement), DEFAULTS
+    ).measure(start, np.array(found.own), np.zeros(scene.component_count, bool))
+    assert found.cost <= here.cost + 1e-9
+    assert np.isfinite(found.covariance).all()
+    assert compute_precision(found)[0] < prior.sigma_translation_mm

@@ -1,0 +1,76 @@
+"""References: rows of the catalogue on both engines, foreign keys on PostgreSQL only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from typing import Any
+
+import psycopg
+import pytest
+import sqlalchemy as sa
+
+from relmodel.store import Run, Store
+from relmodel.store.check import check
+
+
+def references(store: Store) -> Sequence[sa.Row[Any]]:
+    with store.read() as connection:
+        return connection.execute(store.table("sds_reference").select()).all()
+
+
+def test_every_reference_is_a_foreign_key_of_postgresql_and_none_of_duckdb(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        rows = references(store)
+        keys = [
+            (table, tuple(key["constrained_columns"]), key["referred_table"], tuple(key["referred_columns"]))
+            for (_, table), found in sa.inspect(store.engine).get_multi_foreign_keys().items()
+            for key in found
+        ]
+    expected = [(row.relation, tuple(row.column_names), row.parent, tuple(row.parent_columns)) for row in rows]
+    assert len(expected) == len(set(expected)) > 100
+    assert sorted(keys) == (sorted(expected) if store.dialect == "postgresql" else [])
+
+
+def test_only_postgresql_refuses_a_row_whose_reference_leads_nowhere(fresh_store: str) -> None:
+    row: dict[str, Any] = {"run_id": [7], "input_no": 0, "role": "model", "name": "a.stl", "sha256": "0"}
+    with Store.open(fresh_store) as store:
+        refused = (
+            pytest.raises(psycopg.errors.ForeignKeyViolation, match="run_input_run_id_fkey")
+            if store.dialect == "postgresql"
+            else nullcontext()
+        )
+        with refused, store.write() as connection:
+            store.append(connection, "run_input", row)
+
+
+def test_a_parent_goes_in_the_transaction_of_its_children(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "load", {}, inputs={"model": ("a.stl", "0")}):
+            pass
+        with store.write() as connection:
+            for table in ("run_input", "run_event", "run"):
+                assert connection.execute(store.table(table).delete()).rowcount > 0
+        assert "references" not in {found.query for found in check(store) if found.rows}
+
+
+def test_parents_come_first(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        names = sorted(sa.inspect(store.engine).get_table_names(), reverse=True)
+        order = store.parents_first(names)
+        assert sorted(order) == sorted(names)
+        points = {(row.relation, row.parent) for row in references(store)}
+        assert len(points) > 90
+        assert all(order.index(parent) <= order.index(name) for name, parent in points)
+
+
+def test_every_identity_refers_to_something(fresh_store: str) -> None:
+    """But of tables without keys and of occurrence, whose rows queries of check/ look after."""
+    with Store.open(fresh_store) as store:
+        refers = {(row.relation, name) for row in references(store) for name in row.column_names}
+        inspector = sa.inspect(store.engine)
+        keys = {name: key["constrained_columns"] for (_, name), key in inspector.get_multi_pk_constraint().items()}
+        names = {(table, column.name) for table in keys for column in store.table(table).columns}
+    identities = {(table, name) for table, name in names if name.endswith("_id") and keys[table]}
+    assert len(identities) > 80
+    assert {table for table, _ in identities - refers} == {"occurrence"}

@@ -1,0 +1,62 @@
+"""How surely a refined pose is known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from relmodel.arrays import Floats, Ints
+from vision.localisation.calibration import CameraUnknowns
+from vision.localisation.hypotheses import Prediction
+from vision.localisation.measurements import Measurements, group_by_arc
+from vision.localisation.parameters import LocalisationParameters
+
+
+def compute_covariance(
+    m: Measurements, prediction: Prediction, hessian: Floats, unknowns: CameraUnknowns, p: LocalisationParameters
+) -> Floats:
+    """Covariance (6, 6) of a pose from its measurements: that of an M-estimator (Huber, 1981) whose measurements err in
+    three ways.
+
+    Samples near each other err together (texture, shading), so stretches of arcs are what is independent.  The image of
+    an arc may be shifted as a whole (light, a clipped edge, an arc not where the model says), by a random effect whose
+    variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
+    followed taken off (Henderson's analysis of variance).  The priors err as they say, and
+    the cameras also by what is considered and not solved for.
+    """
+    group, stretch = group_by_arc(prediction), _group_by_stretch(prediction, p)
+    weight = m.weight / m.sigma**2
+    data = (m.jacobian * weight[:, None]).T @ m.jacobian
+    # How far the loss bends away from the least squares that its weights make of it.
+    bend = np.clip((m.slope / m.sigma**2).sum() / max(float(weight.sum()), 1e-12), 0.2, 1.0)
+    inverse = np.linalg.inv(hessian - (1 - bend) * data)
+    known = np.bincount(group, weight)
+    rows = np.flatnonzero(known > 0)
+    if not len(rows):
+        return np.asarray(inverse[:6, :6])
+    mean = np.bincount(group, weight * m.offset) / np.where(known > 0, known, 1.0)
+    apart = (m.jacobian * (weight * (m.offset - mean[group]))[:, None]).T
+    scatter = np.stack([np.bincount(stretch, row) for row in apart], axis=1)
+    shift = np.stack([np.bincount(group, weight * column) for column in m.jacobian.T], axis=1)[rows]
+    followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, shift) / known[rows], 0, 0.9)
+    noise = np.bincount(group, (weight * (m.offset - mean[group])) ** 2)[rows] / known[rows] ** 2
+    length = np.bincount(group, m.weight)[rows]
+    # A few arcs tell little of the scatter: what is usual counts as much as some arcs.
+    usual = p.refinement.usual_arcs * float(length.mean())
+    scattered = float((length * (mean[rows] ** 2 - noise)).sum()) + usual * p.refinement.arc_shift_px**2
+    variance = max(scattered / (usual + float((length * (1 - followed) ** 2).sum())), 0.0)
+    meat = scatter.T @ scatter + p.refinement.inflation * variance * shift.T @ shift + hessian - data
+    considered = unknowns.precision[:, None] * unknowns.considered
+    meat[6:, 6:] += considered @ considered.T
+    return np.asarray((inverse @ meat @ inverse)[:6, :6])
+
+
+def _group_by_stretch(prediction: Prediction, p: LocalisationParameters) -> Ints:
+    """A number for each stretch of `p.search.correlation_px` of each arc's image (n,)."""
+    group = group_by_arc(prediction)
+    order = np.argsort(group, kind="stable")
+    along = np.cumsum(prediction.weight[order])
+    first = np.searchsorted(group[order], np.arange(int(group.max(initial=-1)) + 1))
+    number = np.empty(len(group), np.int64)
+    number[order] = np.floor(along - along[first][group[order]]).astype(np.int64)
+    pairs = group * (int(number.max(initial=0)) + 1) + number
+    return np.asarray(np.unique(pairs, return_inverse=True)[1].ravel())
