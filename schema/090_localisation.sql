@@ -269,7 +269,7 @@ COMMENT ON COLUMN pose.margin IS 'cost of the next distinct hypothesis less this
 COMMENT ON COLUMN pose.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 
 CREATE TABLE base_correction (
-    run_id BIGINT PRIMARY KEY REFERENCES pose (run_id),
+    run_id BIGINT PRIMARY KEY,
     world_id BIGINT NOT NULL,
     object_no INTEGER NOT NULL,
     robot TEXT NOT NULL,
@@ -296,8 +296,7 @@ CREATE TABLE base_correction (
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
-        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    FOREIGN KEY (world_id, object_no) REFERENCES world_object (world_id, object_no)
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
 COMMENT ON TABLE base_correction IS 'Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.';
 COMMENT ON COLUMN base_correction.run_id IS 'the run';
@@ -326,7 +325,7 @@ COMMENT ON COLUMN base_correction.covariance IS '36 numbers, row-major: covarian
 COMMENT ON COLUMN base_correction.prior_covariance IS 'the same of the base where the world has it, as given; null: it could stand anywhere';
 
 CREATE TABLE joint_correction (
-    run_id BIGINT NOT NULL REFERENCES base_correction (run_id),
+    run_id BIGINT NOT NULL,
     joint TEXT NOT NULL,
     stated_value DOUBLE PRECISION NOT NULL,
     prior_sigma DOUBLE PRECISION,
@@ -397,5 +396,8 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('correspondence', 1, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('edge_measurement', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('pose', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('base_correction', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('base_correction', 1, ARRAY['world_id', 'object_no'], 'world_object', ARRAY['world_id', 'object_no']),
+    ('joint_correction', 0, ARRAY['run_id'], 'base_correction', ARRAY['run_id']),
     ('part_in_view', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('part_in_view', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']);

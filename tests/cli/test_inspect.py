@@ -19,8 +19,8 @@ from vision.inspection.parameters import InspectionParameters
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
-    "run", "verdict", "reason", "world_from_rig", "world_from_camera", "covariance", "parts_in_view", "selection",
-    "hypotheses", "timings_s",
+    "run", "verdict", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
+    "world_from_camera", "covariance", "base_correction", "parts_in_view", "selection", "hypotheses", "timings_s",
 ]  # fmt: skip
 
 WRITTEN = [
@@ -94,6 +94,7 @@ def test_answer_has_the_promised_form(answer: dict[str, Any], pair: Pair) -> Non
     for part in answer["parts_in_view"]:
         assert set(part) >= {"path", "level", "visible_share"}
         assert 0 <= part["visible_share"] <= 1
+    assert answer["base_correction"] is None  # the rig is not mounted
     parts = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
     assert list(answer["selection"]) == ["parts", "superfluous"]
     assert 0 <= answer["selection"]["superfluous"] <= answer["selection"]["parts"] - len(parts)
