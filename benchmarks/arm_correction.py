@@ -18,7 +18,6 @@ from relmodel.geometry.transforms import inverse, rotation_vector
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world import place_world
-from relmodel.world.correction import correct_base
 from relmodel.world.kinematics import mounted_rig
 from vision.cameras.files import read_pose, read_rig
 from vision.cameras.record import record_rig
@@ -84,9 +83,9 @@ def _pair(store: Store, folder: Path, pair: str, truth: dict[str, object]) -> li
     )
     true_base = true @ inverse(rig.object_from_link @ rig.link_from_rig)
     before = _off(true_base, rig.world_from_object)
-    if answer.verdict != "accepted" or answer.world_from_rig is None or answer.covariance is None:
+    correction = answer.base_correction
+    if correction is None:
         return [pair, answer.verdict, *before]
-    correction = correct_base(rig, answer.world_from_rig, answer.covariance)
     spread = float(np.sqrt(np.trace(correction.covariance[:3, :3])))
     return [pair, answer.verdict, *before, *_off(true_base, correction.world_from_object), spread]
 
