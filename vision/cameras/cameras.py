@@ -141,8 +141,8 @@ class CalibrationSigma:
 
 @dataclass(frozen=True)
 class Rig:
-    """Cameras by name, in the file's order, where each sits in the rig (4, 4), and how well that is known (exact where
-    a name is missing)."""
+    """Cameras by name, in the file's order, where each sits in the rig (4, 4), and how well that is known, where the
+    rig says so."""
 
     cameras: dict[str, Camera]
     rig_from_camera: dict[str, Floats]

@@ -54,19 +54,18 @@ def read_rig(path: Path | str) -> Rig:
         poses[str(name)] = _rigid(
             _numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
         )
-        own = "sigma" in entry
-        sigma[str(name)] = _calibration_sigma(entry if own else data, matrix, path, where if own else "")
-    # Where a camera defines the rig's frame, nothing about its place is uncertain.
-    for name, pose in poses.items():
-        if np.array_equal(pose, np.eye(4)):
-            sigma[name] = replace(sigma[name], translation_mm=0.0, rotation=0.0)
+        if "sigma" in entry or "sigma" in data:
+            given, place = (entry, where) if "sigma" in entry else (data, "")
+            stated = _calibration_sigma(given, matrix, path, place)
+            # Where a camera defines the rig's frame, nothing about its place is uncertain.
+            frame = np.array_equal(poses[str(name)], np.eye(4))
+            sigma[str(name)] = replace(stated, translation_mm=0.0, rotation=0.0) if frame else stated
     return Rig(cameras, poses, sigma)
 
 
 def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where: str) -> CalibrationSigma:
-    given = entry.get("sigma")
-    if given is None:
-        return CalibrationSigma()
+    """How well a camera of this matrix is known, as `sigma` of an entry says; what it leaves out is exact."""
+    given = entry["sigma"]
     names = tuple(MOST_CALIBRATION_SIGMA)
     if not isinstance(given, dict) or not set(given) <= set(names):
         raise InputError(f"{path}: {where}sigma is no mapping of {', '.join(names)}: give standard deviations by name")

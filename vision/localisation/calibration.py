@@ -51,7 +51,7 @@ def describe_unknowns(rig: Rig, p: RefinementParameters) -> CameraUnknowns:
         sigma[number, 3] = stated.focal
         sigma[number, 4:7] = stated.translation_mm
         sigma[number, 7:] = stated.rotation
-        if stated == CalibrationSigma():
+        if name not in rig.sigma:
             considered[number, [1, 2], [0, 1]] = p.convention_px
     return CameraUnknowns(mean, sigma, considered.reshape(-1, 2))
 
