@@ -19,8 +19,8 @@ from vision.inspection.parameters import InspectionParameters
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
-    "run", "verdict", "reason", "world_from_rig", "world_from_camera", "covariance", "parts_in_view", "selection",
-    "hypotheses", "timings_s",
+    "run", "verdict", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
+    "world_from_camera", "covariance", "parts_in_view", "selection", "hypotheses", "timings_s",
 ]  # fmt: skip
 
 WRITTEN = [
@@ -189,6 +189,28 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: 
     wider = np.diag(alone["covariance"]) / np.diag(answer["covariance"])
     assert wider[:3].prod() > 1
     assert np.linalg.slogdet(alone["covariance"])[1] > np.linalg.slogdet(answer["covariance"])[1]
+
+
+def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
+    answer: dict[str, Any], store: str, pair: Pair, tmp_path: Path
+) -> None:
+    """A prior by its covariance, as an inspection answers it, and an accuracy that nothing reaches."""
+    prior = tmp_path / "prior.json"
+    covariance = np.diag(np.repeat([8.7**2, 0.015**2], 3)).tolist()
+    prior.write_text(json.dumps({"world_from_rig": pair.prior["world_from_rig"], "covariance": covariance}))
+    strict = inspected(store, *pair.options(prior=prior), "--needs", "0.001mm,0.001deg")
+    assert strict["verdict"] == "refused"
+    assert strict["needs"] == {"translation_mm": pytest.approx(0.001), "rotation_deg": pytest.approx(0.001)}
+    (missing,) = strict["missing"]
+    assert "0.001 mm" in missing
+    assert strict["weakest"] in missing
+    assert strict["posterior"] > 0.98
+    off = measure_pose_error(np.array(strict["world_from_rig"]), TRUTH)
+    assert off.target_mm < 1
+    asked = "SELECT needs_translation_mm, prior_covariance[1] FROM inspection WHERE run_id = :run"
+    with Store.open(store, read_only=True) as opened, opened.read() as connection:
+        needed, first = connection.execute(sa.text(asked), {"run": strict["run"]}).one()
+    assert (needed, first) == (pytest.approx(0.001), pytest.approx(8.7**2))
 
 
 def test_postgresql_gives_the_same_answer(
