@@ -218,12 +218,12 @@ def _svg(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour]) -> st
     from scipy.ndimage import find_objects
 
     seen = _seen(scene, hit)
-    shown, label = np.unique(seen, return_inverse=True)
-    label = label.reshape(seen.shape) + int(shown[0] != 0)  # 0 is what shows nothing
     height, width = (n / _FINE for n in seen.shape)
     out = []
-    for number, at in enumerate(find_objects(label), start=1):
-        inside = (label[at] == number).astype(np.uint8)
+    for number, at in enumerate(find_objects(seen), start=1):
+        if at is None:  # hidden
+            continue
+        inside = (seen[at] == number).astype(np.uint8)
         lines, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         corner = np.array([at[1].start, at[0].start])
         outline = "".join(
