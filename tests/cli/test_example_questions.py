@@ -20,8 +20,7 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
 from relmodel.variants.compare import compare
-from relmodel.world import place_world
-from tests.cli.conftest import Pair, inspected
+from tests.cli.conftest import Inspection, Pair
 from tests.reading import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -34,20 +33,12 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
     return [f for f in FEATURES[variant] if f["kind"] in kinds]
 
 
-def fill(store: Store) -> None:
-    for variant in "AB":
-        load(store, EXAMPLES / f"demo/bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
-    place_world(store, EXAMPLES / "demo/world.yaml")
-    compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
-
-
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def store(request: pytest.FixtureRequest, new_store: Callable[[str], str], pair: Pair) -> Iterator[Store]:
-    target = new_store(request.param)
-    with Store.open(target) as opened:
-        fill(opened)
-    inspected(target, *pair.options())
-    with Store.open(target) as opened:
+@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
+def store(request: pytest.FixtureRequest, copy_store: Callable[[str], str]) -> Iterator[Store]:
+    inspected: Inspection = request.getfixturevalue(request.param)
+    with Store.open(copy_store(inspected.store)) as opened:
+        load(opened, EXAMPLES / "demo/bulkhead_B.step.gz", name="bulkhead", variant="B")
+        compare(opened, ("bulkhead", "A"), ("bulkhead", "B"))
         yield opened
 
 

@@ -64,8 +64,9 @@ COMPARED = (
 
 
 @pytest.fixture(scope="module")
-def store(inspection: Inspection) -> str:
-    return inspection.store
+def store(inspection: Inspection, copy_store: Callable[[str], str]) -> str:
+    """A copy, in which some inspect again."""
+    return copy_store(inspection.store)
 
 
 @pytest.fixture(scope="module")
@@ -213,14 +214,10 @@ def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
     assert (needed, first) == (pytest.approx(0.001), pytest.approx(8.7**2))
 
 
-def test_postgresql_gives_the_same_answer(
-    answer: dict[str, Any], new_store: Callable[[str], str], fill_store: Callable[[str], None], pair: Pair
-) -> None:
-    target = new_store("postgresql")
-    fill_store(target)
-    there = inspected(target, *pair.options())
+def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_inspection: Inspection) -> None:
+    there = postgresql_inspection.answer
     assert there["verdict"] == answer["verdict"]
     np.testing.assert_allclose(there["world_from_rig"], answer["world_from_rig"], atol=1e-9)
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
-    assert main(["check", "--store", target]) == 0
+    assert main(["check", "--store", postgresql_inspection.store]) == 0
