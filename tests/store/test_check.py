@@ -250,8 +250,8 @@ def test_rows_whose_reference_leads_nowhere_are_found(
     table: str, change: str, columns: str, parent: str, row_count: int, key: str, fresh_store: str
 ) -> None:
     """Columns that are null, as surface_b of all arcs here, refer to nothing."""
-    findings(fresh_store, plate())
     with Store.open(fresh_store) as store:
+        fill(store, plate())
         with store.write() as connection:
             if store.dialect == "postgresql":  # whose foreign keys are triggers
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
