@@ -104,7 +104,14 @@ def plate() -> Model:
         "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
         "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
         "current_world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
-        "world_object": {"world_id": [1], "object_no": 0, "name": "a", "object_variant_id": 1, "role": "inspected"}
+        "world_object": {
+            "world_id": [1],
+            "object_no": 0,
+            "name": "a",
+            "object_variant_id": 1,
+            "role": "inspected",
+            "tolerance_mm": 0.0,
+        }
         | transform(0, [0, 100, 0]),
         "occurrence": placed | transform(0, [0, 100, 0]),
         "occurrence/2": nested | transform(90, [10, 100, 0]),
