@@ -209,16 +209,8 @@ def rendered(folder: Path, models: Models) -> Iterator[Trial]:
         t = json.loads(file.read_text())
         stem = file.name.removesuffix("_truth.json")
         placed = np.array(t["world_from_object"], float)
-        source = file.with_name(t["model"])
-        if not source.exists():
-            source = (
-                next(
-                    path
-                    for path in (resource_dir("demo"), Path("examples/bulkhead/variants"))
-                    if (path / t["model"]).exists()
-                )
-                / t["model"]
-            )
+        source = file.parent / t["model"]
+        source = source if source.exists() else Path(t["model"])
         # A model is loaded once for each place that it stands at.
         key = f"{source.name.split('.')[0]}_{hash_of(placed)}"
         model = models.add(key, source, placed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import tempfile
@@ -14,6 +15,9 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
+# Before NumPy is imported: beside another worker the threads of linear algebra only wait for each other, and loudly.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Deselect, not skip, tests marked `data` where RELMODEL_TEST_DATA is unset."""
@@ -24,6 +28,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if gone:
         config.hook.pytest_deselected(items=gone)
         items[:] = [item for item in items if item not in gone]
+
+
+def pytest_collection_finish() -> None:
+    """What is imported by now stays: the collector of garbage need not go through it again and again."""
+    gc.freeze()
 
 
 # Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
@@ -120,6 +129,18 @@ def new_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
         return _create_database(server, template)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def copy_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], str]:
+    """Copies a store that nobody has open, on its engine, for tests that write to it: the target of the copy."""
+
+    def copy(target: str) -> str:
+        if "://" not in target:
+            return str(shutil.copy(target, tmp_path_factory.mktemp("copy") / "store.duckdb"))
+        return _create_database(request.getfixturevalue("postgresql_server"), str(sa.make_url(target).database))
+
+    return copy
 
 
 @pytest.fixture(scope="session")

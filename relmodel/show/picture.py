@@ -168,9 +168,10 @@ def _rays(scene: _Scene, width: int) -> Ints:
     TriangleMesh(embree, np.ascontiguousarray(scene.corners - middle, np.float32))
     x = low[0] - margin + (np.arange(width) + 0.5) * step - middle[0]
     y = high[1] + margin - (np.arange(height) + 0.5) * step - middle[1]
-    origins = np.stack(np.broadcast_arrays(x[None, :], y[:, None], low[2] - middle[2] - 1.0), axis=-1).reshape(-1, 3)
-    directions = np.broadcast_to(np.array([0.0, 0.0, 1.0], np.float32), origins.shape)
-    hit = embree.run(origins.astype(np.float32), np.ascontiguousarray(directions), output=1)["primID"]
+    origins, directions = np.empty((height, width, 3), np.float32), np.zeros((height, width, 3), np.float32)
+    origins[..., 0], origins[..., 1], origins[..., 2] = x, y[:, None], low[2] - middle[2] - 1.0
+    directions[..., 2] = 1.0
+    hit = embree.run(origins.reshape(-1, 3), directions.reshape(-1, 3))
     return np.asarray(hit, np.int64).reshape(height, width)
 
 
@@ -218,12 +219,12 @@ def _svg(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour]) -> st
     from scipy.ndimage import find_objects
 
     seen = _seen(scene, hit)
-    shown, label = np.unique(seen, return_inverse=True)
-    label = label.reshape(seen.shape) + int(shown[0] != 0)  # 0 is what shows nothing
     height, width = (n / _FINE for n in seen.shape)
     out = []
-    for number, at in enumerate(find_objects(label), start=1):
-        inside = (label[at] == number).astype(np.uint8)
+    for number, at in enumerate(find_objects(seen), start=1):
+        if at is None:  # hidden
+            continue
+        inside = (seen[at] == number).astype(np.uint8)
         lines, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         corner = np.array([at[1].start, at[0].start])
         outline = "".join(

@@ -79,20 +79,28 @@ class Database:
         return self.engine.dialect.name
 
     @cached_property
-    def _tables(self) -> dict[str, Table]:
-        """All tables, from one query: SQLAlchemy's own reflection asks dozens and takes ten times as long."""
+    def _columns(self) -> dict[str, list[tuple[str, str]]]:
+        """Name and type of each column of all tables, from one query: SQLAlchemy's own reflection asks dozens and takes
+        ten times as long."""
         with self.read() as connection:
             rows = self.rows(connection, f"columns.{self.dialect}")
-        columns: dict[str, list[sa.Column[Any]]] = {}
+        columns: dict[str, list[tuple[str, str]]] = {}
         for row in rows:
-            columns.setdefault(row.relation, []).append(sa.Column(row.name, _type(row.type)))
-        catalogue = sa.MetaData()
-        return {name: Table(name, catalogue, *own) for name, own in columns.items()}
+            columns.setdefault(row.relation, []).append((row.name, row.type))
+        return columns
+
+    @cached_property
+    def _tables(self) -> dict[str, Table]:
+        """Those asked for: to make all hundred takes longer than to open the store."""
+        return {}
 
     def table(self, name: str) -> Table:
         """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
-        if name not in self._tables:
+        if name not in self._columns:
             raise ValueError(f"the store has no table {name!r}")
+        if name not in self._tables:
+            own = (sa.Column(column, _type(kind)) for column, kind in self._columns[name])
+            self._tables[name] = Table(name, sa.MetaData(), *own)
         return self._tables[name]
 
     @cached_property

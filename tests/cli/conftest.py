@@ -17,6 +17,9 @@ from PIL import Image
 
 from relmodel.cli.main import main
 from relmodel.resources import resource_dir
+from relmodel.store import Store
+from tests.cli.slider import write_world
+from tests.reading import load
 
 DEMO = resource_dir("demo")
 
@@ -56,26 +59,21 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
     return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", DEMO / "pair_00_prior.yaml", rig, prior)
 
 
-@pytest.fixture(scope="session")
-def fill_store() -> Callable[[str], None]:
-    """Loads and places the bulkhead in a store that is there, by the command line."""
-
-    def fill(target: str) -> None:
-        model = ["load", str(DEMO / "bulkhead_A.step.gz"), "--object", "bulkhead", "--variant", "A"]
-        assert main([*model, "--store", target]) == 0
-        assert main(["world", str(DEMO / "world.yaml"), "--store", target]) == 0
-
-    return fill
+def fill(target: str, pair: Pair, folder: Path) -> None:
+    """Load and place the bulkhead, and a slider that carries the rig, in a store that is there."""
+    slider, world = write_world(folder, pair.rig_file, pair.prior["world_from_rig"], "slider")
+    with Store.open(target) as store:
+        load(store, DEMO / "bulkhead_A.step.gz", name="bulkhead", variant="A")
+        load(store, slider, name="slider")
+    assert main(["world", str(world), "--store", target]) == 0
 
 
 @pytest.fixture(scope="session")
-def bulkhead_template(
-    duckdb_template: Path, fill_store: Callable[[str], None], tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def bulkhead_template(duckdb_template: Path, pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
     file = tmp_path_factory.mktemp("bulkhead") / "cell.duckdb"
     shutil.copy(duckdb_template, file)
-    fill_store(str(file))
+    fill(str(file), pair, file.parent)
     return file
 
 
@@ -91,7 +89,10 @@ def inspected(store: str, *options: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Inspection:
-    """A store in which the pair was inspected, the answer, and the overlay that was drawn."""
+    """A store in which the pair was inspected, the answer, and the overlay that was drawn.
+
+    Tests that write to the store do so to a copy (`copy_store`).
+    """
 
     store: str
     answer: dict[str, Any]
@@ -100,8 +101,19 @@ class Inspection:
 
 @pytest.fixture(scope="session")
 def inspection(bulkhead_template: Path, pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Inspection:
-    """One inspection for all tests that ask what it left; some inspect again in its store."""
+    """One inspection for all tests that ask what it left."""
     folder = tmp_path_factory.mktemp("inspected")
     store, overlay = str(folder / "cell.duckdb"), folder / "overlay.png"
     shutil.copy(bulkhead_template, store)
     return Inspection(store, inspected(store, *pair.options(overlay=overlay)), overlay)
+
+
+@pytest.fixture(scope="session")
+def postgresql_inspection(
+    new_store: Callable[[str], str], pair: Pair, tmp_path_factory: pytest.TempPathFactory
+) -> Inspection:
+    """The same on PostgreSQL."""
+    target, folder = new_store("postgresql"), tmp_path_factory.mktemp("inspected")
+    overlay = folder / "overlay.png"
+    fill(target, pair, folder)
+    return Inspection(target, inspected(target, *pair.options(overlay=overlay)), overlay)

@@ -42,7 +42,8 @@ def counts(store: str) -> dict[str, int]:
     """Rows of every table."""
     with duckdb.connect(store, read_only=True) as connection:
         names = [row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
-        return {name: connection.table(name).count("*").fetchall()[0][0] for name in names}
+        each = " UNION ALL ".join(f"SELECT '{name}', count(*) FROM \"{name}\"" for name in names)  # noqa: S608
+        return dict(connection.execute(each).fetchall())
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 3) -> str:

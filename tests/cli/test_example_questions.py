@@ -20,12 +20,9 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
 from relmodel.variants.compare import compare
-from relmodel.world import place_world
-from tests.cli.conftest import Pair, inspected
-from tests.cli.mounted import BASE, write_mounted
+from tests.cli.conftest import Inspection, Pair
+from tests.cli.slider import BASE
 from tests.reading import load
-from vision.cameras.files import read_rig
-from vision.cameras.record import record_rig
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
@@ -37,27 +34,12 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
     return [f for f in FEATURES[variant] if f["kind"] in kinds]
 
 
-def fill(store: Store, pair: Pair, folder: Path) -> None:
-    for variant in "AB":
-        load(store, EXAMPLES / f"demo/bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
-    slider, world = write_mounted(folder, pair, "slider")
-    load(store, slider, name="slider")
-    place_world(store, world, write_rig=lambda run, at, _, path: record_rig(run, at, read_rig(path)))
-    compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
-
-
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def store(
-    request: pytest.FixtureRequest,
-    new_store: Callable[[str], str],
-    pair: Pair,
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Iterator[Store]:
-    target = new_store(request.param)
-    with Store.open(target) as opened:
-        fill(opened, pair, tmp_path_factory.mktemp("mounted"))
-    inspected(target, *pair.options())
-    with Store.open(target) as opened:
+@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
+def store(request: pytest.FixtureRequest, copy_store: Callable[[str], str]) -> Iterator[Store]:
+    inspected: Inspection = request.getfixturevalue(request.param)
+    with Store.open(copy_store(inspected.store)) as opened:
+        load(opened, EXAMPLES / "demo/bulkhead_B.step.gz", name="bulkhead", variant="B")
+        compare(opened, ("bulkhead", "A"), ("bulkhead", "B"))
         yield opened
 
 
@@ -127,7 +109,7 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
     close = {f"bulkhead/{c['name']}" for c in ring if np.hypot(c["origin"][0] - 618, c["origin"][1] - 428) < 120}
     assert {r[0] for r in answers["bolts_near_a_duct"]} == close
     assert len(close) == 8
-    files = [("A", "bulkhead_A.step.gz"), ("B", "bulkhead_B.step.gz"), ("", "slider.urdf")]
+    files = [("A", "bulkhead_A.step.gz"), ("", "slider.urdf"), ("B", "bulkhead_B.step.gz")]
     assert [(r[1], r[3]) for r in answers["loads"]] == files
 
     # The others against the rows themselves, by plain Python.

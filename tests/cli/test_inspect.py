@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -64,8 +65,9 @@ COMPARED = (
 
 
 @pytest.fixture(scope="module")
-def store(inspection: Inspection) -> str:
-    return inspection.store
+def store(inspection: Inspection, copy_store: Callable[[str], str]) -> str:
+    """A copy, in which some inspect again."""
+    return copy_store(inspection.store)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +96,6 @@ def test_answer_has_the_promised_form(answer: dict[str, Any], pair: Pair) -> Non
     for part in answer["parts_in_view"]:
         assert set(part) >= {"path", "level", "visible_share"}
         assert 0 <= part["visible_share"] <= 1
-    assert answer["base_correction"] is None  # the rig is not mounted
     parts = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
     assert list(answer["selection"]) == ["parts", "superfluous"]
     assert 0 <= answer["selection"]["superfluous"] <= answer["selection"]["parts"] - len(parts)
@@ -192,14 +193,32 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: 
     assert np.linalg.slogdet(alone["covariance"])[1] > np.linalg.slogdet(answer["covariance"])[1]
 
 
-def test_postgresql_gives_the_same_answer(
-    answer: dict[str, Any], new_store: Callable[[str], str], fill_store: Callable[[str], None], pair: Pair
+def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
+    answer: dict[str, Any], store: str, pair: Pair, tmp_path: Path
 ) -> None:
-    target = new_store("postgresql")
-    fill_store(target)
-    there = inspected(target, *pair.options())
+    """A prior by its covariance, as an inspection answers it, and an accuracy that nothing reaches."""
+    prior = tmp_path / "prior.json"
+    covariance = np.diag(np.repeat([8.7**2, 0.015**2], 3)).tolist()
+    prior.write_text(json.dumps({"world_from_rig": pair.prior["world_from_rig"], "covariance": covariance}))
+    strict = inspected(store, *pair.options(prior=prior), "--needs", "0.001mm,0.001deg")
+    assert strict["verdict"] == "refused"
+    assert strict["needs"] == {"translation_mm": pytest.approx(0.001), "rotation_deg": pytest.approx(0.001)}
+    (missing,) = strict["missing"]
+    assert "0.001 mm" in missing
+    assert strict["weakest"] in missing
+    assert strict["posterior"] > 0.98
+    off = measure_pose_error(np.array(strict["world_from_rig"]), TRUTH)
+    assert off.target_mm < 1
+    asked = "SELECT needs_translation_mm, prior_covariance[1] FROM inspection WHERE run_id = :run"
+    with Store.open(store, read_only=True) as opened, opened.read() as connection:
+        needed, first = connection.execute(sa.text(asked), {"run": strict["run"]}).one()
+    assert (needed, first) == (pytest.approx(0.001), pytest.approx(8.7**2))
+
+
+def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_inspection: Inspection) -> None:
+    there = postgresql_inspection.answer
     assert there["verdict"] == answer["verdict"]
     np.testing.assert_allclose(there["world_from_rig"], answer["world_from_rig"], atol=1e-9)
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
-    assert main(["check", "--store", target]) == 0
+    assert main(["check", "--store", postgresql_inspection.store]) == 0

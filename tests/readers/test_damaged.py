@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.loading.load import load
 from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21_instances import Instances
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.readers.damage import KINDS, damaged, load_damaged
+from tests.reading import load
 
 SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
 
@@ -26,24 +25,20 @@ SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", SAMPLE)
 def test_a_damaged_file_is_refused_or_sound(
-    data_dir: Path, duckdb_template: Path, tmp_path: Path, name: str, kind: str
+    data_dir: Path, duckdb_file: Path, tmp_path: Path, name: str, kind: str
 ) -> None:
-    """`benchmarks/damaged_files.py` does the same for many more."""
-    shutil.copy(duckdb_template, tmp_path / "store.duckdb")
-    text = (data_dir / "step" / name).read_bytes()
-    with Store.open(tmp_path / "store.duckdb") as store:
-        for seed in range(2):
-            copy = tmp_path / f"{seed}-{name}"
-            copy.write_bytes(damaged(text, kind, seed))
-            got = load_damaged(store, copy, allow_partial=False, time_limit_s=30)
-            assert got.outcome != "other", got
-            assert not got.faults, got
+    """A dozen of them; `benchmarks/damaged_files.py` does the same for many more."""
+    copy = tmp_path / name
+    copy.write_bytes(damaged((data_dir / "step" / name).read_bytes(), kind, SAMPLE.index(name)))
+    with Store.open(duckdb_file) as store:
+        got = load_damaged(store, copy, allow_partial=False, time_limit_s=30)
+    assert got.outcome != "other", got
+    assert not got.faults, got
 
 
 @pytest.mark.data
-def test_files_that_parsers_trip_over_are_refused(data_dir: Path, duckdb_template: Path, tmp_path: Path) -> None:
-    shutil.copy(duckdb_template, tmp_path / "store.duckdb")
-    with Store.open(tmp_path / "store.duckdb") as store:
+def test_files_that_parsers_trip_over_are_refused(data_dir: Path, duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
         for file in sorted((data_dir / "damaged").iterdir()):
             got = load_damaged(store, file, allow_partial=False, time_limit_s=30)
             assert got.outcome in ("before the kernel", "kernel failed", "child killed"), (file.name, got)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -28,7 +29,7 @@ from tests.reading import load, store_model
 from tests.variants.composed import Item, pose, store_items
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def scene() -> trimesh.Scene:
     """Two boxes of one geometry and a cylinder, metres, as GLB has them."""
     scene = trimesh.Scene(base_frame="world")
@@ -43,12 +44,19 @@ def scene() -> trimesh.Scene:
     return scene
 
 
-@pytest.fixture
-def target(fresh_store: str, tmp_path: Path, scene: trimesh.Scene) -> str:
-    (tmp_path / "scene.glb").write_bytes(scene.export(file_type="glb"))
-    with Store.open(fresh_store) as store:
-        load(store, tmp_path / "scene.glb", name="thing", variant="X")
-    return fresh_store
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def target(
+    request: pytest.FixtureRequest,
+    new_store: Callable[[str], str],
+    tmp_path_factory: pytest.TempPathFactory,
+    scene: trimesh.Scene,
+) -> str:
+    """A store with the scene, which no test writes to."""
+    target, file = new_store(request.param), tmp_path_factory.mktemp("scene") / "scene.glb"
+    file.write_bytes(scene.export(file_type="glb"))
+    with Store.open(target) as store:
+        load(store, file, name="thing", variant="X")
+    return target
 
 
 def test_show_prints_the_tree(target: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -101,7 +109,7 @@ def test_a_place_that_takes_no_file_is_told(
     verb, option, name = words
     assert main([verb, "thing", "--variant", "X", option, str(tmp_path / name), "--store", target]) == status
     assert said in capsys.readouterr().err
-    assert sorted(p.name for p in tmp_path.iterdir() if p.suffix in (".glb", ".obj", ".png", ".txt")) == ["scene.glb"]
+    assert [p.name for p in tmp_path.iterdir()] == ["taken"]
 
 
 def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -103,7 +104,14 @@ def plate() -> Model:
         "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
         "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
         "current_world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
-        "world_object": {"world_id": [1], "object_no": 0, "name": "a", "object_variant_id": 1, "role": "inspected"}
+        "world_object": {
+            "world_id": [1],
+            "object_no": 0,
+            "name": "a",
+            "object_variant_id": 1,
+            "role": "inspected",
+            "tolerance_mm": 0.0,
+        }
         | transform(0, [0, 100, 0]),
         "occurrence": placed | transform(0, [0, 100, 0]),
         "occurrence/2": nested | transform(90, [10, 100, 0]),
@@ -115,16 +123,16 @@ def plate() -> Model:
     }
 
 
-def findings(target: str, model: Model) -> set[str]:
-    with Store.open(target) as store:
-        with Run.begin(store, "load", {}) as run, run.write() as connection:
-            for name, columns in model.items():
-                store.append(connection, name.partition("/")[0], columns)
-        return {finding.query for finding in check(store) if finding.rows}
+def fill(store: Store, model: Model) -> None:
+    with Run.begin(store, "load", {}) as run, run.write() as connection:
+        for name, columns in model.items():
+            store.append(connection, name.partition("/")[0], columns)
 
 
 def test_sound_model_passes(fresh_store: str) -> None:
-    assert findings(fresh_store, plate()) == set()
+    with Store.open(fresh_store) as store:
+        fill(store, plate())
+        assert not [finding.query for finding in check(store) if finding.rows]
 
 
 def fault(table: str, column: str, value: Any) -> Callable[[Model], None]:
@@ -219,7 +227,10 @@ FAULTS = {
 def test_fault_is_found(name: str, fresh_store: str) -> None:
     model = plate()
     FAULTS[name](model)
-    assert f"check/{name}" in findings(fresh_store, model)
+    with Store.open(fresh_store) as store:
+        fill(store, model)
+        with store.read() as connection:
+            assert store.rows(connection, f"check/{name}")
 
 
 def test_run_without_a_beginning_is_found(fresh_store: str) -> None:
@@ -246,8 +257,8 @@ def test_rows_whose_reference_leads_nowhere_are_found(
     table: str, change: str, columns: str, parent: str, row_count: int, key: str, fresh_store: str
 ) -> None:
     """Columns that are null, as surface_b of all arcs here, refer to nothing."""
-    findings(fresh_store, plate())
     with Store.open(fresh_store) as store:
+        fill(store, plate())
         with store.write() as connection:
             if store.dialect == "postgresql":  # whose foreign keys are triggers
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
@@ -280,19 +291,16 @@ def test_every_query_has_a_fault_here() -> None:
     ],
 )
 def test_distance_from_surface(
-    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, duckdb_template: str, tmp_path: Any
+    kind: str, columns: dict[str, float], point: tuple[float, ...], distance: float, duckdb_file: Path
 ) -> None:
-    import shutil
-
     model = plate()
     model["surface"] |= columns | {"kind": kind}
     for end in ("start", "end"):
         for axis, value in zip("xyz", point, strict=True):
             model["arc"][f"{end}_{axis}"] = value
     model["arc"] |= box([point] * 4, [point] * 4)
-    target = shutil.copy(duckdb_template, tmp_path / "a.duckdb")
-    findings(str(target), model)
-    with Store.open(target) as store, store.read() as connection:
-        assert [row.distance for row in store.rows(connection, "check/arc_off_surface")] == pytest.approx(
-            [distance] * 4
-        )
+    with Store.open(duckdb_file) as store:
+        fill(store, model)
+        with store.read() as connection:
+            found = [row.distance for row in store.rows(connection, "check/arc_off_surface")]
+    assert found == pytest.approx([distance] * 4)

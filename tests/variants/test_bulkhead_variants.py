@@ -9,7 +9,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -140,10 +140,19 @@ def test_of_bolts_added_the_holes_are_new(bulkheads: Bulkheads) -> None:
     assert report.arcs_added == 3 * holes  # mouth, seam, bottom edge
 
 
+Differences = Callable[[str], list[dict[str, Any]]]
+
+
+@pytest.fixture(scope="module")
+def changes_of(bulkheads: Bulkheads) -> Differences:
+    """What differs between a pair of variants, compared once for all tests."""
+    return cache(lambda pair: differences(bulkheads.store, pair[0], pair[1], "bulkhead"))
+
+
 @pytest.mark.parametrize("pair", PAIRS)
-def test_surfaces_are_identical_where_the_kernel_says_so(bulkheads: Bulkheads, folder: Path, pair: str) -> None:
+def test_surfaces_are_identical_where_the_kernel_says_so(changes_of: Differences, folder: Path, pair: str) -> None:
     a, b = (kernel_faces(v, folder) for v in pair)
-    rows = [r for r in differences(bulkheads.store, pair[0], pair[1], "bulkhead") if r["level"] == "surface"]
+    rows = [r for r in changes_of(pair) if r["level"] == "surface"]
     # The kernel hands out the faces of a body in one order: surface_no is the face's number.
     identical = {(r["element_a"], r["element_b"]) for r in rows if r["status"] == "identical"}
     assert identical == same_faces(a, b)
@@ -176,13 +185,9 @@ def placed(variant: str) -> dict[str, tuple[str, Floats, float]]:
 
 
 @pytest.mark.parametrize("pair", PAIRS)
-def test_parts_are_where_the_design_puts_them(bulkheads: Bulkheads, pair: str) -> None:
+def test_parts_are_where_the_design_puts_them(changes_of: Differences, pair: str) -> None:
     a, b = (placed(v) for v in pair)
-    rows = {
-        r["object_path_a"] or r["object_path_b"]: r
-        for r in differences(bulkheads.store, pair[0], pair[1], "bulkhead")
-        if r["level"] == "part"
-    }
+    rows = {r["object_path_a"] or r["object_path_b"]: r for r in changes_of(pair) if r["level"] == "part"}
     assert rows.keys() == a.keys() | b.keys()
     for path, row in rows.items():
         assert row["differs"] is None
@@ -253,14 +258,10 @@ def at(known: Iterable[Hole], point: Floats | None) -> Hole | None:
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_holes_differ_as_the_design_says(
-    bulkheads: Bulkheads, middles: dict[tuple[str, int], Floats], pair: str
+    changes_of: Differences, middles: dict[tuple[str, int], Floats], pair: str
 ) -> None:
     known = [holes(v) for v in pair]
-    rows = [
-        r
-        for r in differences(bulkheads.store, pair[0], pair[1], "bulkhead")
-        if r["level"] == "feature" and r["kind"] in ("through_hole", "blind_hole")
-    ]
+    rows = [r for r in changes_of(pair) if r["level"] == "feature" and r["kind"] in ("through_hole", "blind_hole")]
     seen: list[tuple[Hole | None, Hole | None]] = []
     for row in rows:
         old, new = (at(k, p) for k, p in zip(known, ends(row, pair, middles), strict=True))
@@ -287,10 +288,10 @@ def test_holes_differ_as_the_design_says(
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_pockets_differ_as_the_design_says(
-    bulkheads: Bulkheads, middles: dict[tuple[str, int], Floats], pair: str
+    changes_of: Differences, middles: dict[tuple[str, int], Floats], pair: str
 ) -> None:
     tables = [{f["name"]: f for f in golden(f"bulkhead_{v}")["features"] if f["kind"] == "pocket"} for v in pair]
-    rows = [r for r in differences(bulkheads.store, pair[0], pair[1], "bulkhead") if r["level"] == "feature"]
+    rows = [r for r in changes_of(pair) if r["level"] == "feature"]
     rows = [r for r in rows if r["kind"] == "pocket"]
     placed_rows = [(r, ends(r, pair, middles)) for r in rows]
     assert len(rows) == len(tables[0].keys() | tables[1].keys())

@@ -53,7 +53,7 @@ def error(found: Localisation, truth: Floats) -> Floats:
     return np.abs(perturbation(truth, found.best.world_from_rig))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_pose_of_unlike_blocks(seed: int) -> None:
     found = blocks_found(seed)
     assert found.verdict.verdict == "accepted", found.verdict.reason

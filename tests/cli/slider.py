@@ -1,4 +1,4 @@
-"""The demonstration's world with its pair's rig on a sliding carriage, whose base the prior has at a known place."""
+"""The demonstration's world with its pair's rig on a carriage that slides."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 import yaml
 from scipy.spatial.transform import Rotation
 
-from tests.cli.conftest import DEMO, Pair
+from relmodel.resources import resource_dir
 
 Array = npt.NDArray[np.float64]
 
@@ -31,16 +31,16 @@ def carriage(travel: float) -> Array:
     return np.asarray(joint @ along)
 
 
-def carriage_from_rig(pair: Pair) -> Array:
-    """The mount, by which the rig is where the prior has it."""
-    return np.asarray(np.linalg.inv(BASE @ carriage(TRAVEL)) @ np.array(pair.prior["world_from_rig"]))
+def carriage_from_rig(world_from_rig: npt.ArrayLike) -> Array:
+    """The mount, by which the rig is where it should be."""
+    return np.asarray(np.linalg.inv(BASE @ carriage(TRAVEL)) @ np.asarray(world_from_rig))
 
 
-def write_mounted(folder: Path, pair: Pair, *carriers: str) -> tuple[Path, Path]:
-    """A URDF file and a world file, with a slider of each name that carries the rig."""
+def write_world(folder: Path, rig: Path, world_from_rig: npt.ArrayLike, *carriers: str) -> tuple[Path, Path]:
+    """A URDF file and a world file: the demonstration's with a slider of each name, which has the rig at that pose."""
     (folder / "slider.urdf").write_text(URDF)
-    (folder / "rig.yaml").write_text(pair.rig_file.read_text())
-    world = yaml.safe_load((DEMO / "world.yaml").read_text())
+    (folder / "rig.yaml").write_text(rig.read_text())
+    world = yaml.safe_load((resource_dir("demo") / "world.yaml").read_text())
     for name in carriers:
         world["objects"].append(
             {
@@ -51,7 +51,7 @@ def write_mounted(folder: Path, pair: Pair, *carriers: str) -> tuple[Path, Path]
                 "joints": {"travel": TRAVEL},
             }
         )
-    mount = {"rig": "head", "link": "carriage", "carrier_from_rig": carriage_from_rig(pair).tolist()}
+    mount = {"rig": "head", "link": "carriage", "carrier_from_rig": carriage_from_rig(world_from_rig).tolist()}
     world["rigs"] = [{"name": "head", "file": "rig.yaml"}]
     world["mounts"] = [{**mount, "on": name} for name in carriers]
     (folder / "world.yaml").write_text(yaml.safe_dump(world))
