@@ -234,10 +234,15 @@ CREATE TABLE rig_camera (
     m21 DOUBLE PRECISION NOT NULL,
     m22 DOUBLE PRECISION NOT NULL,
     m23 DOUBLE PRECISION NOT NULL,
+    sigma_focal DOUBLE PRECISION,
+    sigma_centre_px DOUBLE PRECISION,
+    sigma_translation_mm DOUBLE PRECISION,
+    sigma_rotation DOUBLE PRECISION,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    CHECK (sigma_focal >= 0 AND sigma_centre_px >= 0 AND sigma_translation_mm >= 0 AND sigma_rotation >= 0),
     PRIMARY KEY (rig_id, name)
 );
 COMMENT ON TABLE rig_camera IS 'The cameras of a rig.';
@@ -256,6 +261,10 @@ COMMENT ON COLUMN rig_camera.m20 IS 'rig_from_camera: row 2, column 0 of the rot
 COMMENT ON COLUMN rig_camera.m21 IS 'rig_from_camera: row 2, column 1 of the rotation';
 COMMENT ON COLUMN rig_camera.m22 IS 'rig_from_camera: row 2, column 2 of the rotation';
 COMMENT ON COLUMN rig_camera.m23 IS 'rig_from_camera: row 2 of the translation, mm';
+COMMENT ON COLUMN rig_camera.sigma_focal IS 'standard deviation of the focal length, as a share of it; this and the next three are null where the rig does not say how well the camera is known';
+COMMENT ON COLUMN rig_camera.sigma_centre_px IS 'the same of the principal point along each axis, px';
+COMMENT ON COLUMN rig_camera.sigma_translation_mm IS 'the same of where the camera sits in the rig, along each axis of the camera, mm';
+COMMENT ON COLUMN rig_camera.sigma_rotation IS 'the same about each axis, rad';
 
 CREATE TABLE world_mount (
     world_id BIGINT NOT NULL,

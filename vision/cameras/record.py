@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import astuple
 
 from sqlalchemy import Connection
 
@@ -12,7 +13,7 @@ from relmodel.columns import Columns, Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
 from relmodel.store.database import Database
-from vision.cameras.cameras import Camera, Rig
+from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 from vision.cameras.images import Picture
 
 
@@ -58,10 +59,26 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
             run.append(
                 connection,
                 "rig_camera",
-                {"rig_id": [rig_id], "name": name, "camera_id": camera_id, **matrix_columns(rig.rig_from_camera[name])},
+                {
+                    "rig_id": [rig_id],
+                    "name": name,
+                    "camera_id": camera_id,
+                    **matrix_columns(rig.rig_from_camera[name]),
+                    **_sigma_columns(rig.sigma.get(name)),
+                },
             )
 
     return _once(run, connection, "rig", _rig_content(rig, camera_ids), append)
+
+
+def _sigma_columns(sigma: CalibrationSigma | None) -> Columns:
+    """How well a camera of a rig is known, null where the rig does not say."""
+    return {
+        "sigma_focal": None if sigma is None else sigma.focal,
+        "sigma_centre_px": None if sigma is None else sigma.centre_px,
+        "sigma_translation_mm": None if sigma is None else sigma.translation_mm,
+        "sigma_rotation": None if sigma is None else sigma.rotation,
+    }
 
 
 def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
@@ -90,7 +107,12 @@ def _camera_content(camera: Camera) -> object:
 
 
 def _rig_content(rig: Rig, camera_ids: dict[str, int]) -> object:
-    return {name: [camera_ids[name], rig.rig_from_camera[name].tolist()] for name in sorted(rig.cameras)}
+    content = {}
+    for name in sorted(rig.cameras):
+        sigma = rig.sigma.get(name)
+        stated = [] if sigma is None else [list(astuple(sigma))]
+        content[name] = [camera_ids[name], rig.rig_from_camera[name].tolist(), *stated]
+    return content
 
 
 def _once(run: Run, connection: Connection, table: str, content: object, append: Callable[[int, str], None]) -> int:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
+import sqlalchemy as sa
 import yaml
 from scipy.linalg import expm
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix, rotation_vector, skew
-from vision.cameras.cameras import CalibrationSigma, Camera, Needs, perturb, perturbation
+from relmodel.store import Run, Store
+from vision.cameras.cameras import CalibrationSigma, Camera, Needs, Rig, perturb, perturbation
 from vision.cameras.files import parse_needs, read_needs, read_prior, read_rig
+from vision.cameras.record import find_rig, record_rig
 
 MATRIX = np.array([[800.0, 0, 310], [0, 790, 245], [0, 0, 1]])
 COEFFICIENTS = [-0.2, 0.08, 0.001, -0.002, 0.01, 0.05, -0.02, 0.003, 0.001, -0.0005, 0.0004, 0.0002, 0.01, -0.02]
@@ -197,3 +201,28 @@ def test_files_that_hold_no_mapping(tmp_path: Path, text: str) -> None:
         read_prior(write(tmp_path, text))
     with pytest.raises(InputError, match="cannot be read"):
         read_rig(tmp_path / "none.yaml")
+
+
+def test_calibration_sigmas_are_rows(fresh_store: str) -> None:
+    camera = Camera(640, 480, np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]))
+    cameras = {"left": camera, "right": camera}
+    poses = {"left": np.eye(4), "right": perturb(np.eye(4), np.array([90.0, 0, 0, 0, 0, 0]))}
+    stated = CalibrationSigma(0.001, 0.4, 0.1, 0.0002)
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+            exact = record_rig(run, connection, Rig(cameras, poses))
+            rig = Rig(cameras, poses, {"right": stated})
+            other = record_rig(run, connection, rig)
+            assert find_rig(store, connection, rig) == other != exact
+        with store.read() as connection:
+            table = store.table("rig_camera")
+            columns = [table.c[f"sigma_{name}"] for name in ("focal", "centre_px", "translation_mm", "rotation")]
+            asked = sa.select(table.c.rig_id, table.c.name, *columns).order_by(table.c.rig_id, table.c.name)
+            rows = [tuple(row) for row in connection.execute(asked)]
+    none = (None,) * 4
+    assert rows == [
+        (exact, "left", *none),
+        (exact, "right", *none),
+        (other, "left", *none),
+        (other, "right", *astuple(stated)),
+    ]

@@ -8,7 +8,7 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
 from tests.vision.localisation.simulation import Errors, simulate
-from vision.cameras.cameras import CalibrationSigma, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.calibration import describe_unknowns
 from vision.localisation.evidence import EdgePoints, build_evidence
 from vision.localisation.hypotheses import (
@@ -22,7 +22,7 @@ from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parameters import DEFAULTS
 from vision.localisation.refine import Fit, Refined, refine
 from vision.localisation.scene import Scene
-from vision.localisation.verdict import compute_precision
+from vision.localisation.verdict import compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
 
 SIGMA = 0.1
@@ -222,3 +222,20 @@ def test_refinement_never_worsens(seed: int) -> None:
     assert found.cost <= here.cost + 1e-9
     assert np.isfinite(found.covariance).all()
     assert compute_precision(found)[0] < prior.sigma_translation_mm
+
+
+def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
+    """A bar whose ends lie far outside the pictures: nothing tells how far along it the rig is."""
+    scene = box_scene([(np.array([-3000.0, -40, 0]), np.array([6000.0, 80, 50]))])
+    rig, truth = stereo_rig(), above(0, 0, 520)
+    edges = exact_edges(truth, np.random.default_rng(6), scene=scene)
+    prior = Prior.isotropic(truth, 9.0, np.radians(0.5))
+    found = fit(scene, rig, edges, prior, truth)
+    sigma_mm, _, weakest = compute_precision(found)
+    assert sigma_mm == pytest.approx(9.0, rel=0.1)
+    along = truth[:3, :3].T @ [1.0, 0, 0]
+    axis = "xyz"[int(np.argmax(np.abs(along)))]
+    assert weakest.startswith(f"shift along {axis}")
+    verdict = decide(found, [], [], Needs(5.0, 0.02), DEFAULTS.verdict)
+    assert verdict.verdict == "refused"
+    assert any(weakest in sentence for sentence in verdict.missing)
