@@ -226,15 +226,15 @@ class CorrespondenceParameters:
 class VerdictParameters:
     """When a pose is accepted, ambiguous or refused."""
 
-    offset: float = -12.0
+    offset: float = -7.92
     """log odds of a pose without any sign for it; with `weights` fitted by benchmarks/verdict.py"""
-    weights: tuple[float, ...] = (1.5, 8.0, 8.0, -0.2)
-    """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement, sigmas apart"""
+    weights: tuple[float, ...] = (1.97, 1.52, 6.59)
+    """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement"""
     chance_evidence: float = 16.0
     """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
-    most_apart: float = 12.0
-    """sigmas between the cameras' poses beyond which more says no more"""
-    min_posterior: float = 0.98
+    most_share: float = 1.0
+    """share of the expected evidence beyond which more says no more"""
+    min_posterior: float = 0.9
     """probability from which a pose is accepted"""
     temper: float = 0.2
     """by which differences of evidence between rivals are multiplied"""

@@ -103,12 +103,12 @@ class Signs:
     apart: float
 
     def columns(self, p: VerdictParameters) -> Floats:
-        """The signs (4,) as the posterior weighs them."""
+        """The signs (3,) that the posterior weighs."""
         against_chance = np.log(max(self.evidence, 1.0) / p.chance_evidence)
-        return np.array([against_chance, self.share, self.agreement, min(self.apart, p.most_apart)])
+        return np.array([against_chance, min(self.share, p.most_share), self.agreement])
 
     def log_odds(self, p: VerdictParameters) -> float:
-        """Log odds of the pose by all signs."""
+        """Log odds of the pose by these signs."""
         return float(p.offset + np.array(p.weights) @ self.columns(p))
 
 
