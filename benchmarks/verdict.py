@@ -17,6 +17,7 @@ import os
 import time
 from collections.abc import Iterator
 from dataclasses import asdict
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -230,7 +231,7 @@ def draw(lines: list[dict[str, Any]], folder: Path) -> None:
     right = np.array([line["right"] for line in held])
     figure, (left, middle) = pyplot.subplots(1, 2, figsize=(10, 4.5))
     edges = np.array([0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0])
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges.tolist()):
         own = (posterior >= low) & (posterior <= high)
         if own.any():
             left.plot(posterior[own].mean(), right[own].mean(), "o", color="tab:blue")
