@@ -31,6 +31,8 @@ from relmodel.matching.tables import SearchTables
 
 SCALE = 1000
 
+_HOTTEST, _COLDEST = 0.3, 0.01  # temperatures, of the mean gain
+
 
 @dataclass
 class Duals:
@@ -71,15 +73,16 @@ class Bounds:
         self.tables = tables
         problem = self.problem = tables.problem
         self.null_cost = problem.null_cost * SCALE
-        self._gain = tables.half_gain * SCALE
+        self._gain = tables.slot_gain * SCALE
         contested = np.diff(tables.label_first) > 1
-        self._price_share = (contested[problem.candidate_label] & problem.injective).astype(np.int64)
+        kept = (contested[problem.candidate_label] & problem.injective).astype(np.int64)
+        self._parts = np.maximum(np.maximum(tables.before, tables.after) + kept, 1)
         self._work = [np.zeros(problem.labels, np.int64) for _ in range(4)]
 
     def start(self) -> Duals:
         """Every gain halved between its ends, every state allowed."""
         problem, tables = self.problem, self.tables
-        message = np.repeat(self._gain, np.diff(tables.slot_first)) // 2
+        message = self._gain // 2
         reduced = tables.base * SCALE
         np.subtract.at(reduced, tables.slot_candidate, message)
         duals = Duals(
@@ -101,8 +104,8 @@ class Bounds:
         for _ in range(sweeps):
             for backward in (False, True):
                 k.sweep(
-                    first, t.half_first, t.half_other, self._gain, t.slot_first, t.pair_first, t.pair_slot,
-                    duals.live, self.null_cost, duals.message, self._price_share, duals.reduced, backward,
+                    first, t.slot_first, t.slot_other, self._gain, t.pair_first, t.pair_slot,
+                    duals.live, self.null_cost, self._parts, duals.message, duals.reduced, backward,
                 )  # fmt: skip
                 if p.injective:
                     k.price(
@@ -110,6 +113,50 @@ class Bounds:
                         duals.live, self.null_cost, duals.label_dual, duals.reduced,
                     )  # fmt: skip
         self.assign(duals)
+
+    def anneal(self, duals: Duals, steps: int) -> None:
+        """Softened sweeps at temperatures that fall in so many steps; `ascend` makes feasible what they leave."""
+        from relmodel.matching import soft_kernels
+
+        p, t, first = self.problem, self.tables, self.problem.first_candidate
+        live = duals.live
+        message = np.where(live[t.slot_candidate], duals.message, 0).astype(float)
+        price, gain, null_cost = duals.label_dual.astype(float), self._gain.astype(float), self.null_cost.astype(float)
+        reduced = duals.reduced.astype(float)
+        total, bid = np.zeros(p.units), np.zeros(p.candidates)
+        alive, live_null = live[: p.candidates], live[p.candidates :].astype(float)
+        slot_alive = alive[t.slot_candidate]
+        half_unit = np.repeat(np.arange(p.units), np.diff(t.half_first))
+        to_come = t.half_twin < np.arange(len(t.half_twin))  # after a backward sweep
+        given = np.zeros(p.candidates)
+        typical = float(np.mean(gain)) if len(gain) else 1.0
+        for temperature in typical * np.geomspace(_HOTTEST, _COLDEST, steps):
+            # Weights of the messages as they are, at the new temperature; states without a slot count as well.
+            weight = np.where(slot_alive, np.exp(-message / temperature), 0.0)
+            factor = np.where(alive, np.exp(-given / temperature), 0.0)
+            half_weight = np.where(
+                to_come,
+                (live_null + np.bincount(p.candidate_unit, factor, minlength=p.units))[half_unit]
+                - np.bincount(t.slot_half, factor[t.slot_candidate], minlength=len(half_unit)),
+                (live_null + np.bincount(p.candidate_unit, alive, minlength=p.units))[half_unit]
+                - np.bincount(t.slot_half, slot_alive, minlength=len(half_unit)),
+            )
+            half_weight = np.maximum(half_weight, 1e-300) + np.bincount(t.slot_half, weight, minlength=len(half_unit))
+            for backward in (False, True):
+                soft_kernels.soft_sweep(
+                    first, t.slot_first, t.slot_other, gain, t.slot_half, t.pair_first, t.pair_slot, t.half_first,
+                    t.half_twin, live, null_cost, message, weight, half_weight, reduced, given, temperature, backward,
+                )  # fmt: skip
+                if p.injective:
+                    soft_kernels.soft_price(
+                        first, p.candidate_unit, t.label_first, t.label_candidate, live, null_cost, price, reduced,
+                        total, bid, temperature,
+                    )  # fmt: skip
+        duals.message = np.clip(np.rint(message), 0, self._gain).astype(np.int64)
+        duals.label_dual = np.rint(price).astype(np.int64)
+        duals.reduced = t.base * SCALE - duals.label_dual[p.candidate_label]
+        np.subtract.at(duals.reduced, t.slot_candidate, duals.message)
+        self.forbid(duals, np.zeros(0, np.int64))
 
     def assign(self, duals: Duals) -> None:
         """The best prices under the messages as they are: sets label_dual, unit_dual, chosen and bound."""

@@ -38,6 +38,7 @@ MODE = "dual_ascent"
 
 _SWEEPS = 4  # between two assignments
 _STALLED = 0.02  # of the gap that is left: less gained by so many sweeps is no progress
+_ANNEALING = (20, 80)  # steps
 
 
 @dataclass
@@ -80,9 +81,7 @@ class _Search:
         self.room = proof_rows
         self.waiting: list[_Waiting] = []
         self.opened = self.taken = 0
-        self.half_unit = np.repeat(np.arange(problem.units), np.diff(tables.half_first))
-        self.weight = np.zeros(problem.units, np.int64)
-        np.add.at(self.weight, self.half_unit, tables.half_gain)
+        self.weight = problem.weight_out
 
     @property
     def cutoff(self) -> int:
@@ -107,9 +106,12 @@ class _Search:
             self.taken += 1
         elif waiting.state != NONE:
             self.bounds.forbid(duals, np.array([waiting.state]))
+        self.bounds.assign(duals)
         while True:
             self.opened += 1
             self._raise(duals)
+            if node == 0:
+                duals = self._anneal(duals)
             self.nodes[node].bound = duals.bound
             self._keep_proof(node, duals)
             if duals.bound > self.cutoff * SCALE:
@@ -124,6 +126,7 @@ class _Search:
                 child = self._add(node, TAKE, state, duals.bound + int(slack[state]))
                 self.nodes[child].status = PRUNED
             self.bounds.forbid(duals, struck)
+            self.bounds.assign(duals)
             node = self._add(node, REST, NONE, duals.bound)
         state = self._branching_state(duals, slack)
         for branch in (TAKE, REST):
@@ -132,7 +135,6 @@ class _Search:
 
     def _raise(self, duals: Duals) -> None:
         """Ascend until the node is closed or the bound stalls, and look for labellings on the way."""
-        self.bounds.assign(duals)
         while True:
             self.found.offer(duals.chosen)
             before, goal = duals.bound, self.cutoff * SCALE
@@ -142,6 +144,19 @@ class _Search:
             if duals.bound - before <= _STALLED * (goal + 1 - before):
                 self.found.offer(duals.chosen)
                 return
+
+    def _anneal(self, duals: Duals) -> Duals:
+        """Better duals for the root, which all nodes start from."""
+        for steps in _ANNEALING:
+            if duals.bound > self.cutoff * SCALE:
+                break
+            other = duals.copy()
+            self.bounds.anneal(other, steps)
+            self.bounds.ascend(other, 1)
+            self._raise(other)
+            if other.bound > duals.bound:
+                duals = other
+        return duals
 
     def _branching_state(self, duals: Duals, slack: Ints) -> int:
         """The state that the assignment gives to the unit of most weight among those that have a choice."""
@@ -169,7 +184,6 @@ class _Search:
         self.room -= len(slots) + len(prices)
         if self.room < 0 and node > 0:
             return
-        half = np.searchsorted(t.slot_first, slots, side="right") - 1
         candidate = t.slot_candidate[slots]
         self.proofs.append(
             Proof(
@@ -178,7 +192,7 @@ class _Search:
                 price=duals.label_dual[prices],
                 unit=p.candidate_unit[candidate],
                 unit_label=p.candidate_label[candidate],
-                neighbour=t.half_other[half],
+                neighbour=t.slot_other[slots],
                 message=duals.message[slots],
             )
         )

@@ -13,59 +13,45 @@ FAR = 1 << 50  # beyond any sum of scaled costs
 
 
 @kernel(
-    "void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1)"
+    "void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1)"
 )
 def sweep(
     first: Ints,
-    half_first: Ints,
-    half_other: Ints,
-    half_gain: Ints,
     slot_first: Ints,
+    slot_other: Ints,
+    slot_gain: Ints,
     pair_first: Ints,
     pair_slot: Ints,
     live: Bools,
     null_cost: Ints,
+    parts: Ints,
     message: Ints,
-    price_share: Ints,
     reduced: Ints,
     backward: bool,
 ) -> None:
     """One pass over the units in order, or backward: each takes back what its neighbours do not need, then gives what
-    it can spare to the neighbours to come.  price_share (candidates,): 1 where part is kept for a contested label."""
+    it can spare to the neighbours to come; parts (candidates,) says in how many parts its slack is cut."""
     units = len(null_cost)
     for step in range(units):
         u = units - 1 - step if backward else step
-        begin, count = first[u], first[u + 1] - first[u]
-        later = 0
-        for h in range(half_first[u], half_first[u + 1]):
-            gain = half_gain[h]
-            if (half_other[h] > u) != backward:
-                later += 1
-            for i in range(count):
-                if not live[begin + i]:
-                    continue
-                s = slot_first[h] + i
+        least = null_cost[u] if live[first[-1] + u] else FAR
+        for c in range(first[u], first[u + 1]):
+            if not live[c]:
+                continue
+            for s in range(slot_first[c], slot_first[c + 1]):
                 need = 0
                 for k in range(pair_first[s], pair_first[s + 1]):
-                    need = max(need, gain - message[pair_slot[k]])
-                reduced[begin + i] += message[s] - need
+                    need = max(need, slot_gain[s] - message[pair_slot[k]])
+                reduced[c] += message[s] - need
                 message[s] = need
-        if later == 0:
-            continue
-        least = null_cost[u] if live[first[-1] + u] else FAR
-        for c in range(begin, begin + count):
-            if live[c]:
-                least = min(least, reduced[c])
-        parts = max(later, half_first[u + 1] - half_first[u] - later)
-        for i in range(count):
-            c = begin + i
+            least = min(least, reduced[c])
+        for c in range(first[u], first[u + 1]):
             if not live[c] or reduced[c] == least:
                 continue
-            share = (reduced[c] - least) // (parts + price_share[c])
-            for h in range(half_first[u], half_first[u + 1]):
-                if (half_other[h] > u) != backward:
-                    s = slot_first[h] + i
-                    given = min(share, half_gain[h] - message[s])
+            share = (reduced[c] - least) // parts[c]
+            for s in range(slot_first[c], slot_first[c + 1]):
+                if (slot_other[s] > u) != backward:
+                    given = min(share, slot_gain[s] - message[s])
                     if given > 0:
                         message[s] += given
                         reduced[c] -= given

@@ -10,12 +10,10 @@ from relmodel.compiled import helper, kernel
 def _take(
     u: int,
     state: int,
-    first: Ints,
     candidate_label: Ints,
-    half_first: Ints,
-    half_gain: Ints,
     slot_first: Ints,
     slot_candidate: Ints,
+    slot_gain: Ints,
     pair_first: Ints,
     pair_slot: Ints,
     chosen: Ints,
@@ -27,10 +25,9 @@ def _take(
     for c, sign in ((old, -1), (state, 1)):
         if c < 0:
             continue
-        for h in range(half_first[u], half_first[u + 1]):
-            s = slot_first[h] + c - first[u]
+        for s in range(slot_first[c], slot_first[c + 1]):
             for k in range(pair_first[s], pair_first[s + 1]):
-                saved[slot_candidate[pair_slot[k]]] += sign * half_gain[h]
+                saved[slot_candidate[pair_slot[k]]] += sign * slot_gain[s]
     if old >= 0 and owner[candidate_label[old]] == u:
         owner[candidate_label[old]] = -1
     if state >= 0:
@@ -40,16 +37,15 @@ def _take(
 
 @kernel(
     "i8(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], "
-    "i8[::1], i8[::1], b1)"
+    "i8[::1], b1)"
 )
 def improve(
     first: Ints,
     candidate_label: Ints,
     base: Ints,
-    half_first: Ints,
-    half_gain: Ints,
     slot_first: Ints,
     slot_candidate: Ints,
+    slot_gain: Ints,
     pair_first: Ints,
     pair_slot: Ints,
     null_cost: Ints,
@@ -68,7 +64,7 @@ def improve(
     for u in range(units):
         if start[u] >= 0:
             _take(
-                u, start[u], first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                u, start[u], candidate_label, slot_first, slot_candidate, slot_gain,
                 pair_first, pair_slot, chosen, owner, saved,
             )  # fmt: skip
     fell = 0
@@ -93,13 +89,13 @@ def improve(
                     theirs = chosen[rival]
                     change = saved[theirs] - base[theirs]
                     _take(
-                        rival, -1, first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                        rival, -1, candidate_label, slot_first, slot_candidate, slot_gain,
                         pair_first, pair_slot, chosen, owner, saved,
                     )  # fmt: skip
                     change += base[state] - saved[state]
                     change -= base[mine] - saved[mine] if mine >= 0 else null_cost[u]
                     _take(
-                        u, state, first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                        u, state, candidate_label, slot_first, slot_candidate, slot_gain,
                         pair_first, pair_slot, chosen, owner, saved,
                     )  # fmt: skip
                     least = null_cost[rival]
@@ -108,11 +104,11 @@ def improve(
                             least, refuge = base[d] - saved[d], d
                     change += least
                     _take(
-                        u, mine, first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                        u, mine, candidate_label, slot_first, slot_candidate, slot_gain,
                         pair_first, pair_slot, chosen, owner, saved,
                     )  # fmt: skip
                     _take(
-                        rival, theirs, first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                        rival, theirs, candidate_label, slot_first, slot_candidate, slot_gain,
                         pair_first, pair_slot, chosen, owner, saved,
                     )  # fmt: skip
                 if change < best:
@@ -121,17 +117,17 @@ def improve(
                 continue
             if best_rival >= 0:
                 _take(
-                    best_rival, -1, first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                    best_rival, -1, candidate_label, slot_first, slot_candidate, slot_gain,
                     pair_first, pair_slot, chosen, owner, saved,
                 )  # fmt: skip
             _take(
-                u, best_state, first, candidate_label, half_first, half_gain, slot_first, slot_candidate,
+                u, best_state, candidate_label, slot_first, slot_candidate, slot_gain,
                 pair_first, pair_slot, chosen, owner, saved,
             )  # fmt: skip
             if best_rival >= 0:
                 _take(
-                    best_rival, best_refuge, first, candidate_label, half_first, half_gain, slot_first,
-                    slot_candidate, pair_first, pair_slot, chosen, owner, saved,
+                    best_rival, best_refuge, candidate_label, slot_first, slot_candidate, slot_gain,
+                    pair_first, pair_slot, chosen, owner, saved,
                 )  # fmt: skip
             fell -= best
             moved = True
