@@ -50,6 +50,7 @@ class _Node:
     branch: str
     state: int
     bound: int  # scaled
+    opened: bool = False  # bounded by duals of its own, no more by its parent's
     status: str = OPEN
 
 
@@ -113,6 +114,7 @@ class _Search:
             if node == 0:
                 duals = self._anneal(duals)
             self.nodes[node].bound = duals.bound
+            self.nodes[node].opened = True
             self._keep_proof(node, duals)
             if duals.bound > self.cutoff * SCALE:
                 self.nodes[node].status = PRUNED
@@ -230,8 +232,9 @@ class _Search:
             unit = node.state - p.candidates if null else int(p.candidate_unit[node.state])
             label = NONE if null else int(p.candidate_label[node.state])
         bound = min(-(-node.bound // SCALE), self.found.cost)  # what is dearer is of no interest
-        return SearchNode(number, node.parent, node.depth, node.branch, unit, label, bound, node.status)
+        proof = number if node.opened else node.parent
+        return SearchNode(number, node.parent, proof, node.depth, node.branch, unit, label, bound, node.status)
 
 
 def _root_alone(root: _Node) -> _Node:
-    return _Node(-1, 0, ROOT, NONE, root.bound)
+    return _Node(-1, 0, ROOT, NONE, root.bound, opened=True)

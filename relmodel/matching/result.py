@@ -14,16 +14,17 @@ BRANCHED, PRUNED, OPEN = "branched", "pruned", "open"
 
 @dataclass(frozen=True)
 class SearchNode:
-    """A set of labellings, bounded from below.
+    """A set of labellings, bounded from below by the duals of `proof`: the node itself, or its parent.
 
     branch: `root` (all of them), `take` (those of the parent in which `unit` has `label`, -1 for none) or `rest` (those
     of the parent that none of its `take` children holds); so the children of a node cover it.  bound: no labelling of
-    the node costs less, by the node's own duals where it was searched, else by those of its parent.  status: `branched`
-    (it has children), `pruned` (it holds nothing better than what was found), `open` (the search ended before it).
+    the node costs less, or none costs less than what was found.  status: `branched` (it has children), `pruned` (it
+    holds nothing better than what was found, or nothing within the limit), `open` (the search ended before it).
     """
 
     node: int
     parent: int
+    proof: int
     depth: int
     branch: str
     unit: int
