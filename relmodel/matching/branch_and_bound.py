@@ -202,6 +202,9 @@ class _Search:
     def _result(self) -> MatchingResult:
         """Close what waits: its bound is its parent's, which may suffice."""
         cutoff = self.cutoff
+        if not self.proofs:  # the root was closed by the duals it started from, or nothing was searched
+            self._keep_proof(0, self.waiting[0].duals)
+            self.nodes[0].opened = True
         for waiting in self.waiting:
             if waiting.bound > cutoff * SCALE:
                 self.nodes[waiting.node].status = PRUNED

@@ -12,9 +12,7 @@ from relmodel.compiled import kernel
 FAR = 1 << 50  # beyond any sum of scaled costs
 
 
-@kernel(
-    "void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1)"
-)
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1)")
 def sweep(
     first: Ints,
     slot_first: Ints,

@@ -21,7 +21,7 @@ from relmodel.matching.result import MatchingResult
 from relmodel.matching.solve import NODES, solve
 
 CERTAIN_SHARE = 0.03  # of the sum of the null costs
-CERTAIN_SIGMAS = 4.0
+CERTAIN_SIGMAS = 3.0
 
 
 @dataclass(frozen=True)

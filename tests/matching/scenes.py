@@ -45,7 +45,9 @@ class Scene:
     shift: Floats
 
 
-def scene(kind: str, units: int, seed: int, prior_error: tuple[float, float] = (0.0, 0.0), endless: bool = False) -> Scene:
+def scene(
+    kind: str, units: int, seed: int, prior_error: tuple[float, float] = (0.0, 0.0), endless: bool = False
+) -> Scene:
     """A problem of one of KINDS.  prior_error: by how much the units are expected wrongly, in pitches; endless: where
     pockets repeat, they go on beyond the units on all sides."""
     k = KINDS[kind]
