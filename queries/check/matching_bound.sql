@@ -5,7 +5,8 @@
 -- candidates that the node allows add up to what the pair saves.  The bound is then the sum of the label duals and of
 -- the least reduced cost of each unit: cost of a state that the node allows, all its relations unconfirmed, less its
 -- messages and the dual of its label.  A child that takes one state adds what that costs above its unit's least.
-WITH RECURSIVE proof AS (
+-- Each step is materialised: PostgreSQL would work it out anew for every row that asks.
+WITH RECURSIVE proof AS MATERIALIZED (
     SELECT DISTINCT run_id, problem_no, proof_no AS node_no FROM search_node
 ),
 above AS (
@@ -18,18 +19,18 @@ above AS (
     JOIN search_node AS n ON n.run_id = a.run_id AND n.problem_no = a.problem_no AND n.node_no = a.parent_no
     WHERE a.parent_no < a.above_no
 ),
-relations AS (
+relations AS MATERIALIZED (
     SELECT run_id, problem_no, unit_no, sum(weight) AS weight
     FROM problem_relation GROUP BY run_id, problem_no, unit_no
 ),
-state AS (
+state AS MATERIALIZED (
     SELECT c.run_id, c.problem_no, c.unit_no, c.label_no, c.cost + coalesce(r.weight, 0) AS cost
     FROM candidate AS c
     LEFT JOIN relations AS r ON r.run_id = c.run_id AND r.problem_no = c.problem_no AND r.unit_no = c.unit_no
     UNION ALL
     SELECT run_id, problem_no, unit_no, NULL, null_cost FROM assignment
 ),
-forbidden AS (
+forbidden AS MATERIALIZED (
     -- A label for a unit, or a unit's label for others, taken above.
     SELECT a.run_id, a.problem_no, a.node_no, s.unit_no, coalesce(s.label_no, -1) AS label_no
     FROM above AS a
@@ -46,11 +47,11 @@ forbidden AS (
         ON t.run_id = a.run_id AND t.problem_no = a.problem_no AND t.parent_no = a.parent_no AND t.branch = 'take'
     WHERE a.branch = 'rest'
 ),
-message AS (
+message AS MATERIALIZED (
     SELECT run_id, problem_no, node_no, unit_no, label_no, sum(dual) AS dual
     FROM bound_message GROUP BY run_id, problem_no, node_no, unit_no, label_no
 ),
-allowed AS (
+allowed AS MATERIALIZED (
     SELECT n.run_id, n.problem_no, n.node_no, s.unit_no, s.label_no,
         coalesce(p.dual_scale, 1) * s.cost - coalesce(m.dual, 0) - coalesce(q.dual, 0) AS reduced
     FROM proof AS n
@@ -64,7 +65,7 @@ allowed AS (
         AND q.label_no = s.label_no
     WHERE f.unit_no IS NULL
 ),
-least AS (
+least AS MATERIALIZED (
     -- Units that no state is left for make the node empty: its bound is as high as one likes.
     SELECT n.run_id, n.problem_no, n.node_no, d.unit_no, coalesce(min(a.reduced), 1e300) AS reduced
     FROM proof AS n
@@ -73,17 +74,17 @@ least AS (
         AND a.unit_no = d.unit_no
     GROUP BY n.run_id, n.problem_no, n.node_no, d.unit_no
 ),
-price AS (
+price AS MATERIALIZED (
     SELECT run_id, problem_no, node_no, sum(dual) AS dual FROM bound_price GROUP BY run_id, problem_no, node_no
 ),
-proved AS (
+proved AS MATERIALIZED (
     SELECT n.run_id, n.problem_no, n.node_no, coalesce(sum(l.reduced), 0) + coalesce(max(q.dual), 0) AS value
     FROM proof AS n
     LEFT JOIN least AS l ON l.run_id = n.run_id AND l.problem_no = n.problem_no AND l.node_no = n.node_no
     LEFT JOIN price AS q ON q.run_id = n.run_id AND q.problem_no = n.problem_no AND q.node_no = n.node_no
     GROUP BY n.run_id, n.problem_no, n.node_no
 ),
-leaf AS (
+leaf AS MATERIALIZED (
     SELECT n.run_id, n.problem_no, n.node_no, n.bound, p.dual_scale,
         v.value + CASE WHEN n.branch = 'take' AND n.proof_no = n.parent_no THEN coalesce(a.reduced - l.reduced, 0)
             ELSE 0 END AS value
@@ -96,7 +97,7 @@ leaf AS (
         AND l.unit_no = n.unit_no
     WHERE n.status <> 'branched'
 ),
-pair AS (
+pair AS MATERIALIZED (
     SELECT c.run_id, c.problem_no, c.unit_a, c.label_a, c.unit_b, c.label_b,
         coalesce(p.dual_scale, 1) * (coalesce(r.weight, 0) + coalesce(i.weight, 0)) AS saves
     FROM compatibility AS c
@@ -106,7 +107,7 @@ pair AS (
     LEFT JOIN problem_relation AS i ON i.run_id = c.run_id AND i.problem_no = c.problem_no
         AND i.unit_no = c.unit_b AND i.neighbour_no = c.unit_a
 ),
-found AS (
+found AS MATERIALIZED (
     SELECT a.run_id, a.problem_no, 'messages promise less than a pair saves' AS what, count(*) AS times
     FROM pair AS c
     JOIN allowed AS a

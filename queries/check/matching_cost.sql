@@ -2,7 +2,7 @@
 -- Takes nothing; gives run_id, problem_no, what does not follow, and how many rows say so.
 -- A unit with a label pays the cost of the candidate and the weight of each of its relations that the neighbour's label
 -- does not confirm; one without pays its null cost.  Costs may be real: they agree to six digits.
-WITH confirmed AS (
+WITH confirmed AS MATERIALIZED (
     SELECT r.run_id, r.problem_no, r.unit_no, r.neighbour_no
     FROM problem_relation AS r
     JOIN assignment AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_no = r.unit_no
@@ -12,7 +12,7 @@ WITH confirmed AS (
         AND c.label_a = CASE WHEN r.unit_no < r.neighbour_no THEN a.label_no ELSE b.label_no END
         AND c.label_b = CASE WHEN r.unit_no < r.neighbour_no THEN b.label_no ELSE a.label_no END
 ),
-error AS (
+error AS MATERIALIZED (
     SELECT r.run_id, r.problem_no, r.unit_no, r.neighbour_no, r.weight
     FROM problem_relation AS r
     JOIN assignment AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_no = r.unit_no
@@ -20,10 +20,10 @@ error AS (
         AND c.unit_no = r.unit_no AND c.neighbour_no = r.neighbour_no
     WHERE a.label_no IS NOT NULL AND c.unit_no IS NULL
 ),
-error_sum AS (
+error_sum AS MATERIALIZED (
     SELECT run_id, problem_no, unit_no, sum(weight) AS weight FROM error GROUP BY run_id, problem_no, unit_no
 ),
-paid AS (
+paid AS MATERIALIZED (
     SELECT a.run_id, a.problem_no, a.unit_no, a.label_no, a.cost AS stored,
         CASE WHEN a.label_no IS NULL THEN a.null_cost ELSE c.cost + coalesce(e.weight, 0) END AS cost
     FROM assignment AS a
@@ -31,7 +31,7 @@ paid AS (
         ON c.run_id = a.run_id AND c.problem_no = a.problem_no AND c.unit_no = a.unit_no AND c.label_no = a.label_no
     LEFT JOIN error_sum AS e ON e.run_id = a.run_id AND e.problem_no = a.problem_no AND e.unit_no = a.unit_no
 ),
-found AS (
+found AS MATERIALIZED (
     SELECT run_id, problem_no, 'a label is no candidate of its unit' AS what, count(*) AS times
     FROM paid WHERE cost IS NULL GROUP BY run_id, problem_no
     UNION ALL

@@ -13,7 +13,7 @@ from relmodel.matching.result import BOUNDED, OPTIMAL, STOPPED, MatchingResult
 DEAD = 1 << 50  # error of a state that is not allowed
 
 
-class Stopped(Exception):
+class SearchEnded(Exception):  # noqa: N818 - no error
     """A limit on nodes or seconds was met."""
 
 
@@ -34,9 +34,9 @@ class DepthFirst:
         return self.cost - 1 if self.limit is None else min(self.cost - 1, self.limit)
 
     def count(self) -> None:
-        """One more node, or Stopped."""
+        """One more node, or SearchEnded."""
         if self.nodes >= self._most_nodes or (self._end is not None and time.monotonic() > self._end):
-            raise Stopped
+            raise SearchEnded
         self.nodes += 1
 
     def keep(self, states: Ints, cost: int) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Bools, Ints
-from relmodel.matching.depth_first import DEAD, DepthFirst, Stopped, least_two, next_unit
+from relmodel.matching.depth_first import DEAD, DepthFirst, SearchEnded, least_two, next_unit
 from relmodel.matching.problem import MatchingProblem
 from relmodel.matching.result import MatchingResult
 from relmodel.matching.tables import search_tables
@@ -27,7 +27,7 @@ def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: flo
     stopped = False
     try:
         run.extend(error, np.ones(problem.units, bool), np.zeros(problem.units, np.int64), 0)
-    except Stopped:
+    except SearchEnded:
         stopped = True
     return run.best.result(MODE, root_bound, stopped)
 
@@ -43,7 +43,7 @@ class _Search:
         """Decide one more unit; error (candidates + units,) of all states, `states` and `cost` of the decided units."""
         self.best.count()
         p = self.problem
-        least_state, least, second = least_two(p, error)
+        _, least, second = least_two(p, error)
         bound = cost + int(least[open_units].sum())
         if bound > self.best.cutoff:
             return
@@ -73,4 +73,4 @@ class _Search:
             if p.injective:
                 label = p.candidate_label[state]
                 after[t.label_candidate[t.label_first[label] : t.label_first[label + 1]]] = DEAD
-        return np.minimum(after, DEAD)
+        return np.asarray(np.minimum(after, DEAD))

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Bools, Ints
-from relmodel.matching.depth_first import DEAD, DepthFirst, Stopped, least_two, next_unit
+from relmodel.matching.depth_first import DEAD, DepthFirst, SearchEnded, least_two, next_unit
 from relmodel.matching.problem import MatchingProblem
 from relmodel.matching.result import MatchingResult
 
@@ -30,7 +30,7 @@ def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: flo
     stopped = False
     try:
         run.run()
-    except Stopped:
+    except SearchEnded:
         stopped = True
     return run.best.result(MODE, root_bound, stopped)
 
@@ -129,7 +129,7 @@ class _Search:
     def _take(self, allowed: Bools, state: int) -> Bools:
         """What is allowed once the unit of `state` has it."""
         p = self.problem
-        after = allowed & (self.unit != self.unit[state])
+        after: Bools = allowed & (self.unit != self.unit[state])
         if p.injective and state < p.candidates:
             after[: p.candidates] &= p.candidate_label != p.candidate_label[state]
         after[state] = True

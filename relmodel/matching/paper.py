@@ -22,7 +22,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Ints
 from relmodel.matching.cost import labelling_cost
-from relmodel.matching.depth_first import DepthFirst, Stopped
+from relmodel.matching.depth_first import DepthFirst, SearchEnded
 from relmodel.matching.problem import NONE, MatchingProblem
 from relmodel.matching.result import BOUNDED, STOPPED, MatchingResult
 
@@ -34,7 +34,7 @@ MOST_FUNCTIONS = 200_000
 @dataclass(frozen=True)
 class FunctionTable:
     """unit (functions,); label (functions, units): what each function says, -1 where it is undefined; error
-    (functions,): of the label and of undefined neighbours; weight (units, units): of relations, 0 where there is none."""
+    (functions,): of the label and of undefined neighbours; weight (units, units): of relations, 0 for none."""
 
     unit: Ints
     label: Ints
@@ -83,7 +83,7 @@ def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: flo
     stopped = False
     try:
         run.extend(run.label, run.table.error)
-    except Stopped:
+    except SearchEnded:
         stopped = True
     found = labelling_cost(run.problem, run.label).total
     bound = min(found, run.bound(run.table.error, np.diff(problem.first_candidate) > 0))

@@ -75,7 +75,7 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, C
 
 
 def _reasons(problem: MatchingProblem, label: Ints) -> list[str]:
-    """Why each unit has its label: matched; no_candidate; taken, where every candidate went to another; null_cheaper."""
+    """Why each unit has its label or none: matched; no_candidate; taken, all by others; null_cheaper."""
     taken = np.zeros(problem.labels, bool)
     taken[label[label != NONE]] = problem.injective
     count = np.diff(problem.first_candidate)

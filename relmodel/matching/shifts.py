@@ -10,6 +10,7 @@ sqrt(n + m) then, whatever the costs say.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,8 +105,8 @@ def compare_shifts(
 
 
 def _sigmas(mine: Bools, other: Bools) -> float:
-    n, m = np.count_nonzero(mine & ~other), np.count_nonzero(other & ~mine)
-    return float((n - m) / np.sqrt(max(n + m, 1)))
+    n, m = int(np.count_nonzero(mine & ~other)), int(np.count_nonzero(other & ~mine))
+    return (n - m) / math.sqrt(max(n + m, 1))
 
 
 def restricted(problem: MatchingProblem, kept: Bools) -> MatchingProblem:

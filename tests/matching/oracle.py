@@ -50,14 +50,14 @@ def enumerated_cost(problem: MatchingProblem, total: bool = False) -> int | None
     agree = {((unit[i], label[i]), (unit[j], label[j])) for i, j in problem.compatibility.tolist()}
     agree |= {(y, x) for x, y in agree}
     options: list[list[int]] = [[] if total else [-1] for _ in range(problem.units)]
-    for u, l in price:
-        options[u].append(l)
+    for u, x in price:
+        options[u].append(x)
     best = None
     for h in product(*options):
-        taken = [l for l in h if l >= 0]
+        taken = [x for x in h if x >= 0]
         if problem.injective and len(set(taken)) < len(taken):
             continue
-        cost = sum(price[u, l] if l >= 0 else int(problem.null_cost[u]) for u, l in enumerate(h))
+        cost = sum(price[u, x] if x >= 0 else int(problem.null_cost[u]) for u, x in enumerate(h))
         cost += sum(w for u, v, w in near if h[u] >= 0 and ((u, h[u]), (v, h[v])) not in agree)
         if best is None or cost < best:
             best = cost
@@ -82,7 +82,7 @@ def integer_programme(problem: MatchingProblem) -> tuple[Any, list[LinearConstra
         taken = csr_array((np.ones(c), (problem.candidate_label, np.arange(c))), shape=(problem.labels, size))
         constraints.append(LinearConstraint(taken, -np.inf, 1))
     if len(pair):
-        # Of all candidates of v that confirm (u, l), one at most is taken, and only with (u, l).
+        # Of all candidates of v that confirm (u, x), one at most is taken, and only with (u, x).
         mine, other = np.concatenate([pair, pair[:, ::-1]]).T
         key, row = np.unique(mine * n + unit[other], return_inverse=True)
         rows = csr_array(
@@ -114,19 +114,19 @@ def verified(rows: Rows) -> tuple[float, int]:
     price = _keyed(rows["candidate"], ("unit_no", "label_no"), "cost")
     weight = _keyed(rows["problem_relation"], ("unit_no", "neighbour_no"), "weight")
     null = _keyed(rows["assignment"], ("unit_no",), "null_cost")
-    label = {u: _plain(l) for (u,), l in _keyed(rows["assignment"], ("unit_no",), "label_no").items()}
+    label = {u: _plain(x) for (u,), x in _keyed(rows["assignment"], ("unit_no",), "label_no").items()}
     agree = list(_keyed(rows["compatibility"], ("unit_a", "label_a", "unit_b", "label_b"), "unit_a"))
-    both = set(agree) | {(v, m, u, l) for u, l, v, m in agree}
+    both = set(agree) | {(v, m, u, x) for u, x, v, m in agree}
 
-    taken = [l for l in label.values() if l is not None]
+    taken = [x for x in label.values() if x is not None]
     assert not injective or len(set(taken)) == len(taken)
     errors = {(u, v) for u, v in weight if label[u] is not None and (u, label[u], v, label[v]) not in both}
     assert errors == set(_keyed(rows["assignment_error"], ("unit_no", "neighbour_no"), "unit_no"))
-    cost = sum(null[u,] if l is None else price[u, l] for u, l in label.items()) + sum(weight[e] for e in errors)
+    cost = sum(null[u,] if x is None else price[u, x] for u, x in label.items()) + sum(weight[e] for e in errors)
 
     states: dict[tuple[int, int | None], float] = {(u, None): scale * c for (u,), c in null.items()}
-    for (u, l), c in price.items():
-        states[u, l] = scale * (c + sum(w for (a, _), w in weight.items() if a == u))
+    for (u, x), c in price.items():
+        states[u, x] = scale * (c + sum(w for (a, _), w in weight.items() if a == u))
     prices = _keyed(rows["bound_price"], ("node_no", "label_no"), "dual")
     messages = _keyed(rows["bound_message"], ("node_no", "unit_no", "label_no", "neighbour_no"), "dual")
     assert all(d <= 0 for d in prices.values())
@@ -153,31 +153,31 @@ def verified(rows: Rows) -> tuple[float, int]:
         if node["branch"] == "rest":
             takes = [nodes[s] for s in children[node["parent_no"]] if nodes[s]["branch"] == "take"]
             return above - {(t["unit_no"], t["label_no"]) for t in takes}
-        u, l = node["unit_no"], node["label_no"]
-        return {s for s in above if (s == (u, l) if s[0] == u else not injective or l is None or s[1] != l)}
+        u, x = node["unit_no"], node["label_no"]
+        return {s for s in above if (s == (u, x) if s[0] == u else not injective or x is None or s[1] != x)}
 
     @cache
     def reduced(proof: int) -> dict[tuple[int, int | None], float]:
         """Costs less duals, which must be feasible, of the states that a node allows."""
         there = allowed(proof)
-        for u, l, v, m in agree:
-            if (u, l) in there and (v, m) in there:
+        for u, x, v, m in agree:
+            if (u, x) in there and (v, m) in there:
                 saves = scale * (weight.get((u, v), 0) + weight.get((v, u), 0))
-                assert messages.get((proof, u, l, v), 0) + messages.get((proof, v, m, u), 0) >= saves
+                assert messages.get((proof, u, x, v), 0) + messages.get((proof, v, m, u), 0) >= saves
         spent: dict[tuple[int, int], float] = defaultdict(float)
-        for (p, u, l, _), d in messages.items():
+        for (p, u, x, _), d in messages.items():
             if p == proof:
-                spent[u, l] += d
+                spent[u, x] += d
         return {
-            (u, l): states[u, l] - (0.0 if l is None else spent[u, l] + prices.get((proof, l), 0)) for u, l in there
+            (u, x): states[u, x] - (0.0 if x is None else spent[u, x] + prices.get((proof, x), 0)) for u, x in there
         }
 
     def bound(n: int, proof: int) -> float:
         least = dict.fromkeys(label, float("inf"))
         cost = reduced(proof)
-        for u, l in allowed(n):
-            least[u] = min(least[u], cost[u, l])
-        return sum(least.values()) + sum(d for (p, _), d in prices.items() if p == proof)
+        for u, x in allowed(n):
+            least[u] = min(least[u], cost[u, x])
+        return float(sum(least.values()) + sum(d for (p, _), d in prices.items() if p == proof))
 
     leaves = []
     for n, node in nodes.items():

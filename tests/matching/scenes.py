@@ -1,4 +1,4 @@
-"""Generated matching problems: short arcs in a plane, seen again with some dropped, some moved and clutter among them."""
+"""Generated matching problems: short arcs in a plane, seen again with some dropped, all moved and clutter added."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.matching.problem import NONE, MatchingProblem, matching_problem
+
+Pair = tuple[float, float]
 
 PITCH = 90.0
 POCKET = 8  # arcs in each of the pockets that repeat
@@ -45,9 +47,7 @@ class Scene:
     shift: Floats
 
 
-def scene(
-    kind: str, units: int, seed: int, prior_error: tuple[float, float] = (0.0, 0.0), endless: bool = False
-) -> Scene:
+def scene(kind: str, units: int, seed: int, prior_error: Pair = (0.0, 0.0), endless: bool = False) -> Scene:
     """A problem of one of KINDS.  prior_error: by how much the units are expected wrongly, in pitches; endless: where
     pockets repeat, they go on beyond the units on all sides."""
     k = KINDS[kind]
@@ -55,7 +55,7 @@ def scene(
     position, angle, family, beyond = _arcs(rng, units, k, endless)
     seen = np.flatnonzero(rng.random(len(position)) > k.dropped)
     strewn = int(k.clutter * units)
-    low, high = position[: units or None].min(axis=0) - 20, position[:units].max(axis=0) + 20
+    low, high = position[:units].min(axis=0) - 20, position[:units].max(axis=0) + 20
     label_position = np.concatenate(
         [position[seen] + rng.normal(0, 1.0, (len(seen), 2)), rng.uniform(low, high, (strewn, 2))]
     )
