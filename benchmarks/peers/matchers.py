@@ -18,7 +18,7 @@ from relmodel.matching.problem import NONE, MatchingProblem
 from relmodel.matching.solve import solve
 from tests.matching.oracle import integer_programme
 
-LARGEST_DENSE = 4000  # rows of a dense matrix of affinities
+LARGEST_DENSE = 2000  # rows of a dense matrix of affinities
 
 
 class Answer(NamedTuple):

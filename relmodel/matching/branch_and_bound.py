@@ -38,7 +38,7 @@ MODE = "dual_ascent"
 
 _SWEEPS = 4  # between two assignments
 _STALLED = 0.02  # of the gap that is left: less gained by so many sweeps is no progress
-_ANNEALING = (20, 80)  # steps
+_ANNEALING = (20, 200)  # steps
 
 
 @dataclass
@@ -82,7 +82,6 @@ class _Search:
         self.room = proof_rows
         self.waiting: list[_Waiting] = []
         self.opened = self.taken = 0
-        self.weight = problem.weight_out
 
     @property
     def cutoff(self) -> int:
@@ -130,7 +129,7 @@ class _Search:
             self.bounds.forbid(duals, struck)
             self.bounds.assign(duals)
             node = self._add(node, REST, NONE, duals.bound)
-        state = self._branching_state(duals, slack)
+        state = self._branching_state(duals)
         for branch in (TAKE, REST):
             bound = duals.bound + (int(slack[state]) if branch == TAKE else 0)
             self._wait(self._add(node, branch, state, bound), duals, state)
@@ -160,13 +159,13 @@ class _Search:
                 duals = other
         return duals
 
-    def _branching_state(self, duals: Duals, slack: Ints) -> int:
-        """The state that the assignment gives to the unit of most weight among those that have a choice."""
+    def _branching_state(self, duals: Duals) -> int:
+        """The state that the assignment gives to the unit with the least choice, or of these that with most weight."""
         p = self.problem
-        live = np.add.reduceat(np.append(duals.live[: p.candidates], False), p.first_candidate[:-1])
-        live[np.diff(p.first_candidate) == 0] = 0
-        live += duals.live[p.candidates :]
-        unit = int(np.argmax(np.where(live > 1, self.weight, -1)))
+        live = duals.live[p.candidates :].astype(np.int64)
+        np.add.at(live, p.candidate_unit, duals.live[: p.candidates])
+        choice = np.where(live > 1, live, p.candidates + 2)
+        unit = int(np.lexsort((-p.weight_out, choice))[0])
         chosen = int(duals.chosen[unit])
         return chosen if chosen != NONE else p.candidates + unit
 
