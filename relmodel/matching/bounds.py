@@ -77,6 +77,7 @@ class Bounds:
         contested = np.diff(tables.label_first) > 1
         kept = (contested[problem.candidate_label] & problem.injective).astype(np.int64)
         self._parts = np.maximum(np.maximum(tables.before, tables.after) + kept, 1)
+        self._least = [np.zeros(problem.units, np.int64) for _ in range(3)]
         self._work = [np.zeros(problem.labels, np.int64) for _ in range(4)]
 
     def start(self) -> Duals:
@@ -110,7 +111,7 @@ class Bounds:
                 if p.injective:
                     k.price(
                         first, p.candidate_unit, t.label_first, t.label_candidate,
-                        duals.live, self.null_cost, duals.label_dual, duals.reduced,
+                        duals.live, self.null_cost, duals.label_dual, duals.reduced, *self._least,
                     )  # fmt: skip
         self.assign(duals)
 
@@ -123,7 +124,7 @@ class Bounds:
         message = np.where(live[t.slot_candidate], duals.message, 0).astype(float)
         price, gain, null_cost = duals.label_dual.astype(float), self._gain.astype(float), self.null_cost.astype(float)
         reduced = duals.reduced.astype(float)
-        total, bid = np.zeros(p.units), np.zeros(p.candidates)
+        total, bid, bidder = np.zeros(p.units), np.zeros(p.candidates), np.zeros(p.candidates, np.int64)
         alive, live_null = live[: p.candidates], live[p.candidates :].astype(float)
         slot_alive = alive[t.slot_candidate]
         half_unit = np.repeat(np.arange(p.units), np.diff(t.half_first))
@@ -150,7 +151,7 @@ class Bounds:
                 if p.injective:
                     soft_kernels.soft_price(
                         first, p.candidate_unit, t.label_first, t.label_candidate, live, null_cost, price, reduced,
-                        total, bid, temperature,
+                        total, bid, bidder, temperature,
                     )  # fmt: skip
         duals.message = np.clip(np.rint(message), 0, self._gain).astype(np.int64)
         duals.label_dual = np.rint(price).astype(np.int64)

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Ints
 from relmodel.matching.bounds import SCALE, Bounds, Duals
 from relmodel.matching.local_search import LocalSearch
 from relmodel.matching.problem import NONE, MatchingProblem

@@ -7,7 +7,7 @@ label.  Messages of candidates that are not live are `FAR`, so that they ask not
 from __future__ import annotations
 
 from relmodel.arrays import Bools, Ints
-from relmodel.compiled import kernel
+from relmodel.compiled import helper, kernel
 
 FAR = 1 << 50  # beyond any sum of scaled costs
 
@@ -55,7 +55,24 @@ def sweep(
                         reduced[c] -= given
 
 
-@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1])")
+@helper
+def _least_two(
+    u: int, first: Ints, live: Bools, null_cost: Ints, reduced: Ints, least: Ints, second: Ints, which: Ints
+) -> None:
+    """The two least reduced costs of a unit's states, and which candidate has the least (-1: none)."""
+    least[u], second[u], which[u] = null_cost[u] if live[first[-1] + u] else FAR, FAR, -1
+    for c in range(first[u], first[u + 1]):
+        if live[c]:
+            if reduced[c] < least[u]:
+                second[u] = least[u]
+                least[u], which[u] = reduced[c], c
+            elif reduced[c] < second[u]:
+                second[u] = reduced[c]
+
+
+@kernel(
+    "void(i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1])",
+)
 def price(
     first: Ints,
     candidate_unit: Ints,
@@ -65,31 +82,39 @@ def price(
     null_cost: Ints,
     label_dual: Ints,
     reduced: Ints,
+    least: Ints,
+    second: Ints,
+    which: Ints,
 ) -> None:
     """For each label in turn the best price while all else stands: midway between what its first and its second bidder
-    would lose without it."""
+    would lose without it.  least, second, which (units,) are room to work in."""
+    for u in range(len(null_cost)):
+        _least_two(u, first, live, null_cost, reduced, least, second, which)
     for label in range(len(label_first) - 1):
-        highest = second = -FAR
+        highest = runner_up = -FAR
         for k in range(label_first[label], label_first[label + 1]):
             c = label_candidate[k]
-            if not live[c]:
-                continue
+            if live[c]:
+                u = candidate_unit[c]
+                loss = (second[u] if which[u] == c else least[u]) - reduced[c] - label_dual[label]
+                if loss > highest:
+                    highest, runner_up = loss, highest
+                elif loss > runner_up:
+                    runner_up = loss
+        low, high = max(runner_up, 0), min(max(highest, 0), FAR >> 4)
+        if low >= FAR >> 4:
+            continue  # two units that can have nothing else: no price helps
+        change = -(low + (high - low) // 2) - label_dual[label]
+        if change == 0:
+            continue
+        label_dual[label] += change
+        for k in range(label_first[label], label_first[label + 1]):
+            c = label_candidate[k]
+            before = reduced[c]
+            reduced[c] -= change
             u = candidate_unit[c]
-            other = null_cost[u] if live[first[-1] + u] else FAR
-            for o in range(first[u], first[u + 1]):
-                if o != c and live[o]:
-                    other = min(other, reduced[o])
-            loss = other - reduced[c] - label_dual[label]
-            if loss > highest:
-                highest, second = loss, highest
-            elif loss > second:
-                second = loss
-        low, high = max(second, 0), max(highest, 0)
-        change = -(low + (min(high, FAR >> 4) - min(low, FAR >> 4)) // 2) - label_dual[label] if low < FAR >> 4 else 0
-        if change != 0:
-            label_dual[label] += change
-            for k in range(label_first[label], label_first[label + 1]):
-                reduced[label_candidate[k]] -= change
+            if live[c] and min(before, reduced[c]) <= second[u]:
+                _least_two(u, first, live, null_cost, reduced, least, second, which)
 
 
 @kernel(

@@ -12,6 +12,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.compiled import kernel
 
 _LARGEST = 300.0  # exponents beyond are cut
+_SLIGHT = 16.0  # bids below minus this many temperatures count for nothing
 
 
 @kernel(
@@ -99,7 +100,7 @@ def soft_sweep(
                     weight[s] = 0.0
 
 
-@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8)")
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], i8[::1], f8)")
 def soft_price(
     first: Ints,
     candidate_unit: Ints,
@@ -111,10 +112,11 @@ def soft_price(
     reduced: Floats,
     total: Floats,
     bid: Floats,
+    bidder: Ints,
     temperature: float,
 ) -> None:
-    """For each label the price at which the units together want it once, or 0 where they want it less; total (units,)
-    and bid (candidates,) are room to work in.
+    """For each label the price at which the units together want it once, or 0 where they want it less; total (units,),
+    bid and bidder (candidates,) are room to work in.
 
     A candidate bids its loss: how far the softened least of the unit's other states lies above its own cost.
     """
@@ -126,7 +128,7 @@ def soft_price(
                 total[u] += math.exp(min((null_cost[u] - reduced[c]) / temperature, _LARGEST))
     for label in range(len(label_first) - 1):
         begin, end = label_first[label], label_first[label + 1]
-        wanted, highest = 0.0, 0.0
+        wanted, highest, bidders = 0.0, 0.0, 0
         for k in range(begin, end):
             c = label_candidate[k]
             if not live[c]:
@@ -142,18 +144,19 @@ def soft_price(
             total[u] = others  # without c, until its price is known
             least = null_cost[u] - temperature * math.log(max(others, 1e-300))
             bid[c] = least - reduced[c] - label_dual[label]
-            wanted += 1.0 / (1.0 + math.exp(min(-bid[c] / temperature, _LARGEST)))
-            highest = max(highest, bid[c])
+            if bid[c] > -_SLIGHT * temperature:
+                wanted += 1.0 / (1.0 + math.exp(-bid[c] / temperature))
+                highest = max(highest, bid[c])
+                bidder[bidders] = c
+                bidders += 1
         price = 0.0
         if wanted > 1.0:
-            low, high = 0.0, highest + temperature * math.log(1.0 + end - begin)
-            for _ in range(20):
+            low, high = 0.0, highest + temperature * math.log(1.0 + bidders)
+            for _ in range(16):
                 price = 0.5 * (low + high)
                 wanted = 0.0
-                for k in range(begin, end):
-                    c = label_candidate[k]
-                    if live[c]:
-                        wanted += 1.0 / (1.0 + math.exp(min((price - bid[c]) / temperature, _LARGEST)))
+                for k in range(bidders):
+                    wanted += 1.0 / (1.0 + math.exp(min((price - bid[bidder[k]]) / temperature, _LARGEST)))
                 if wanted > 1.0:
                     low = price
                 else:
