@@ -87,6 +87,8 @@ CREATE TABLE problem (
     units_id BIGINT NOT NULL,
     labels_id BIGINT NOT NULL,
     parameters JSON NOT NULL,
+    injective BOOLEAN NOT NULL,
+    dual_scale INTEGER,
     status TEXT NOT NULL,
     cost DOUBLE PRECISION NOT NULL,
     bound DOUBLE PRECISION NOT NULL,
@@ -102,7 +104,9 @@ COMMENT ON COLUMN problem.method IS 'method that solved it';
 COMMENT ON COLUMN problem.units_id IS 'units that get labels';
 COMMENT ON COLUMN problem.labels_id IS 'labels that they get';
 COMMENT ON COLUMN problem.parameters IS 'parameters of the method, defaults included';
-COMMENT ON COLUMN problem.status IS 'optimal, bounded or stopped';
+COMMENT ON COLUMN problem.injective IS 'whether no label may be taken twice';
+COMMENT ON COLUMN problem.dual_scale IS 'duals are costs times this, and costs are integers, so bounds are rounded up; null where costs are real and duals as they are';
+COMMENT ON COLUMN problem.status IS 'optimal (the stored proof meets the cost), bounded or stopped';
 COMMENT ON COLUMN problem.cost IS 'cost of the assignment found';
 COMMENT ON COLUMN problem.bound IS 'proved lower bound of the cost';
 
@@ -121,6 +125,22 @@ COMMENT ON COLUMN candidate.unit_no IS 'the unit';
 COMMENT ON COLUMN candidate.label_no IS 'the label';
 COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair';
 
+-- Without keys, as the compatibilities and duals: many rows, and queries/check finds what is there twice.
+CREATE TABLE problem_relation (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    neighbour_no INTEGER NOT NULL,
+    weight INTEGER NOT NULL,
+    CHECK (unit_no <> neighbour_no AND weight >= 0)
+);
+COMMENT ON TABLE problem_relation IS 'Neighbours of a unit in a problem, and what it costs when one does not confirm its label.';
+COMMENT ON COLUMN problem_relation.run_id IS 'the run';
+COMMENT ON COLUMN problem_relation.problem_no IS 'the problem';
+COMMENT ON COLUMN problem_relation.unit_no IS 'the unit that pays';
+COMMENT ON COLUMN problem_relation.neighbour_no IS 'the unit whose label confirms or does not';
+COMMENT ON COLUMN problem_relation.weight IS 'what the unit pays, if it has a label, where that does not';
+
 CREATE TABLE compatibility (
     run_id BIGINT NOT NULL,
     problem_no INTEGER NOT NULL,
@@ -128,12 +148,12 @@ CREATE TABLE compatibility (
     label_a INTEGER NOT NULL,
     unit_b INTEGER NOT NULL,
     label_b INTEGER NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_a, label_a, unit_b, label_b)
+    CHECK (unit_a < unit_b)
 );
-COMMENT ON TABLE compatibility IS 'Pairs of candidates that a common relation confirms.';
+COMMENT ON TABLE compatibility IS 'Pairs of candidates that confirm each other, stored once.';
 COMMENT ON COLUMN compatibility.run_id IS 'the run';
 COMMENT ON COLUMN compatibility.problem_no IS 'the problem';
-COMMENT ON COLUMN compatibility.unit_a IS 'one unit';
+COMMENT ON COLUMN compatibility.unit_a IS 'the unit of lower number';
 COMMENT ON COLUMN compatibility.label_a IS 'its label';
 COMMENT ON COLUMN compatibility.unit_b IS 'the other unit';
 COMMENT ON COLUMN compatibility.label_b IS 'its label';
@@ -190,40 +210,68 @@ COMMENT ON COLUMN assignment_error.problem_no IS 'the problem';
 COMMENT ON COLUMN assignment_error.unit_no IS 'the unit';
 COMMENT ON COLUMN assignment_error.neighbour_no IS 'related unit that does not confirm it';
 
-CREATE TABLE bound_certificate (
-    run_id BIGINT NOT NULL,
-    problem_no INTEGER NOT NULL,
-    side TEXT NOT NULL,
-    item_no INTEGER NOT NULL,
-    dual DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, problem_no, side, item_no),
-    CHECK (side IN ('unit', 'label'))
-);
-COMMENT ON TABLE bound_certificate IS 'Dual values from which the lower bound of a problem can be recomputed.';
-COMMENT ON COLUMN bound_certificate.run_id IS 'the run';
-COMMENT ON COLUMN bound_certificate.problem_no IS 'the problem';
-COMMENT ON COLUMN bound_certificate.side IS 'unit or label';
-COMMENT ON COLUMN bound_certificate.item_no IS 'unit_no or label_no';
-COMMENT ON COLUMN bound_certificate.dual IS 'its dual value';
-
 CREATE TABLE search_node (
     run_id BIGINT NOT NULL,
     problem_no INTEGER NOT NULL,
     node_no INTEGER NOT NULL,
     parent_no INTEGER,
+    proof_no INTEGER NOT NULL,
     depth INTEGER NOT NULL,
+    branch TEXT NOT NULL,
+    unit_no INTEGER,
+    label_no INTEGER,
     bound DOUBLE PRECISION NOT NULL,
     status TEXT NOT NULL,
-    PRIMARY KEY (run_id, problem_no, node_no)
+    PRIMARY KEY (run_id, problem_no, node_no),
+    CHECK (branch IN ('root', 'take', 'rest')),
+    CHECK ((parent_no IS NULL) = (branch = 'root')),
+    CHECK ((unit_no IS NOT NULL) = (branch = 'take')),
+    CHECK (status IN ('branched', 'pruned', 'open'))
 );
-COMMENT ON TABLE search_node IS 'Nodes of a branch-and-bound search.';
+COMMENT ON TABLE search_node IS 'Sets of labellings that a search split a problem into, each with a lower bound of what they cost.';
 COMMENT ON COLUMN search_node.run_id IS 'the run';
 COMMENT ON COLUMN search_node.problem_no IS 'the problem';
-COMMENT ON COLUMN search_node.node_no IS 'ordinal in the search';
-COMMENT ON COLUMN search_node.parent_no IS 'node it was branched from';
+COMMENT ON COLUMN search_node.node_no IS 'ordinal in the search, from 0, the root';
+COMMENT ON COLUMN search_node.parent_no IS 'node that it is part of';
+COMMENT ON COLUMN search_node.proof_no IS 'node whose duals bound it: itself or its parent';
 COMMENT ON COLUMN search_node.depth IS 'depth in the tree';
-COMMENT ON COLUMN search_node.bound IS 'lower bound at the node';
-COMMENT ON COLUMN search_node.status IS 'branched, pruned or solution';
+COMMENT ON COLUMN search_node.branch IS 'root: all labellings; take: those of the parent in which the unit has the label; rest: those that are in no take of the parent';
+COMMENT ON COLUMN search_node.unit_no IS 'unit that takes a label';
+COMMENT ON COLUMN search_node.label_no IS 'the label; null for none';
+COMMENT ON COLUMN search_node.bound IS 'no labelling of the node costs less, or none costs less than the one found';
+COMMENT ON COLUMN search_node.status IS 'branched (its children are what it holds), pruned or open';
+
+CREATE TABLE bound_price (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    node_no INTEGER NOT NULL,
+    label_no INTEGER NOT NULL,
+    dual DOUBLE PRECISION NOT NULL
+);
+COMMENT ON TABLE bound_price IS 'Certificate of a bound: dual values of labels; 0 where there is no row.';
+COMMENT ON COLUMN bound_price.run_id IS 'the run';
+COMMENT ON COLUMN bound_price.problem_no IS 'the problem';
+COMMENT ON COLUMN bound_price.node_no IS 'the node of the search that it bounds';
+COMMENT ON COLUMN bound_price.label_no IS 'the label';
+COMMENT ON COLUMN bound_price.dual IS 'its dual value, at most 0: what every unit that takes it pays on top';
+
+CREATE TABLE bound_message (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    node_no INTEGER NOT NULL,
+    unit_no INTEGER NOT NULL,
+    label_no INTEGER NOT NULL,
+    neighbour_no INTEGER NOT NULL,
+    dual DOUBLE PRECISION NOT NULL
+);
+COMMENT ON TABLE bound_message IS 'Certificate of a bound: dual values of a unit''s label and a neighbour; 0 where there is no row.';
+COMMENT ON COLUMN bound_message.run_id IS 'the run';
+COMMENT ON COLUMN bound_message.problem_no IS 'the problem';
+COMMENT ON COLUMN bound_message.node_no IS 'the node of the search that it bounds';
+COMMENT ON COLUMN bound_message.unit_no IS 'the unit';
+COMMENT ON COLUMN bound_message.label_no IS 'its label';
+COMMENT ON COLUMN bound_message.neighbour_no IS 'the neighbour';
+COMMENT ON COLUMN bound_message.dual IS 'the share, at least 0, of what the two save when they confirm each other that is credited to this unit';
 
 CREATE TABLE triangulated_unit (
     run_id BIGINT NOT NULL,
@@ -257,12 +305,14 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('unit_relation', 'matching', 'primary'),
     ('problem', 'matching', 'primary'),
     ('candidate', 'matching', 'primary'),
+    ('problem_relation', 'matching', 'primary'),
     ('compatibility', 'matching', 'redundant'),
     ('vote', 'matching', 'primary'),
     ('assignment', 'matching', 'primary'),
     ('assignment_error', 'matching', 'redundant'),
-    ('bound_certificate', 'matching', 'primary'),
     ('search_node', 'matching', 'primary'),
+    ('bound_price', 'matching', 'primary'),
+    ('bound_message', 'matching', 'primary'),
     ('triangulated_unit', 'matching', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
@@ -276,6 +326,5 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment_error', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),
-    ('bound_certificate', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']);

@@ -200,6 +200,10 @@ FAULTS = {
     "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
     "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
     "unit_relation": add("unit_relation", unit_set_id=7, kind="bounds", unit_a=0, unit_b=1, value=1.0, sigma=0.1),
+    "matching_cost": add("problem_relation", run_id=7, problem_no=0, unit_no=0, neighbour_no=1, weight=1),
+    "matching_bound": add(
+        "bound_message", run_id=7, problem_no=0, node_no=0, unit_no=0, label_no=0, neighbour_no=1, dual=-1.0
+    ),
     "octree_cell": lambda model: add_octree(model, 11, 1),
     "octree_entry": lambda model: add_octree(model, 9.5, 7),
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),

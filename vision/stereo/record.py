@@ -27,7 +27,7 @@ def record_stereo(
     votes, found, assignment = matches.votes, matches.candidates, matches.assignment
     space = matches.triangulated
     key = {"run_id": run.id, "problem_no": problem_no}
-    units, labels = np.arange(len(assignment.label)), np.arange(len(assignment.label_dual))
+    units = np.arange(len(assignment.label))
     run.append(
         connection,
         "problem",
@@ -38,6 +38,8 @@ def record_stereo(
             "units_id": units_id,
             "labels_id": labels_id,
             "parameters": [json.dumps(asdict(matches.parameters), sort_keys=True)],
+            "injective": [True],
+            "dual_scale": [None],
             "status": ["optimal"],
             "cost": [assignment.cost],
             "bound": [assignment.bound],
@@ -79,13 +81,25 @@ def record_stereo(
     )
     run.append(
         connection,
-        "bound_certificate",
+        "search_node",
         {
             **key,
-            "side": ["unit"] * len(units) + ["label"] * len(labels),
-            "item_no": np.concatenate([units, labels]),
-            "dual": np.concatenate([assignment.unit_dual, assignment.label_dual]),
+            "node_no": [0],
+            "parent_no": [None],
+            "proof_no": [0],
+            "depth": [0],
+            "branch": ["root"],
+            "unit_no": [None],
+            "label_no": [None],
+            "bound": [assignment.bound],
+            "status": ["pruned"],
         },
+    )
+    priced = np.flatnonzero(assignment.label_dual)
+    run.append(
+        connection,
+        "bound_price",
+        {**key, "node_no": 0, "label_no": priced, "dual": assignment.label_dual[priced]},
     )
     ends = {
         f"{end}_{axis}": np.ascontiguousarray(points[:, i])

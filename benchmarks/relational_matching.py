@@ -1,0 +1,229 @@
+"""Relational matching: time to proof, gap, recall and precision, beside peers, on generated and stored problems.
+
+    python -m benchmarks.relational_matching [--kinds gated open hard pockets] [--units 20 50 100 200 300] [--seeds 10]
+        [--seconds 20] [--peers CP-SAT HiGHS ...] [--data FOLDER] [--truth N] [--shifts N] [--modes]
+
+Peers: CP-SAT with 8 workers and linearization 2, HiGHS as SciPy has it, RRWM and IPFP of pygmtools (dense: only for
+small problems), fusion moves of pylibmgm (GPL: used here alone), and the assignment without relations; what is not
+installed is left out.  A time is one run, building the peer's model included; kernels are loaded before.  Recall and
+precision are those of the labels against the truth that the problem was made from.
+
+`--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.  `--truth`:
+so many random instances of up to 9 units in every exact mode against enumeration, with and without null labels.
+`--shifts`: so many runs with repeated pockets and the prior off by up to half a pitch.  `--modes`: selections and nodes
+of whole functions and of forward checking.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import parquet
+from tabulate import tabulate
+
+from benchmarks.peers.matchers import Answer, matchers
+from relmodel.arrays import Ints
+from relmodel.matching.cost import labelling_cost
+from relmodel.matching.problem import NONE, MatchingProblem, matching_problem, without_nulls
+from relmodel.matching.result import OPTIMAL
+from relmodel.matching.rows import result_rows
+from relmodel.matching.shifts import compare_shifts
+from relmodel.matching.solve import MODES, solve
+from tests.matching.oracle import enumerated_cost, random_problem, verified
+from tests.matching.scenes import KINDS, PITCH, scene
+
+COLUMNS = ("unit", "label", "other", "other_label", "cost")
+
+
+class Case(NamedTuple):
+    """A problem and its truth (units,), -1 for none; None where nobody knows it."""
+
+    family: str
+    problem: MatchingProblem
+    truth: Ints | None
+
+
+def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = None) -> None:
+    """A problem as rows of one Parquet file: `kind` is unit (null cost, true label), candidate, relation (weight) or
+    compatibility; what a kind has no use for is null; the first row's other_label says whether labels may repeat."""
+    c, pair = problem, problem.compatibility
+    blocks = {
+        "unit": (np.arange(c.units), truth, None, np.full(c.units, int(c.injective)), c.null_cost),
+        "candidate": (c.candidate_unit, c.candidate_label, None, None, c.candidate_cost),
+        "relation": (c.neighbour_unit, None, c.neighbour_other, None, c.neighbour_weight),
+        "compatibility": (
+            c.candidate_unit[pair[:, 0]],
+            c.candidate_label[pair[:, 0]],
+            c.candidate_unit[pair[:, 1]],
+            c.candidate_label[pair[:, 1]],
+            None,
+        ),
+    }
+    tables = [
+        pa.table(
+            {"kind": pa.array([kind] * len(block[0])).dictionary_encode()}
+            | {
+                name: pa.nulls(len(block[0]), pa.int32()) if values is None else pa.array(values, pa.int32())
+                for name, values in zip(COLUMNS, block, strict=True)
+            }
+        )
+        for kind, block in blocks.items()
+    ]
+    parquet.write_table(pa.concat_tables(tables, promote_options="permissive"), path, compression="zstd")
+
+
+def read_problem(path: Path) -> Case:
+    """A problem that `write_problem` wrote."""
+    table = parquet.read_table(path)
+    kind = np.array(table["kind"].to_pylist())
+    values = np.stack([table[name].fill_null(NONE).to_numpy() for name in COLUMNS], axis=1).astype(np.int64)
+    units, candidates = values[kind == "unit"], values[kind == "candidate"]
+    problem = matching_problem(
+        units[:, 4],
+        int(max(candidates[:, 1].max(initial=-1), units[:, 1].max(initial=-1))) + 1,
+        candidates[:, [0, 1, 4]],
+        values[kind == "relation"][:, [0, 2, 4]],
+        values[kind == "compatibility"][:, :4],
+        injective=bool(units[:1, 3].any()),
+    )
+    known = table.filter(pa.compute.equal(table["kind"], "unit"))["label"].null_count == 0
+    return Case(path.stem, problem, units[:, 1] if known else None)
+
+
+def generated(kinds: list[str], sizes: list[int], seeds: int) -> Iterator[Case]:
+    for kind in kinds:
+        for units in sizes:
+            for seed in range(seeds):
+                s = scene(kind, units, seed)
+                yield Case(f"{kind} {units}", s.problem, s.truth)
+
+
+def compare(cases: list[Case], peers: list[str], seconds: float) -> str:
+    """A table: one row a family and matcher."""
+    rows = []
+    solvers = {name: run for name, run in matchers().items() if name == "relmodel" or not peers or name in peers}
+    solvers["relmodel"](cases[0].problem, seconds)  # loads the kernels
+    for family in dict.fromkeys(case.family for case in cases):
+        of_family = [case for case in cases if case.family == family]
+        answers = {name: [run(c.problem, seconds) for c in of_family] for name, run in solvers.items()}
+        best = [min(_cost(c, a[i]) for a in answers.values()) for i, c in enumerate(of_family)]
+        for name, given in answers.items():
+            if all(a.label is None for a in given):
+                continue
+            rows.append([family, name, *_summary(of_family, given, best)])
+    header = ("problems", "matcher", "ms median", "ms worst", "proved", "gap", "above best", "recall", "precision")
+    return tabulate(rows, header, floatfmt=("", "", ".1f", ".0f", ".2f", ".4f", ".4f", ".3f", ".3f"))
+
+
+def _cost(case: Case, answer: Answer) -> float:
+    return float("inf") if answer.label is None else labelling_cost(case.problem, answer.label).total
+
+
+def _summary(cases: list[Case], answers: list[Answer], best: list[float]) -> list[float | None]:
+    costs = [_cost(c, a) for c, a in zip(cases, answers, strict=True)]
+    done = [a.bound is not None and a.bound > cost - 1 + 1e-6 for a, cost in zip(answers, costs, strict=True)]
+    gaps = [(cost - a.bound) / max(cost, 1) for a, cost in zip(answers, costs, strict=True) if a.bound is not None]
+    above = [(cost - b) / max(b, 1) for cost, b in zip(costs, best, strict=True)]
+    told = [(c.truth, a.label) for c, a in zip(cases, answers, strict=True)]
+    known = [(truth, label) for truth, label in told if truth is not None and label is not None]
+    right = sum(int(np.count_nonzero((truth == label) & (label != NONE))) for truth, label in known)
+    matched = sum(int(np.count_nonzero(label != NONE)) for _, label in known)
+    true = sum(int(np.count_nonzero(truth != NONE)) for truth, _ in known)
+    milliseconds = [1000 * a.seconds for a in answers]
+    return [
+        float(np.median(milliseconds)),
+        max(milliseconds),
+        float(np.mean(done)) if gaps else None,
+        float(np.mean(gaps)) if gaps else None,
+        float(np.mean(above)),
+        right / true if true else None,
+        right / matched if matched else None,
+    ]
+
+
+def truth(count: int) -> str:
+    """Random instances in every exact mode against enumeration, their certificates against the verifier."""
+    rng, right = np.random.default_rng(1), Counter[str]()
+    for number in range(count):
+        problem = random_problem(rng)
+        total = number % 4 == 0
+        asked, cost = without_nulls(problem) if total else problem, enumerated_cost(problem, total)
+        if cost is None:
+            asked, cost = problem, enumerated_cost(problem)
+        for mode in MODES[:3]:
+            found = solve(asked, mode, nodes=10**7)
+            right[mode] += (found.status, found.cost, found.bound) == (OPTIMAL, cost, cost)
+        found = solve(asked)
+        right["certificate"] += verified(result_rows(asked, found)) == (cost, cost)
+    return tabulate(right.items(), ("mode", f"right of {count}"))
+
+
+def modes(cases: list[Case], nodes: int = 20_000) -> str:
+    """What whole functions save against one unit at a time."""
+    rows = []
+    for family in dict.fromkeys(case.family for case in cases):
+        for mode in MODES:
+            done, counts = 0, []
+            for case in (c for c in cases if c.family == family):
+                try:
+                    found = solve(case.problem, mode, nodes=nodes, seconds=20)
+                except ValueError:  # too many whole functions
+                    continue
+                done += found.status == OPTIMAL
+                counts.append((found.nodes, found.selections))
+            if counts:
+                rows.append([family, mode, len(counts), done, *np.median(counts, axis=0)])
+    return tabulate(rows, ("problems", "mode", "solved", "proved", "nodes median", "selections median"))
+
+
+def shifts(count: int) -> str:
+    """Repeated pockets, the prior off by up to half a pitch each way: what was right, and what was certain."""
+    ways = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]) * PITCH
+    seen = Counter[tuple[str, str]]()
+    for run in range(count):
+        error = np.random.default_rng(run).uniform(-0.5, 0.5, 2)
+        kind, endless = ("pockets", "hard")[run // 2 % 2], bool(run % 2)
+        s = scene(kind, 24 + 8 * (run // 2 % 8), run // 2, (float(error[0]), float(error[1])), endless)
+        found = compare_shifts(s.problem, s.displacement, ways, 0.4 * PITCH)
+        right = "right" if np.linalg.norm(found.displacement - s.shift) < 0.3 * PITCH else "wrong"
+        seen[
+            "pattern goes on" if endless else "pattern ends", f"{right}, {'' if found.certain else 'not '}certain"
+        ] += 1
+    return tabulate([(*key, n) for key, n in sorted(seen.items())], ("scene", "shift", f"of {count}"))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
+    parser.add_argument("--units", nargs="*", type=int, default=[20, 50, 100, 200, 300])
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--peers", nargs="*", default=[])
+    parser.add_argument("--data", type=Path, default=Path(__file__).parent / "data")
+    parser.add_argument("--truth", type=int, default=0)
+    parser.add_argument("--shifts", type=int, default=0)
+    parser.add_argument("--modes", action="store_true")
+    args = parser.parse_args()
+    began = time.perf_counter()
+    cases = [read_problem(path) for path in sorted(args.data.glob("matching_*.parquet"))]
+    cases += generated(args.kinds, args.units, args.seeds)
+    if args.truth:
+        print(truth(args.truth), end="\n\n")
+    if args.shifts:
+        print(shifts(args.shifts), end="\n\n")
+    if args.modes:
+        print(modes(cases), end="\n\n")
+    elif cases and not (args.truth or args.shifts):
+        print(compare(cases, args.peers, args.seconds), end="\n\n")
+    print(f"{time.perf_counter() - began:.0f} s")
+
+
+if __name__ == "__main__":
+    main()
