@@ -69,7 +69,7 @@ def main() -> None:
     for number in options.pairs:
         variant = VIEWS[number].variant
         if variant not in models:
-            models[variant] = read_components(options.demo / f"bulkhead_{variant}.step.gz")
+            models[variant] = read_components(options.demo / f"bulkhead_{variant}.step.gz", edges=True)
         look(options.folder, options.demo, number, models[variant])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -62,9 +63,10 @@ class Caster:
         return (np.arange(y0, y1)[:, None] * width + np.arange(x0, x1)).ravel()
 
 
-def pixel_rays(camera: Camera) -> Array:
-    """Directions (n, 3) in the camera's frame through all pixel centres, row by row, with z = 1."""
-    x, y = np.meshgrid(*(np.arange(n, dtype=float) for n in camera.size))
+@lru_cache(maxsize=6)
+def pixel_rays(camera: Camera, step: int = 1) -> Array:
+    """Directions (n, 3) in the camera's frame through all (or every `step`th) pixel centres, row by row, with z = 1."""
+    x, y = np.meshgrid(*(np.arange(0, n, step, dtype=float) for n in camera.size))
     points = camera.undistort(np.column_stack([x.ravel(), y.ravel()]))
     return np.column_stack([points, np.ones(len(points))])
 
