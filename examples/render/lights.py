@@ -89,7 +89,7 @@ def backdrop(mi: Any, view: Shot, rng: np.random.Generator) -> dict[str, Any]:
 
 def table(mi: Any, rng: np.random.Generator) -> dict[str, Any]:
     """A table top just below z = 0: plain, speckled or grained."""
-    tone, contrast = rng.uniform(0.05, 0.45), rng.choice([0.01, 0.04, 0.1])
+    tone, contrast = rng.uniform(0.12, 0.5), rng.choice([0.01, 0.04, 0.1])
     along, across = ((60.0, 2.0), (5.0, 5.0), (1.2, 1.2))[rng.integers(3)]
     values = np.clip(tone * (1 + contrast * periodic_noise(rng, (1024, 1024), along, across)), 0.01, 0.9)
     texture = {**bitmap(mi, values), "to_uv": mi.ScalarTransform4f().scale([8, 8, 1])}

@@ -285,7 +285,7 @@ def write_trial(
     light_name, lighting = draw_lighting(rng)
     exposure = draw_exposure(rng)
     if on_table:  # no dark room: the sides of a small metal part show nothing else than what is about it
-        lighting = replace(lighting, surround=max(lighting.surround, 0.35))
+        lighting = replace(lighting, surround=max(lighting.surround, 0.5))
     finish = {} if on_table else {"finish": bulkhead_finish(trial)[0]}
     head = {
         "pair": trial.name,
