@@ -57,8 +57,8 @@ def boxes(design: Design) -> dict[str, Box]:
         if feature.kind == "bolt_hole":
             name = feature.name.removeprefix("HOLE_")
             if not name.startswith("BOLT_"):  # CLIP_1_2 is the hole of CLIP_1/BOLT_2
-                clip, _, number = name.rpartition("_")
-                name, z1 = f"{clip}/BOLT_{number}", z1 + CLIP_THICKNESS
+                owner, _, number = name.rpartition("_")
+                name, z1 = f"{owner}/BOLT_{number}", z1 + CLIP_THICKNESS
             out[name] = (x0 - 4.5, y0 - 4.5, z1 - 24, x1 + 4.5, y1 + 4.5, z1 + 8)
         else:
             out[feature.name] = (x0, y0, z0, x1, y1, z1)
@@ -73,7 +73,7 @@ def boxes(design: Design) -> dict[str, Box]:
 
 def candidates(design: Design) -> list[Candidate]:
     """Every change that could be made to a design."""
-    out = []
+    out: list[Candidate] = []
     places = boxes(design)
     front, back = ("front",), ("back",)
 

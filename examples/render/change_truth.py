@@ -64,8 +64,8 @@ def change_rows(changes: tuple[Change, ...], model: Built, rendered: Built, view
             left = ~(np.abs(before.range - after.range) < 0.1) & (np.isfinite(before.range) | np.isfinite(after.range))
         for change, row in zip(changes, rows, strict=True):
             places = [(p.point, box) for p in (before, after) for box in (change.before, change.after)]
-            own = left & np.any([_within(point, box) for point, box in places], axis=0)
-            left &= ~own
+            own = left & np.logical_or.reduce([_within(point, box) for point, box in places])
+            left[own] = False
             row[side] = {
                 "model_px": int(_shown(model, change, change.before, before, pose[:3, 3], rays).sum()),
                 "rendered_px": int(_shown(rendered, change, change.after, after, pose[:3, 3], rays).sum()),

@@ -119,15 +119,15 @@ def draw_bulkhead_view(
 
 
 def draw_table_view(seed: int, size: tuple[int, int], points: Array, cameras: int) -> Shot:
-    """One camera or a pair that looks down on an object of these points (n, 3), which fills 50 to 90 % of the width."""
+    """One camera or a pair that looks down on an object of these points (n, 3), which fills 45 to 72 % of the width."""
     rng = np.random.default_rng([seed, 12])
     middle, reach = (points.min(0) + points.max(0)) / 2, float(np.linalg.norm(np.ptp(points, axis=0)))
     views = {side: draw_camera(rng, size) for side in ("left", "right")[:cameras]}
-    stand_off = max(250.0, views["left"].focal * reach / (size[0] * float(rng.uniform(0.5, 0.9))))
+    stand_off = max(250.0, views["left"].focal * reach / (size[0] * float(rng.uniform(0.45, 0.72))))
     target = middle + rng.uniform(-0.06, 0.06, 3) * reach
     azimuth, elevation = float(rng.uniform(0, 360)), float(rng.uniform(25, 65))
     # Camera axes: z towards the object, x level, y down; then a roll.
-    facing = Rotation.from_euler("zx", (azimuth, -90 - elevation), degrees=True)
+    facing = Rotation.from_euler("ZX", (azimuth, -90 - elevation), degrees=True)
     turn = facing * Rotation.from_euler("z", float(rng.normal(0, 7)), degrees=True)
     centre = rigid(turn, target - stand_off * turn.as_matrix()[:, 2])
     if cameras == 1:
@@ -142,9 +142,11 @@ def draw_table_view(seed: int, size: tuple[int, int], points: Array, cameras: in
     return Shot(views, poses, target, np.array([0, 0, 1.0]), stand_off)
 
 
-def first_credible(draw: Callable[[int], Shot], credible: Callable[[Shot], bool], most: int = 200) -> Shot:
-    """The first of a stream of drawn views that will do."""
-    for stream in range(most):
+def first_credible(
+    draw: Callable[[int], Shot], credible: Callable[[Shot], bool], first: int = 0, most: int = 100
+) -> Shot:
+    """The first of a stream of drawn views, numbered from `first`, that will do."""
+    for stream in range(first, first + most):
         view = draw(stream)
         if credible(view):
             return view

@@ -33,7 +33,8 @@ Made = tuple[dict[str, Shape], list[Placed]]  # shapes by product, and where the
 
 def make_object(what: str, rng: np.random.Generator) -> Made:
     """Parts of an object of the kind `what` (a key of `OBJECTS`), its dimensions drawn."""
-    return OBJECTS[what](rng)
+    made: Made = OBJECTS[what](rng)
+    return made
 
 
 def block(size: Array | tuple[float, float, float]) -> Shape:

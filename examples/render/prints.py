@@ -51,9 +51,9 @@ def _text(sheet: Sheet, pixels_mm: float, rng: np.random.Generator) -> None:
 def _logo(sheet: Sheet, pixels_mm: float, rng: np.random.Generator) -> None:
     """Disks, ellipses, bars and polygons."""
     height, width = sheet.shape
-    for _ in range(int(rng.integers(2, 6))):
+    for _ in range(int(rng.integers(4, 9))):
         at = rng.uniform(0.15, 0.85, 2) * [width, height]
-        size, tone = rng.uniform(0.08, 0.3, 2) * min(width, height), _ink(sheet, rng)
+        size, tone = rng.uniform(0.1, 0.35, 2) * min(width, height), _ink(sheet, rng)
         thickness = -1 if rng.random() < 0.6 else max(2, round(pixels_mm * rng.uniform(0.6, 3)))
         turn = rng.uniform(0, 180)
         centre = (round(at[0]), round(at[1]))

@@ -1,10 +1,11 @@
 """Render trials with exact truth: finishes, changed parts, printed boxes and small objects, from the list of seeds.
 
-    python -m examples.render.trials FOLDER [--only KIND_OR_NAME ...] [--count N] [--data-only]
+    python -m examples.render.trials [FOLDER] [--only KIND_OR_NAME ...] [--count N] [--data-only]
 
-Trials are those of `trials.csv`, in its order; one whose truth lies in FOLDER is left alone, so a run can be broken off
-and taken up again.  `--count` takes the first N of each kind.  Run from the root of a checkout, with the extra `render`
-and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1; `--data-only` writes all but the pictures and needs neither.
+Trials are those of `trials.csv`, in its order; one whose truth lies in FOLDER (`examples/trials`, which git ignores) is
+left alone, so a run can be broken off and taken up again.  `--count` takes the first N of each kind.  Run from the root
+of a checkout, with the extra `render` and DRJIT_LIBLLVM_PATH=/path/to/libLLVM.so.19.1; `--data-only` writes all but the
+pictures and needs neither.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +115,7 @@ def finish_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     components = variant(trial.what)
     caster, rows = Caster(components), variant_features(trial.what)
     view = first_credible(
-        lambda stream: draw_bulkhead_view(trial.seed, trial.size, rows, stream),
+        partial(draw_bulkhead_view, trial.seed, trial.size, rows),
         lambda view: part_share(caster, view) > 0.45,
     )
     head = {"model": model_file(trial.what).as_posix(), "model_variant": trial.what}
@@ -128,8 +129,9 @@ def changed_trial(trial: Trial, folder: Path, pictures: bool) -> None:
 
     for stream in range(20):
         view = first_credible(
-            lambda inner, outer=stream: draw_bulkhead_view(trial.seed, trial.size, rows, 100 * outer + inner, True),
+            partial(draw_bulkhead_view, trial.seed, trial.size, rows, structured=True),
             lambda view: part_share(model.caster, view) > 0.45,
+            first=100 * stream,
         )
         try:
             variation = drawn_changes(trial, model, view, stream)
@@ -219,7 +221,8 @@ def table_trial(trial: Trial, folder: Path, pictures: bool) -> None:
         prints = {}
         for number, component in enumerate(components):
             for face, (_, _, flat) in plane_faces(component.part).items():
-                prints[number, face] = draw_print(theme, *(float(v) for v in flat.max(0)), rng)[::-1]
+                width, height = (float(v) for v in flat.max(0))
+                prints[number, face] = draw_print(theme, width, height, rng)[::-1]
         gloss = float(rng.uniform(0.12, 0.45))
 
         def meshes(mi: Any) -> dict[str, Any]:
@@ -325,7 +328,7 @@ def write_trial(
 
 def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("folder", type=Path)
+    arguments.add_argument("folder", type=Path, nargs="?", default=MODELS / "trials")
     arguments.add_argument("--only", nargs="*", default=[], help="kinds or names")
     arguments.add_argument("--count", type=int, help="the first N of each kind")
     arguments.add_argument("--data-only", action="store_true", help="all but the pictures (no renderer needed)")
