@@ -86,8 +86,7 @@ def _see(built: Built, centre: Array, rays: Array) -> _Seen:
 def _within(points: Array, box: Box | None, margin: float = 5.0) -> Mask:
     if box is None:
         return np.zeros(len(points), bool)
-    inside: Mask = ((points > np.array(box[:3]) - margin) & (points < np.array(box[3:]) + margin)).all(1)
-    return inside
+    return np.asarray(((points > np.array(box[:3]) - margin) & (points < np.array(box[3:]) + margin)).all(1))
 
 
 def _shown(built: Built, change: Change, box: Box | None, seen: _Seen, centre: Array, rays: Array) -> Mask:
@@ -110,5 +109,4 @@ def opening(box: Box, ranges: Array, centre: Array, rays: Array) -> Mask:
         distance = (level - centre[2]) / rays[:, 2]
     at = centre[:2] + distance[:, None] * rays[:, :2]
     inside = np.hypot(at[:, 0] - (x0 + x1) / 2, at[:, 1] - (y0 + y1) / 2) < (x1 - x0) / 2
-    clear: Mask = (distance > 0) & inside & (ranges > distance - 0.05)
-    return clear
+    return np.asarray((distance > 0) & inside & (ranges > distance - 0.05))
