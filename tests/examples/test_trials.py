@@ -124,18 +124,18 @@ def distance(a: Any, b: Any) -> float:
 def test_drawn_changes_are_as_large_as_they_say() -> None:
     base, rows = variant_a(), {row["name"]: row for row in golden()}
     words: Counter[tuple[str, str]] = Counter()
-    for seed in range(60):
+    for seed in range(9):
         try:
-            variation = draw_variation(base, 5, np.random.default_rng(seed), lambda _: True)
+            variation = draw_variation(base, 8, np.random.default_rng(seed), lambda _: True)
             after = {f.name: f.row() for f in all_features(variation.design)}
         except ValueError:  # no room: a trial draws again
             continue
         differing = {row["name"] for row in changes(list(rows.values()), list(after.values()))}
-        assert len(variation.changes) == 5
+        assert len(variation.changes) == 8
         for change in variation.changes:
             words[change.kind, change.change] += 1
             check_change(change, variation, rows, after, differing)
-    assert len(words) >= 20
+    assert len(words) >= 15
 
 
 def check_change(
