@@ -289,6 +289,8 @@ def write_trial(
     exposure = draw_exposure(rng)
     if on_table:  # no dark room: the sides of a small metal part show nothing else than what is about it
         lighting = replace(lighting, surround=max(lighting.surround, 0.5))
+        if exposure.ev > 0:  # table and object would be white alike
+            exposure = replace(exposure, ev=exposure.ev / 2 - 0.25)
     finish = {} if on_table else {"finish": bulkhead_finish(trial)[0]}
     if finish.get("finish") == "painted":  # as bright all over: white at the usual percentile would leave no greys
         exposure = replace(exposure, ev=exposure.ev - 0.75)
