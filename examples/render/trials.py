@@ -345,9 +345,10 @@ def main() -> None:
         folder.mkdir(parents=True, exist_ok=True)
         if (folder / f"{trial.name}_truth.json").exists():
             continue
-        start = time.monotonic()
+        start, before = time.monotonic(), time.process_time()
         TRIALS[trial.kind](trial, folder, not options.data_only)
-        print(f"{trial.name} {trial.what}: {time.monotonic() - start:.0f} s", flush=True)
+        took, of_processors = time.monotonic() - start, time.process_time() - before
+        print(f"{trial.name} {trial.what}: {took:.0f} s, {of_processors:.0f} s of processor time", flush=True)
 
 
 if __name__ == "__main__":
