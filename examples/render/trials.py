@@ -55,6 +55,7 @@ Meshes = Callable[[Any], dict[str, Any]]  # of the renderer's module
 LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")
 SAMPLES = 16
+MOST_WHITE = 0.4  # of the left picture of a bulkhead, however far it is overexposed
 MOST_BESIDE_PX = 3000  # fringes of what lies behind a change take some hundreds
 PERCENTILE = 95.5
 WORLD_FROM_TABLE = rigid(Rotation.from_euler("z", 23.0, degrees=True), (850.0, -320.0, 740.0))
@@ -326,6 +327,8 @@ def write_trial(
         linear = render(mi, scene, view, SAMPLES, trial.seed, 0.6 if on_table else 1.3)
         shown = on_object(linear["left"], caster, view) if on_table else linear["left"]
         _, white = expose(shown, 0, PERCENTILE, ev=exposure.ev)
+        if not on_table:
+            white = max(white, float(np.percentile(shown, 100 * (1 - MOST_WHITE))))
         for k, (side, image) in enumerate(linear.items()):
             noise = trial.seed * 10 + k
             seen, _ = expose(image, noise, PERCENTILE, 1.0 + 0.03 * k, white, exposure.full, exposure.read)
