@@ -88,18 +88,16 @@ def _round(name: str, kind: str, centre: Point, radius: float, z: tuple[float, f
 def holes(design: Design, cells: list[Feature]) -> list[Feature]:
     """Lightening and tooling holes with the web that each goes through; refuses one that is not within one pocket."""
     out = []
+    areas = [(cell.name.split(".")[0], shapely.Polygon(sample(cell.profile))) for cell in cells]
     for name, hole in design.holes.items():
-        hosts = {p.name.split(".")[0] for p in cells if _inside(p, circle_in(hole.centre, hole.radius + 3))}
+        rim = circle_in(hole.centre, hole.radius + 3)
+        hosts = {cell for cell, area in areas if shapely.contains_xy(area, rim[:, 0], rim[:, 1]).all()}
         if len(hosts) != 1:
             raise ValueError(f"hole {name} must lie in one pocket with 3 mm to spare, lies in {sorted(hosts)}")
         (host,) = hosts
         kind = "lightening_hole" if name.startswith("LH") else "tooling_hole"
         out.append(_round(name, kind, hole.centre, hole.radius, design.pockets[host].web, through=True, pocket=host))
     return out
-
-
-def _inside(pocket: Feature, points: Vector) -> bool:
-    return bool(shapely.contains_xy(shapely.Polygon(sample(pocket.profile)), points[:, 0], points[:, 1]).all())
 
 
 def lug_centre(design: Design, name: str) -> Point:

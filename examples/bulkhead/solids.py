@@ -112,11 +112,18 @@ def _prism(wire: Shape, height: float, islands: list[Shape] | None = None) -> Sh
     return BRepPrimAPI_MakePrism(face.Face(), gp_Vec(0, 0, height)).Shape()
 
 
-def _cylinder(centre: Point, radius: float, z: tuple[float, float]) -> Shape:
+def cylinder(centre: Point, radius: float, z: tuple[float, float]) -> Shape:
+    """An upright cylinder between two levels."""
     return BRepPrimAPI_MakeCylinder(_axes(centre, z[0]), radius, z[1] - z[0]).Shape()
 
 
-def _boolean(operation: Shape, body: Shape, tools: list[Shape]) -> Shape:
+def polygon_prism(points: list[Point], z: tuple[float, float]) -> Shape:
+    """An upright prism of a polygon (counter-clockwise) between two levels."""
+    return one_solid(_prism(_wire(_polygon(points), z[0]), z[1] - z[0]))
+
+
+def boolean(operation: Shape, body: Shape, tools: list[Shape]) -> Shape:
+    """The one solid that an operation of the kernel makes of a body and tools."""
     arguments, tool_list = List_TopoDS_Shape(), List_TopoDS_Shape()
     arguments.Append(body)
     for tool in tools:
@@ -186,25 +193,25 @@ def _lowering(design: Design, name: str) -> Shape:
 def body(design: Design) -> Shape:
     """The machined bulkhead, one solid."""
     plate = _prism(_wire(outline(design), 0.0), DEPTH)
-    plate = _boolean(BRepAlgoAPI_Fuse(), plate, [_lug(design, n) for n in design.lugs])
+    plate = boolean(BRepAlgoAPI_Fuse(), plate, [_lug(design, n) for n in design.lugs])
     cells = pockets(design)
     first = [_pocket_tool(design, p) for p in cells]
     first += [_prism(_duct_wire(d, 0, -2), DEPTH + 4) for d in design.ducts.values()]
-    plate = _boolean(BRepAlgoAPI_Cut(), plate, first)
+    plate = boolean(BRepAlgoAPI_Cut(), plate, first)
     second = [_lowering(design, n) for n in design.lowered]
-    second += [_cylinder(h.data["centre"], h.data["radius"], (h.z[0] - 1, h.z[1] + 1)) for h in holes(design, cells)]
+    second += [cylinder(h.data["centre"], h.data["radius"], (h.z[0] - 1, h.z[1] + 1)) for h in holes(design, cells)]
     for boss in design.bosses.values():
         web = design.pockets[boss.pocket].web
         radius, depth = boss.counterbore
-        second.append(_cylinder(boss.centre, boss.radius + 4, (boss.top, DEPTH + 2)))
-        second.append(_cylinder(boss.centre, boss.bore, (web[0] - 1, boss.top + 1)))
-        second.append(_cylinder(boss.centre, radius, (boss.top - depth, boss.top + 1)))
+        second.append(cylinder(boss.centre, boss.radius + 4, (boss.top, DEPTH + 2)))
+        second.append(cylinder(boss.centre, boss.bore, (web[0] - 1, boss.top + 1)))
+        second.append(cylinder(boss.centre, radius, (boss.top - depth, boss.top + 1)))
     for name, lug in design.lugs.items():
-        second.append(_cylinder(lug_centre(design, name), BUSHING_RADIUS, (lug.z[0] - 1, lug.z[1] + 1)))
+        second.append(cylinder(lug_centre(design, name), BUSHING_RADIUS, (lug.z[0] - 1, lug.z[1] + 1)))
     for centre, _, (low, high) in bolts(design).values():
         below = 0.0 if high == DEPTH else 1.0
-        second.append(_cylinder(centre, BOLT_HOLE_RADIUS, (low - below, high + 1)))
-    return _boolean(BRepAlgoAPI_Cut(), plate, second)
+        second.append(cylinder(centre, BOLT_HOLE_RADIUS, (low - below, high + 1)))
+    return boolean(BRepAlgoAPI_Cut(), plate, second)
 
 
 def _revolved(points: list[tuple[float, float]]) -> Shape:
@@ -228,7 +235,7 @@ def bolt() -> Shape:
     shank = _revolved([(0, -24), (3.2, -24), (4, -23.2), (4, 0), (8, 0), (8, 1.6), (0, 1.6)])
     r = 6.5 / math.cos(math.pi / 6)
     hexagon = [(r * math.cos(t), r * math.sin(t)) for t in np.arange(6) * math.pi / 3]
-    return _boolean(BRepAlgoAPI_Fuse(), shank, [_prism(_wire(_polygon(hexagon), 1.0), 6.1)])
+    return boolean(BRepAlgoAPI_Fuse(), shank, [_prism(_wire(_polygon(hexagon), 1.0), 6.1)])
 
 
 def clip() -> Shape:
@@ -252,10 +259,10 @@ def clip() -> Shape:
     for edge in edges:
         wire.Add(edge.Edge())
     bent = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire()).Face(), gp_Vec(60, 0, 0)).Shape()
-    tools = [_cylinder(q, BOLT_HOLE_RADIUS, (-1, 5)) for q in CLIP_BOLTS]
+    tools = [cylinder(q, BOLT_HOLE_RADIUS, (-1, 5)) for q in CLIP_BOLTS]
     upright = gp_Ax2(gp_Pnt(0, 9, 22), gp_Dir(0, 1, 0))
     tools.append(BRepPrimAPI_MakeCylinder(upright, 7.0, 8.0).Shape())
-    return _boolean(BRepAlgoAPI_Cut(), bent, tools)
+    return boolean(BRepAlgoAPI_Cut(), bent, tools)
 
 
 def face_count(shape: Shape) -> int:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from examples.render.model import Component, read_components
 from examples.render.truth import Caster, visible_edges
-from examples.render.views import HEIGHT, VIEWS, WIDTH, object_from_cameras
+from examples.render.views import VIEWS, shot
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def edge_offsets(image: NDArray[np.uint8], edges: list[tuple[Array, Array]], rea
     Samples count where the picture changes by more than 40 grey values within `reach` pixels, off its border.
     """
     points, normals = (np.concatenate(a) for a in zip(*edges, strict=True))
-    clear = ((points > 12) & (points < [WIDTH - 13, HEIGHT - 13])).all(1)
+    clear = ((points > 12) & (points < np.array(image.shape[::-1]) - 13)).all(1)
     points, normals = points[clear], normals[clear]
     steps = np.arange(-reach, reach + 0.01, 0.25)
     at = points[:, None] + steps[None, :, None] * normals[:, None]
@@ -45,11 +45,10 @@ def edge_offsets(image: NDArray[np.uint8], edges: list[tuple[Array, Array]], rea
 
 def look(folder: Path, demo: Path, number: str, components: list[Component]) -> None:
     """Write both overlays of a pair and print a line of edge offsets for each."""
-    view, caster = VIEWS[number], Caster(components)
-    cameras = zip(("left", "right"), (view.left, view.right), object_from_cameras(view), strict=True)
-    for side, camera, pose in cameras:
+    view, caster = shot(VIEWS[number]), Caster(components)
+    for side, camera in view.cameras.items():
         image = np.asarray(cv2.imread(str(demo / f"pair_{number}_{side}.png"), cv2.IMREAD_GRAYSCALE), np.uint8)
-        edges = visible_edges(caster, components, camera, pose)
+        edges = visible_edges(caster, components, camera, view.poses[side])
         count, (dx, dy) = edge_offsets(image, edges)
         share = float((image == 255).mean())
         print(f"{number} {side}: {len(edges)} edges, {count} samples, {dx:+.3f} {dy:+.3f} px, {share:.1%} white")
@@ -70,7 +69,7 @@ def main() -> None:
     for number in options.pairs:
         variant = VIEWS[number].variant
         if variant not in models:
-            models[variant] = read_components(options.demo / f"bulkhead_{variant}.step.gz")
+            models[variant] = read_components(options.demo / f"bulkhead_{variant}.step.gz", edges=True)
         look(options.folder, options.demo, number, models[variant])
 
 

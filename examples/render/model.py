@@ -57,15 +57,17 @@ class Component:
     object_from_part: Array
 
 
-def read_components(path: Path) -> list[Component]:
-    """The components of a gzipped STEP assembly, in the file's order."""
+def read_components(path: Path, edges: bool = False) -> list[Component]:
+    """The components of a STEP file (gzipped or not), in the file's order; a part alone is called by its product."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     reader = STEPCAFControl_Reader()
     reader.SetNameMode(True)
     with tempfile.TemporaryDirectory() as folder:
-        plain = Path(folder) / "part.step"
-        plain.write_bytes(gzip.decompress(path.read_bytes()))
+        plain = path
+        if path.suffix == ".gz":
+            plain = Path(folder) / "part.step"
+            plain.write_bytes(gzip.decompress(path.read_bytes()))
         if reader.ReadFile(str(plain)) != IFSelect_RetDone or not reader.Transfer(document):
             raise RuntimeError(f"the kernel cannot read {path}")
     roots = Sequence_TDF_Label()
@@ -77,8 +79,8 @@ def read_components(path: Path) -> list[Component]:
         if not XCAFDoc_ShapeTool.IsAssembly_s(label):
             product = _name(label)
             if product not in parts:
-                parts[product] = _part(product, XCAFDoc_ShapeTool.GetShape_s(label))
-            out.append(Component("/".join(names), parts[product], place))
+                parts[product] = tessellate(product, XCAFDoc_ShapeTool.GetShape_s(label), edges)
+            out.append(Component("/".join(names or [product]), parts[product], place))
             return
         components = Sequence_TDF_Label()
         XCAFDoc_ShapeTool.GetComponents_s(label, components)
@@ -116,7 +118,8 @@ def _normals(surface: Any, uv: list[tuple[float, float]], flip: bool) -> Array:
     return -out if flip else out
 
 
-def _part(name: str, shape: Any) -> Part:
+def tessellate(name: str, shape: Any, edges: bool = False) -> Part:
+    """The mesh of one product's shape, and with `edges` the samples along them."""
     BRepMesh_IncrementalMesh(shape, CHORD_MM, False, TURN_RAD, False)
     vertices, normals, triangles, numbers = [], [], [], []
     index = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
@@ -135,11 +138,11 @@ def _part(name: str, shape: Any) -> Part:
         triangles.append(corner[:, ::-1] if flip else corner)
         numbers.append(np.full(len(points), number))
         count += len(points)
-        for edge in explore(face, TopAbs_EDGE):
+        for edge in explore(face, TopAbs_EDGE) if edges else ():
             of_edge.setdefault(index.FindIndex(edge), []).append((TopoDS.Edge(edge), face))
-    edges = [_edge(*uses) for uses in of_edge.values() if len(uses) == 2 and not BRep_Tool.Degenerated_s(uses[0][0])]
+    sampled = [_edge(*uses) for uses in of_edge.values() if len(uses) == 2 and not BRep_Tool.Degenerated_s(uses[0][0])]
     mesh = np.concatenate(vertices), np.concatenate(normals), np.concatenate(triangles), np.concatenate(numbers)
-    return Part(name, *mesh, edges)
+    return Part(name, *mesh, sampled)
 
 
 def _edge(first: Any, second: Any, spacing: float = 2.0) -> tuple[Array, Array, Array]:

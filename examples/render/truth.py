@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from examples.render.model import Component
-from examples.render.views import HEIGHT, WIDTH, Camera
+from examples.render.views import Camera
 
 Array = NDArray[np.float64]
 
@@ -48,22 +49,24 @@ class Caster:
             whole = int((alone >= 0).sum())
             if whole:
                 rows.append((i, visible, whole))
-        return seen.reshape(HEIGHT, WIDTH), rows
+        return seen.reshape(camera.size[::-1]), rows
 
     def _window(self, number: int, camera: Camera, pose: Array) -> NDArray[np.int64]:
         """Numbers of the pixels in the bounds of a component's projection (all where part of it lies behind)."""
+        width, height = camera.size
         local = (self.vertices[number] - pose[:3, 3]) @ pose[:3, :3]
         if local[:, 2].min() < 50:
-            return np.arange(WIDTH * HEIGHT)
+            return np.arange(width * height)
         xy = project(camera, pose, self.vertices[number])
-        x0, y0 = np.clip(np.floor(xy.min(0)).astype(int) - 2, 0, [WIDTH, HEIGHT])
-        x1, y1 = np.clip(np.ceil(xy.max(0)).astype(int) + 3, 0, [WIDTH, HEIGHT])
-        return (np.arange(y0, y1)[:, None] * WIDTH + np.arange(x0, x1)).ravel()
+        x0, y0 = np.clip(np.floor(xy.min(0)).astype(int) - 2, 0, [width, height])
+        x1, y1 = np.clip(np.ceil(xy.max(0)).astype(int) + 3, 0, [width, height])
+        return (np.arange(y0, y1)[:, None] * width + np.arange(x0, x1)).ravel()
 
 
-def pixel_rays(camera: Camera) -> Array:
-    """Directions (n, 3) in the camera's frame through all pixel centres, row by row, with z = 1."""
-    x, y = np.meshgrid(np.arange(WIDTH, dtype=float), np.arange(HEIGHT, dtype=float))
+@lru_cache(maxsize=6)
+def pixel_rays(camera: Camera, step: int = 1) -> Array:
+    """Directions (n, 3) in the camera's frame through all (or every `step`th) pixel centres, row by row, with z = 1."""
+    x, y = np.meshgrid(*(np.arange(0, n, step, dtype=float) for n in camera.size))
     points = camera.undistort(np.column_stack([x.ravel(), y.ravel()]))
     return np.column_stack([points, np.ones(len(points))])
 
@@ -99,7 +102,7 @@ def visible_edges(
     ahead = (p - centre) @ pose[:3, 2] > 50
     xy = np.full((len(p), 2), -1e6)
     xy[ahead] = project(camera, pose, p[ahead])
-    inside = (xy > -0.5).all(1) & (xy < [WIDTH - 0.5, HEIGHT - 0.5]).all(1)
+    inside = (xy > -0.5).all(1) & (xy < np.array(camera.size) - 0.5).all(1)
     kept = np.flatnonzero(front & ahead & inside)
     seen = np.zeros(len(kept), bool)
     for normal in (n1, n2):

@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 from examples.bulkhead.design import DEPTH
 
 Array = NDArray[np.float64]
-WIDTH, HEIGHT = 1280, 960
 
 
 @dataclass(frozen=True)
@@ -21,6 +20,7 @@ class Camera:
     focal: float
     centre: tuple[float, float]  # halves of a pixel: the renderer crops whole pixels out of a film
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    size: tuple[int, int] = (1280, 960)  # width, height
 
     @property
     def matrix(self) -> Array:
@@ -50,6 +50,27 @@ class Camera:
         v = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
         bent: Array = np.column_stack([u, v]) / shrink[:, None]
         return bent
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What is rendered: cameras by name ("left", "right" or "left" alone), where they stand, what they look at.
+
+    Poses are object_from_camera (4, 4); the target point (3,) and the normal (3,) of what is looked at are in the
+    object's frame.
+    """
+
+    cameras: dict[str, Camera]
+    poses: dict[str, Array]
+    target: Array
+    normal: Array
+    stand_off: float
+
+    @property
+    def middle(self) -> Array:
+        """The point midway between the cameras."""
+        centre: Array = np.mean([pose[:3, 3] for pose in self.poses.values()], axis=0)
+        return centre
 
 
 @dataclass(frozen=True)
@@ -122,13 +143,17 @@ def object_from_cameras(view: View) -> tuple[Array, Array]:
     return poses[0], poses[1]
 
 
-def target_in_object(view: View) -> Array:
-    return np.array([*view.target, 0.0 if view.back else DEPTH])
+def shot(view: View) -> Shot:
+    """A view of the bulkhead, from its front or its back."""
+    target = np.array([*view.target, 0.0 if view.back else DEPTH])
+    normal = np.array([0, 0, -1.0 if view.back else 1.0])
+    poses = dict(zip(("left", "right"), object_from_cameras(view), strict=True))
+    return Shot({"left": view.left, "right": view.right}, poses, target, normal, view.stand_off)
 
 
-def drawn_error(view: View, translation_mm: float = 15.0, rotation_deg: float = 1.5) -> tuple[Array, float, float]:
+def drawn_error(seed: int, translation_mm: float = 15.0, rotation_deg: float = 1.5) -> tuple[Array, float, float]:
     """An error of the rig's pose, normal per axis, and its standard deviations per axis (mm, degrees)."""
     sigma_mm, sigma_deg = translation_mm / np.sqrt(3), rotation_deg / np.sqrt(3)
-    rng = np.random.default_rng([view.seed, 2])
+    rng = np.random.default_rng([seed, 2])
     error = rigid(Rotation.from_rotvec(np.radians(rng.normal(0, sigma_deg, 3))), rng.normal(0, sigma_mm, 3))
     return error, float(sigma_mm), float(sigma_deg)

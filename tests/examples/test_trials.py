@@ -1,0 +1,303 @@
+"""The list of trials, what is drawn from it, and its truth, against closed forms and the golden tables; no renderer."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from numpy.typing import NDArray
+
+pytest.importorskip("OCP")
+
+from examples.bulkhead.design import variant_a
+from examples.bulkhead.features import all_features, changes
+from examples.bulkhead.variation import Change, Variation, apply_change, candidates, draw_variation
+from examples.render import trials
+from examples.render.change_truth import Built, change_rows
+from examples.render.draws import draw_bulkhead_view, draw_table_view
+from examples.render.files import truth_data
+from examples.render.model import Component, Part, read_components
+from examples.render.objects import OBJECTS, make_object, write_step
+from examples.render.prints import PRINTS, draw_print
+from examples.render.truth import Caster, project
+from examples.render.views import Camera, Shot
+
+Array = NDArray[np.float64]
+GOLDEN = Path(__file__).parents[2] / "examples/bulkhead/golden/bulkhead_A.json"
+
+
+def golden() -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = json.loads(GOLDEN.read_text())["features"]
+    return rows
+
+
+def cuboid(name: str, low: tuple[float, float, float], high: tuple[float, float, float]) -> Component:
+    """A box of twelve triangles, without help of the kernel."""
+    corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], float)
+    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+    part = Part(name, corners, np.zeros((8, 3)), triangles, np.zeros(8, int), [])
+    return Component(name, part, np.eye(4))
+
+
+def from_above(distance: float) -> Shot:
+    """One camera that looks straight down on the origin."""
+    pose = np.diag([1.0, -1.0, -1.0, 1.0])
+    pose[2, 3] = distance
+    camera = Camera(400.0, (159.5, 119.5), size=(320, 240))
+    return Shot({"left": camera}, {"left": pose}, np.zeros(3), np.array([0, 0, 1.0]), distance)
+
+
+def centres_within(half_x: float, half_y: float) -> int:
+    """Pixel centres of a 320 x 240 picture within a rectangle about its middle, by counting."""
+    x, y = (np.abs(np.arange(n) - (n - 1) / 2) <= half for n, half in ((320, half_x), (240, half_y)))
+    return int(x.sum() * y.sum())
+
+
+def test_the_list_holds_enough_of_every_kind() -> None:
+    listed = trials.read_list()
+    assert len({t.name for t in listed}) == len(listed) == len({t.seed for t in listed})
+    counts = Counter(t.kind for t in listed)
+    assert counts["finish"] >= 40
+    assert counts["changed"] >= 40
+    assert counts["boxes"] >= 30
+    assert counts["small"] >= 20
+    assert {t.what for t in listed if t.kind == "finish"} == set("ABCDEF")
+    assert {t.what for t in listed if t.kind in ("boxes", "small")} == OBJECTS.keys()
+    assert all(trials.model_file(v).exists() for v in "ABCDEF")
+
+
+def test_select_takes_kinds_names_and_counts() -> None:
+    listed = trials.read_list()
+    assert [t.name for t in trials.select(listed, ["small"], 2)] == ["small_00", "small_01"]
+    assert [t.name for t in trials.select(listed, ["finish_03"], None)] == ["finish_03"]
+    assert Counter(t.kind for t in trials.select(listed, [], 3)) == dict.fromkeys(trials.TRIALS, 3)
+
+
+def test_views_of_the_bulkhead_are_drawn_within_bounds_and_the_same_again() -> None:
+    rows, sides = golden(), set()
+    for seed in range(30):
+        view = draw_bulkhead_view(seed, (800, 600), rows, 0)
+        again = draw_bulkhead_view(seed, (800, 600), rows, 0)
+        assert 600 <= view.stand_off <= 1300
+        for side, camera in view.cameras.items():
+            np.testing.assert_array_equal(view.poses[side], again.poses[side])
+            assert camera.size == (800, 600)
+            (x, y) = project(camera, view.poses[side], view.target[None])[0]
+            assert 200 < x < 600
+            assert 150 < y < 450
+            # The camera is on the side that it looks at.
+            assert (view.poses[side][:3, 3] - view.target) @ view.normal > 400
+        sides.add(float(view.normal[2]))
+    assert sides == {1.0, -1.0}
+
+
+@pytest.mark.parametrize("cameras", [1, 2])
+def test_views_of_the_table_hold_the_whole_object(cameras: int) -> None:
+    points = np.array([[x, y, z] for x in (-60, 60) for y in (-40, 40) for z in (0, 80)], float)
+    for seed in range(20):
+        view = draw_table_view(seed, (800, 600), points, cameras)
+        assert list(view.cameras) == ["left", "right"][:cameras]
+        for side, camera in view.cameras.items():
+            pose = view.poses[side]
+            np.testing.assert_allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-12)
+            assert np.linalg.det(pose[:3, :3]) == pytest.approx(1)
+            assert pose[2, 3] > 100  # above the table
+            assert pose[2, 1] < 0  # the picture's y goes down
+            at = project(camera, pose, points)
+            assert (at > -20).all()
+            assert (at < np.array(camera.size) + 20).all()
+
+
+def distance(a: Any, b: Any) -> float:
+    return float(np.linalg.norm(np.subtract(a, b)))
+
+
+def test_drawn_changes_are_as_large_as_they_say() -> None:
+    base, rows = variant_a(), {row["name"]: row for row in golden()}
+    words: Counter[tuple[str, str]] = Counter()
+    for seed in range(9):
+        try:
+            variation = draw_variation(base, 8, np.random.default_rng(seed), lambda _: True)
+            after = {f.name: f.row() for f in all_features(variation.design)}
+        except ValueError:  # no room: a trial draws again
+            continue
+        differing = {row["name"] for row in changes(list(rows.values()), list(after.values()))}
+        assert len(variation.changes) == 8
+        for change in variation.changes:
+            words[change.kind, change.change] += 1
+            check_change(change, variation, rows, after, differing)
+    assert len(words) >= 15
+
+
+def check_change(
+    change: Change,
+    variation: Variation,
+    before: dict[str, Any],
+    after: dict[str, Any],
+    differing: set[str],
+) -> None:
+    """One change against the golden table of the base and the table of what came of it."""
+    name = change.name
+    if change.change in ("plugged", "missing"):  # the body stays as it was
+        assert name not in differing
+        assert change.change == "missing" or name in variation.plugs
+        return
+    if change.change == "added":
+        assert f"HOLE_{name}" in differing
+        assert f"HOLE_{name}" not in before
+        assert (
+            min(
+                distance(row["centre"], after[f"HOLE_{name}"]["centre"])
+                for n, row in before.items()
+                if n.startswith("HOLE_BOLT_F")
+            )
+            > 20
+        )
+        return
+    if change.kind == "clip":
+        holes = [f"HOLE_{name}_{i}" for i in (1, 2)]
+        middle_before, middle_after = (np.mean([t[h]["centre"] for h in holes], 0) for t in (before, after))
+        if change.change == "moved":
+            assert 2 <= distance(middle_before, middle_after) <= 5
+        else:
+            assert set(holes) <= differing
+        return
+    assert name in differing
+    assert list(change.before or ()) == before[name]["box"]
+    if change.change == "removed":
+        assert name not in after
+        assert change.after is None
+        return
+    assert list(change.after or ()) == after[name]["box"]
+    if change.change == "moved" and "centre" in before[name]:
+        assert 2 <= distance(before[name]["centre"], after[name]["centre"]) <= 5
+    elif change.change == "resized" and change.kind in ("hole", "boss"):
+        assert 0.045 <= abs(after[name]["radius"] / before[name]["radius"] - 1) <= 0.105
+    elif change.change == "resized" and change.kind == "rib":
+        assert 2 <= after[name]["thickness"] - before[name]["thickness"] <= 5
+    elif change.change == "deepened":
+        assert 2 <= abs(after[name]["depth"] - before[name]["depth"]) <= 5
+        assert after[name]["web_thickness"] >= 2
+    elif change.change == "resized" and change.kind == "pocket":
+        assert after[name]["area"] > before[name]["area"]
+
+
+def test_a_plugged_hole_and_a_missing_bolt_change_components_not_the_body() -> None:
+    base = variant_a()
+    pool = {(c.name, c.change): c for c in candidates(base)}
+    rng, variation = np.random.default_rng(1), Variation(base)
+    for key in (("LH08", "plugged"), ("BOLT_F05", "missing"), ("CLIP_1", "missing")):
+        variation = apply_change(variation, pool[key], rng)
+    assert variation.plugs == ("LH08",)
+    assert variation.missing == {"BOLT_F05", "CLIP_1/CLIP", "CLIP_1/BOLT_1", "CLIP_1/BOLT_2"}
+    assert variation.design == base
+
+
+def test_visible_pixels_of_a_cuboid_are_those_within_its_outline() -> None:
+    block = cuboid("BLOCK", (-30, -20, 0), (30, 20, 40))
+    behind = cuboid("FLOOR", (-60, -50, -10), (60, 50, 0))
+    view = from_above(400.0)
+    truth = truth_data("x", {}, view, [block, behind], Caster([block, behind]), np.eye(4))
+    upper, lower = (row["left"] for row in truth["parts_in_view"])
+    # The top at 360 mm from the camera hides its own sides; 400 / 360 pixels a millimetre.
+    scale, floor = 400.0 / 360.0, 400.0 / 400.0
+    assert upper["visible_px"] == upper["unoccluded_px"] == centres_within(30 * scale, 20 * scale)
+    whole = centres_within(60 * floor, 50 * floor)
+    assert lower["unoccluded_px"] == whole
+    assert lower["visible_px"] == whole - upper["visible_px"]
+    assert truth["cameras"]["left"]["background_share"] == pytest.approx(1 - whole / (320 * 240), abs=1e-5)
+
+
+def test_changed_pixels_are_counted_where_the_surface_differs() -> None:
+    """A block that grew by 3 mm, one that went, and one as it was, on a floor, seen from straight above."""
+    view = from_above(400.0)
+    floor = cuboid("FLOOR", (-150, -110, -10), (150, 110, 0))
+    same, gone = cuboid("SAME", (50, -20, 0), (70, 20, 30)), cuboid("GONE", (-90, -15, 0), (-60, 15, 20))
+    low, high = cuboid("BLOCK", (-20, -20, 0), (20, 20, 30)), cuboid("BLOCK", (-20, -20, 0), (20, 20, 33))
+    built = [Built(variant_a(), c, Caster(c)) for c in ([floor, same, gone, low], [floor, same, high])]
+    grown = Change("BLOCK", "boss", "resized", {}, (-20, -20, 0, 20, 20, 30), (-20, -20, 0, 20, 20, 33))
+    removed = Change("GONE", "boss", "removed", {}, (-90, -15, 0, -60, 15, 20), None)
+    first, second, beside = change_rows((grown, removed), built[0], built[1], view)
+    assert first["left"]["model_px"] == centres_within(20 * 400 / 370, 20 * 400 / 370)
+    assert (
+        first["left"]["rendered_px"] == first["left"]["differing_px"] == centres_within(20 * 400 / 367, 20 * 400 / 367)
+    )
+    assert second["left"]["rendered_px"] == 0
+    # Its top and the one side that the camera sees: from the top's far edge to the foot's near one.
+    x, y = np.meshgrid(np.arange(320) - 159.5, np.arange(240) - 119.5)
+    near, far = 400 / 380, 400 / 400
+    top = (x >= -90 * near) & (x <= -60 * near) & (np.abs(y) <= 15 * near)
+    side = (x > -60 * near) & (x <= -60 * far) & (np.abs(y) <= 15 * 400 / (400 + 0 * x) * np.maximum(-x / 60, far))
+    assert second["left"]["model_px"] == second["left"]["differing_px"] == int((top | side).sum())
+    assert beside["left"]["differing_px"] == 0
+
+
+def test_the_opening_of_a_hole_is_a_disk() -> None:
+    """Nothing hides a hole of radius 25 whose near mouth is 380 mm away: pixels within 25 * 400 / 380."""
+    view = from_above(400.0)
+    far_off = cuboid("FLOOR", (-150, -110, -60), (150, 110, -50))
+    built = Built(variant_a(), [far_off], Caster([far_off]))
+    box = (-25.0, -25.0, 10.0, 25.0, 25.0, 20.0)
+    row, _ = change_rows((Change("LH", "hole", "removed", {}, box, None),), built, built, view)
+    x, y = np.meshgrid(np.arange(320) - 159.5, np.arange(240) - 119.5)
+    assert row["left"]["model_px"] == int((np.hypot(x, y) < 25 * 400 / 380).sum())
+    covered = Built(variant_a(), [cuboid("LID", (0, -110, 100), (150, 110, 110))], Caster([]))
+    covered = replace(covered, caster=Caster(covered.components))
+    row, _ = change_rows((Change("LH", "hole", "removed", {}, box, None),), covered, covered, view)
+    assert row["left"]["model_px"] == int(((np.hypot(x, y) < 25 * 400 / 380) & (x < 0)).sum())
+
+
+@pytest.mark.parametrize("what", sorted(OBJECTS))
+def test_objects_stand_on_the_table_and_are_written_as_step(what: str, tmp_path: Path) -> None:
+    shapes, placed = make_object(what, np.random.default_rng([5, 14]))
+    write_step((shapes, placed), tmp_path / "model.step")
+    components = read_components(tmp_path / "model.step")
+    assert [c.path for c in components] == [name for name, _, _ in placed]
+    points = np.concatenate(Caster(components).vertices)
+    assert points[:, 2].min() == pytest.approx(0, abs=0.02)
+    assert 15 < np.ptp(points, axis=0).max() < 330
+
+
+@pytest.mark.parametrize("kind", [*PRINTS, "mixed"])
+def test_prints_show_and_are_the_same_again(kind: str) -> None:
+    for seed in range(5):
+        sheet, again = (draw_print(kind, 120.0, 80.0, np.random.default_rng(seed)) for _ in range(2))
+        np.testing.assert_array_equal(sheet, again)
+        assert sheet.shape == (480, 720)
+        assert sheet.min() >= 0.03
+        assert sheet.max() <= 0.9
+        assert np.ptp(np.percentile(sheet, [0.5, 99.5])) > 0.1
+
+
+def test_the_files_of_a_trial_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["trials", str(tmp_path), "--only", "small_01", "--data-only"])
+    trials.main()
+    folder = tmp_path / "small"
+    truth = json.loads((folder / "small_01_truth.json").read_text())
+    rig, prior, world = (yaml.safe_load((folder / f"small_01_{n}.yaml").read_text()) for n in ("rig", "prior", "world"))
+    assert (folder / truth["model"]).exists()
+    (item,) = world["objects"]
+    np.testing.assert_allclose(item["world_from_object"], truth["world_from_object"], atol=1e-12)
+    for side, row in truth["cameras"].items():
+        pose = np.array(truth["world_from_rig"]) @ np.array(rig["cameras"][side]["rig_from_camera"])
+        np.testing.assert_allclose(pose, row["world_from_camera"], atol=1e-9)
+        camera_from_object = np.linalg.inv(pose) @ np.array(truth["world_from_object"])
+        turn, _ = cv2.Rodrigues(camera_from_object[:3, :3])
+        target = np.array([truth["target_in_object"]])
+        matrix, bent = np.array(row["matrix"]), np.array(row["distortion"])
+        found, _ = cv2.projectPoints(target, turn, camera_from_object[:3, 3], matrix, bent)
+        np.testing.assert_allclose(np.array(found).ravel(), row["target_pixel"], atol=1e-3)
+    error = np.linalg.inv(truth["world_from_rig"]) @ np.array(prior["world_from_rig"])
+    assert 0.5 < np.linalg.norm(error[:3, 3]) < 40
+    before = (folder / "small_01_truth.json").stat().st_mtime_ns
+    trials.main()  # what is there is left alone
+    assert (folder / "small_01_truth.json").stat().st_mtime_ns == before
