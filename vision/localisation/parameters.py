@@ -236,7 +236,7 @@ class VerdictParameters:
     """share of the expected evidence beyond which more says no more"""
     min_posterior: float = 0.9
     """probability from which a pose is accepted"""
-    temper: float = 0.2
+    temper: float = 0.05
     """by which differences of evidence between rivals are multiplied"""
     agreement_px: float = 1.0
     """px"""

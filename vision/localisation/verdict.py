@@ -41,12 +41,16 @@ class Verdict:
 
 
 def find_rivals(best: Refined, others: list[Refined], p: VerdictParameters) -> list[Refined]:
-    """Those of the others that pictures and prior leave about as likely as the best."""
-    margin = max(p.rival_share * best.evidence, p.min_margin)
+    """Those of the others that pictures and prior leave about as likely as the best.
+
+    What is found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge tells
+    them apart, however many arcs light may hide."""
+    most = float(best.support.found.sum())
+    margin = max(p.rival_share * most, p.min_margin)
 
     def rivals_best(h: Refined) -> bool:
         odds = 0.5 * (h.prior_sigma**2 - best.prior_sigma**2)
-        return h.evidence > best.evidence - margin and odds < p.prior_odds
+        return float(h.support.found.sum()) > most - margin and odds < p.prior_odds
 
     return [h for h in others if rivals_best(h)]
 
