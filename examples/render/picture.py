@@ -129,6 +129,8 @@ def denoise(image: Image) -> Image:
     message = ctypes.c_char_p()
     if library.oidnGetDeviceError(device, ctypes.byref(message)):
         raise RuntimeError(f"denoiser: {message.value!r}")
+    library.oidnReleaseFilter(network)  # some hundred megabytes
+    library.oidnReleaseDevice(device)
     return np.asarray(output.mean(2), np.float32)
 
 
