@@ -226,9 +226,12 @@ def test_empty_picture_is_refused_by_verdict(
     assert main(["inspect", "--store", str(store), *dark, "--format", "json"]) == 1
     answer = json.loads(capsys.readouterr().out)
     assert answer["verdict"] == "refused"
-    assert answer["world_from_rig"] is None
-    assert answer["covariance"] is None
-    assert answer["world_from_camera"] == {"left": None}
+    # A picture that says nothing leaves the prior as it was.
+    assert answer["missing"]
+    assert answer["posterior"] < 0.01
+    np.testing.assert_allclose(answer["world_from_rig"], pair.prior["world_from_rig"], atol=1e-9)
+    sigma = [pair.prior["sigma"]["translation_mm"], np.radians(pair.prior["sigma"]["rotation_deg"])]
+    np.testing.assert_allclose(np.sqrt(np.diag(answer["covariance"])), np.repeat(sigma, 3), rtol=1e-6)
     assert answer["parts_in_view"] == []
 
 
