@@ -248,7 +248,7 @@ class VerdictParameters:
     """log odds by the prior beyond which a pose is no rival"""
     max_sigma: float = 6.0
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
-    max_apart_sigma: float = 8.0
+    max_apart_sigma: float = 4.3
     """sigmas, in six dimensions, by which cameras solved apart may differ"""
 
 
