@@ -44,7 +44,7 @@ def compute_covariance(
     usual = p.refinement.usual_arcs * float(length.mean())
     scattered = float((length * (mean[rows] ** 2 - noise)).sum()) + usual * p.refinement.arc_shift_px**2
     variance = max(scattered / (usual + float((length * (1 - followed) ** 2).sum())), 0.0)
-    meat = scatter.T @ scatter + p.refinement.inflation * variance * shift.T @ shift + hessian - data
+    meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
     return np.asarray((inverse @ meat @ inverse)[:6, :6])

@@ -178,8 +178,6 @@ class RefinementParameters:
     """px: usual standard deviation by which an arc's image is shifted as a whole"""
     usual_arcs: float = 4.0
     """arcs that this counts as much as"""
-    inflation: float = 1.0
-    """factor of the variance that such shifts give the pose, for arcs of a feature that share light and tolerance"""
 
 
 @dataclass(frozen=True)

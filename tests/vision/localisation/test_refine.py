@@ -77,7 +77,7 @@ def test_covariance_holds_the_truth() -> None:
         d = perturbation(found.world_from_rig, truth)
         assert np.abs(d[:3]).max() < 0.3
         distances.append(d @ np.linalg.solve(found.covariance, d))
-    # Chi-square of six degrees has mean 6; the covariance is twice what independent arcs would make it.
+    # Chi-square of six degrees has mean 6; the covariance also holds shifts of arcs, of which there are none here.
     assert 0.5 < np.mean(distances) < 9
 
 
