@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import cached_property
@@ -19,6 +20,10 @@ from relmodel.arrays import Ints
 from relmodel.columns import Columns
 from relmodel.errors import StoreError
 from relmodel.store import bulk, sql
+from relmodel.store.engine import is_locked
+
+PATIENCE_S = 60.0  # how long a store that was let go of waits for its file: others hold it while they record
+_PAUSE_S = 0.05
 
 # Types of columns by the names that DuckDB and PostgreSQL have for them.
 _TYPES: dict[str, type[TypeEngine[Any]]] = {
@@ -59,6 +64,23 @@ class Database:
             return None
         with self.read() as connection:
             return str(self.rows(connection, "revision")[0].version_num)
+
+    def release(self) -> None:
+        """Let other processes have a DuckDB file until the next read or write, which takes it again and waits for it
+        where another process has it."""
+        if self.dialect == "duckdb" and not self._closed:
+            self.engine.dispose()
+
+    def _connect(self) -> Connection:
+        """A connection; where another process holds the file, as one does that records, after a while."""
+        given_up = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                return self.engine.connect()
+            except Exception as error:
+                if not is_locked(error) or time.monotonic() > given_up:
+                    raise
+            time.sleep(_PAUSE_S)
 
     def close(self) -> None:
         """Let go of the database; what is asked of it from here on raises StoreError."""
@@ -124,7 +146,7 @@ class Database:
         Raises StoreError where the database fails, refuses it to the role, or is closed.
         """
         self._refuse_closed()
-        with self._failures(), self.engine.connect() as connection:
+        with self._failures(), self._connect() as connection:
             if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
                 connection = connection.execution_options(isolation_level="REPEATABLE READ")
             yield connection
@@ -139,7 +161,7 @@ class Database:
         self._refuse_closed()
         if self._read_only:
             raise StoreError(f"the store {self.name} is open for reading only: open it without read_only to write")
-        with self._failures(), self.engine.begin() as connection:
+        with self._failures(), self._connect() as connection, connection.begin():
             yield connection
 
     @contextmanager
@@ -152,7 +174,7 @@ class Database:
             yield
             return
         self._refuse_closed()
-        with self.engine.connect() as settings:  # a transaction that failed refuses whatever comes after
+        with self._connect() as settings:  # a transaction that failed refuses whatever comes after
             settings.execute(sql.query("run/one_thread.duckdb"))
             try:
                 yield

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from pathlib import Path
 
 from sqlalchemy import URL, Engine, create_engine, make_url
@@ -28,6 +29,9 @@ def store_url(target: str | Path) -> URL:
         raise StoreError(f"{name!r} would be a store in memory alone, lost when its process ends: name a file")
     return url
 
+
+PATIENCE_S = 3.0  # how long a store that another process holds is tried to be opened
+_PAUSE_S = 0.05
 
 DUCKDB_CONFIG = {
     # DuckDB gives every column and index of its own at least one block: of 32 KiB, a store of some hundred tables takes
@@ -59,7 +63,7 @@ def connect(url: URL, *, read_only: bool) -> Engine:
         options = {"config": DUCKDB_CONFIG, "read_only": read_only}
     try:
         engine = create_engine(url, connect_args=options)
-        engine.connect().close()
+        _try_connection(engine)
     except ModuleNotFoundError as error:
         raise StoreError(f"the store {url} needs the package {error.name}: install relmodel[postgresql]") from error
     except (DBAPIError, OSError) as error:
@@ -71,11 +75,29 @@ def connect(url: URL, *, read_only: bool) -> Engine:
     return engine
 
 
+def is_locked(error: Exception) -> bool:
+    """Whether it is a DuckDB file that another process holds which made the error."""
+    return "Could not set lock" in str(getattr(error, "orig", None) or error)
+
+
+def _try_connection(engine: Engine) -> None:
+    """Connect once; where another process holds the file, again for a while: an inspection does while it records."""
+    given_up = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            engine.connect().close()
+            return
+        except Exception as error:
+            if not is_locked(error) or time.monotonic() > given_up:
+                raise
+        time.sleep(_PAUSE_S)
+
+
 def _sentence(url: URL, error: Exception) -> str:
     said = str(getattr(error, "orig", None) or error)
     if url.get_backend_name() != "duckdb":
         return f"cannot reach the store {url}: {said.strip().splitlines()[0]}"
-    if "Could not set lock" in said:
+    if is_locked(error):
         holder = re.search(r"Conflicting lock is held in (\S+) \(PID (\d+)\)", said)
         who = f"process {holder[2]} ({Path(holder[1]).name})" if holder else "another process"
         return f"the store {url.database} is held by {who}: wait until it ends, end it, or keep the store in PostgreSQL"

@@ -16,13 +16,12 @@ from typing import TYPE_CHECKING, Any
 import relmodel
 from relmodel.columns import Columns
 from relmodel.store import bulk, journal
+from relmodel.store.alive import is_alive, show_alive
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from relmodel.store.database import Database
-
-_STARTED = datetime.now(UTC)  # every run of this process begins after this
 
 
 def package_versions(*names: str) -> dict[str, str]:
@@ -70,7 +69,7 @@ class Run:
         with ExitStack() as held:
             with store.write() as connection:
                 run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
-                held.enter_context(_alive(store, run.id))
+                held.enter_context(show_alive(store, run.id))
                 run._begun(connection, kind, parameters, inputs or {}, packages)
             journal.record(store, "run_event", run.id, 0)
             try:
@@ -191,37 +190,12 @@ class Run:
         self._events += 1
 
 
-@contextmanager
-def _alive(store: Database, run_id: int) -> Iterator[None]:
-    """Show, for as long as the block lasts, that a run's process lives.
-
-    On PostgreSQL a session of its own holds an advisory lock, which the server drops when the process is gone, on
-    whatever machine it was.  On DuckDB the lock that the process holds on the file says it already.
-    """
-    if store.dialect == "duckdb":
-        yield
-        return
-    with store.read() as session:
-        store.rows(session, "run/hold.postgresql", run=run_id)
-        session.commit()  # the lock is the session's, not the transaction's
-        try:
-            yield
-        finally:
-            store.rows(session, "run/release.postgresql", run=run_id)
-
-
 def mark_dead_runs(store: Database) -> None:
-    """Append found_dead to the runs that neither ended nor have a living process.
-
-    On DuckDB this process holds the file, so a run lives only where this process began it.
-    """
+    """Append found_dead to the runs that neither ended nor have a living process."""
     with store.write() as connection:
+        dead = store.rows(connection, f"run/unfinished.{store.dialect}")
         if store.dialect == "duckdb":
-            dead = store.rows(
-                connection, "run/dead.duckdb", host=platform.node(), process=os.getpid(), started=_STARTED
-            )
-        else:
-            dead = store.rows(connection, "run/dead.postgresql")
+            dead = [row for row in dead if not is_alive(store, row.run_id)]
         if not dead:
             return
         store.append(

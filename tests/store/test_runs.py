@@ -14,7 +14,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import StoreError
-from relmodel.store import Run, Store, journal
+from relmodel.store import Run, Store, engine, journal
 from relmodel.store.check import check
 
 SPAWN = multiprocessing.get_context("spawn")
@@ -88,17 +88,20 @@ def test_rows_that_vanish_or_come_from_nowhere_are_found(fresh_store: str) -> No
         ]
 
 
-def begin_and_wait(target: str, pipe: Pipe) -> None:
+def begin_and_wait(target: str, pipe: Pipe, let_go: bool) -> None:
     with Store.open(target) as store, Run.begin(store, "load", {}) as run:
+        if let_go:
+            store.release()
         pipe.send(run.id)
         pipe.recv()
 
 
 @pytest.fixture
-def living_run(fresh_store: str):  # type: ignore[no-untyped-def]
-    """(target, process, run id) of a run that another process is at."""
+def living_run(fresh_store: str, request: pytest.FixtureRequest):  # type: ignore[no-untyped-def]
+    """(target, process, run id) of a run that another process is at; with the parameter `let_go` it holds no file."""
     here, there = SPAWN.Pipe()
-    child = SPAWN.Process(target=begin_and_wait, args=(fresh_store, there))
+    let_go = getattr(request, "param", "") == "let_go"
+    child = SPAWN.Process(target=begin_and_wait, args=(fresh_store, there, let_go))
     child.start()
     assert here.poll(600)
     yield fresh_store, child, here.recv()
@@ -135,8 +138,23 @@ def _wait_for_server(store: Store) -> None:
         mark_dead_runs(store)
 
 
-def test_living_run_is_left_alone(living_run, fresh_store: str) -> None:  # type: ignore[no-untyped-def]
+@pytest.mark.parametrize("living_run", ["let_go"], indirect=True)
+def test_living_run_that_holds_no_file_is_left_alone(living_run) -> None:  # type: ignore[no-untyped-def]
     target, child, _ = living_run
+    for read_only in (True, False):
+        with Store.open(target, read_only=read_only) as store:
+            assert statuses(store) == ["running"]
+    os.kill(child.pid, signal.SIGKILL)
+    child.join()
+    with Store.open(target) as store:
+        _wait_for_server(store)
+        assert statuses(store) == ["dead"]
+    assert not list(Path(target).parent.glob("*.run-*"))
+
+
+def test_living_run_is_left_alone(living_run, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
+    target, child, _ = living_run
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
     if not target.startswith("postgresql"):
         # On DuckDB nobody else may open the file, and the message names the holder and the cure.
         with pytest.raises(StoreError) as refused:
