@@ -27,6 +27,7 @@ from vision.cameras.record import record_picture
 from vision.extraction.extract import Extraction, extract
 from vision.extraction.parameters import EdgeParameters, ExtractionParameters
 from vision.extraction.record import record_extraction
+from vision.extraction.rows import make_rows
 
 PICTURES = ("A/pairs/pair_00", "B/pairs/pair_00", "C/pairs/pair_00")
 _ALL_SCALES = ExtractionParameters(edges=EdgeParameters(scales=(1.0, 1.4, 2.0, 2.8)))
@@ -89,7 +90,7 @@ def storing(data: Path) -> None:
                 wall, cpu = perf_counter(), process_time()
                 with run.write() as connection:
                     image = record_picture(run, connection, picture, keep_bytes=False)
-                    record_extraction(run, connection, image, picture.sha256, found)
+                    record_extraction(run, connection, image, picture.sha256, found.parameters, make_rows(found))
                 took = (perf_counter() - wall) * 1e3, (process_time() - cpu) * 1e3
             in_use, of_file = (after - earlier for after, earlier in zip(_used(path), before, strict=True))
             rows.append([name, *took, in_use, of_file])

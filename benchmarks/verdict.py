@@ -40,7 +40,9 @@ from benchmarks.trials import (
 )
 from relmodel.arrays import Floats
 from vision.cameras.cameras import Needs, perturbation
-from vision.extraction.extract import Extraction, extract
+from vision.extraction.extract import extract
+from vision.extraction.primitives import Primitives
+from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.localisation.localise import localise
 from vision.localisation.parameters import DEFAULTS
@@ -91,7 +93,7 @@ def run(folder: Path, renders: Path | None, part: int, parts: int) -> None:
     file = folder / f"trials_{part}_{parts}.jsonl"
     done = {json.loads(line)["name"] for path in folder.glob("trials_*.jsonl") for line in path.open()}
     models = Models(folder)
-    extractions: dict[bytes, Extraction] = {}
+    extractions: dict[bytes, Primitives] = {}
     with file.open("a") as out:
         for number, trial in enumerate(trials(models, renders)):
             if number % parts == part and trial.name not in done:
@@ -101,7 +103,7 @@ def run(folder: Path, renders: Path | None, part: int, parts: int) -> None:
                 print(f"{trial.name}: {line['verdict']}, off {line['off_mm']}", flush=True)
 
 
-def measure(trial: Trial, models: Models, extractions: dict[bytes, Extraction]) -> dict[str, Any]:
+def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) -> dict[str, Any]:
     """What localisation says of a trial, its signs, and how far off it is."""
     scene = models.scene(trial.model)
     needs = NEEDS[len(trial.pictures)]
@@ -111,10 +113,10 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Extraction]) 
         if key not in extractions:
             if len(extractions) > 200:
                 extractions.clear()
-            extractions[key] = extract(picture)
+            extractions[key] = make_primitives(extract(picture))
         found[name] = extractions[key]
     began = time.process_time()
-    answer = localise(scene, trial.rig, trial.pictures, found, trial.prior, needs)
+    answer = localise(scene, trial.rig, found, trial.prior, needs)
     line: dict[str, Any] = {
         "name": trial.name,
         "group": trial.group,

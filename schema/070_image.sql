@@ -36,7 +36,9 @@ CREATE TABLE extraction (
     content_key TEXT NOT NULL UNIQUE,
     parameters JSON NOT NULL,
     version TEXT NOT NULL,
-    noise_sigma DOUBLE PRECISION NOT NULL
+    noise_sigma DOUBLE PRECISION NOT NULL,
+    grey_dark REAL NOT NULL,
+    grey_bright REAL NOT NULL
 );
 COMMENT ON TABLE extraction IS 'One extraction of arcs and regions from an image; all primitives hang on it.';
 COMMENT ON COLUMN extraction.id IS 'identity of the extraction';
@@ -45,6 +47,8 @@ COMMENT ON COLUMN extraction.content_key IS 'hash of image, parameters and versi
 COMMENT ON COLUMN extraction.parameters IS 'parameters, defaults included';
 COMMENT ON COLUMN extraction.version IS 'version of the extraction';
 COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noise found, grey levels of 0..255';
+COMMENT ON COLUMN extraction.grey_dark IS 'grey level that one pixel in a hundred is below, 0..255';
+COMMENT ON COLUMN extraction.grey_bright IS 'grey level that one pixel in a hundred is above, 0..255';
 
 -- Without keys: some 25,000 rows a picture, whose keys would cost as much as all else of it.  Their numbers are
 -- decimals that end well below their sigma: these pack to a third of floating-point numbers.
@@ -60,7 +64,7 @@ CREATE TABLE edge_element (
     sigma DECIMAL(9, 3) NOT NULL,
     image_arc_no INTEGER
 );
-COMMENT ON TABLE edge_element IS 'Edge elements that were linked: facet zero-crossings with sub-pixel position.';
+COMMENT ON TABLE edge_element IS 'Edge elements: facet zero-crossings with sub-pixel position; all that were linked, and loose ones that are strong enough to be evidence of a pose.';
 COMMENT ON COLUMN edge_element.extraction_id IS 'the extraction';
 COMMENT ON COLUMN edge_element.edge_element_no IS 'ordinal in the extraction, from 0: the elements of an arc follow each other along it';
 COMMENT ON COLUMN edge_element.x IS 'x, px';

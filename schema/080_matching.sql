@@ -42,11 +42,20 @@ COMMENT ON COLUMN view.m23 IS 'world_from_camera: row 2 of the translation, mm';
 CREATE SEQUENCE unit_set_id_seq;
 CREATE TABLE unit_set (
     id BIGINT PRIMARY KEY,
-    extraction_id BIGINT NOT NULL
+    kind TEXT NOT NULL,
+    extraction_id BIGINT,
+    run_id BIGINT,
+    view_no INTEGER,
+    CHECK (kind IN ('extraction', 'view')),
+    CHECK ((kind = 'extraction') = (extraction_id IS NOT NULL)),
+    CHECK ((kind = 'view') = (run_id IS NOT NULL AND view_no IS NOT NULL))
 );
 COMMENT ON TABLE unit_set IS 'A set of primitives that a matcher sees: of one image.';
 COMMENT ON COLUMN unit_set.id IS 'identity of the set';
-COMMENT ON COLUMN unit_set.extraction_id IS 'the extraction whose arcs and regions they are';
+COMMENT ON COLUMN unit_set.kind IS 'extraction: arcs, then regions of a picture; view: arcs, then surfaces that a camera should see at a pose';
+COMMENT ON COLUMN unit_set.extraction_id IS 'the extraction whose arcs and regions they are; null of a view';
+COMMENT ON COLUMN unit_set.run_id IS 'the run that predicted the view; null of an extraction';
+COMMENT ON COLUMN unit_set.view_no IS 'the view of that run; null of an extraction';
 
 -- Without keys, as the arcs and regions of images.
 CREATE TABLE unit (

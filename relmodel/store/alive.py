@@ -38,7 +38,7 @@ def show_alive(store: Database, run_id: int) -> Iterator[None]:
 
 
 def is_alive(store: Database, run_id: int) -> bool:
-    """Whether a process, this one too, shows that a run of a DuckDB store lives; the file that a dead one left is removed."""
+    """Whether a process, this one too, shows that a run of a DuckDB store lives; what a dead one left is removed."""
     file = _lock_file(store, run_id)
     if file is None:
         return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from hashlib import sha256
 from itertools import takewhile
@@ -26,6 +27,17 @@ def schema_scripts(dialect: str) -> tuple[str, ...]:
 def schema_hash(dialect: str) -> str:
     """SHA-256 (hexadecimal) of the schema of this version for a dialect."""
     return sha256("\0".join(schema_scripts(dialect)).encode()).hexdigest()
+
+
+@cache
+def column_types(table: str) -> dict[str, str]:
+    """Types of the columns of a table as `schema/` spells them, such as `DECIMAL(9, 2)`, without asking a store."""
+    script = "\n".join(schema_scripts(DIALECTS[0]))
+    made = re.search(rf"^CREATE TABLE {re.escape(table)} \((.*?)^\);", script, re.MULTILINE | re.DOTALL)
+    if made is None:
+        raise ValueError(f"schema/ makes no table {table!r}")
+    column = r"^    ([a-z]\w*) ((?:DOUBLE PRECISION|[A-Z]+)(?:\([\d, ]+\))?(?:\[\])?)"
+    return dict(re.findall(column, made[1], re.MULTILINE))
 
 
 def revisions() -> list[str]:

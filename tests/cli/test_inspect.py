@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -15,8 +17,11 @@ import sqlalchemy as sa
 from relmodel.cli.main import main
 from relmodel.store import Store
 from tests.cli.conftest import DEMO, Inspection, Pair, inspected
+from vision.inspection import inspection as inspection_module
+from vision.inspection import pictures
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.inspection.parameters import InspectionParameters
+from vision.localisation.localise import Localisation, localise
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
@@ -61,6 +66,11 @@ COMPARED = (
     "edge_measurement",
     "pose",
     "part_in_view",
+    "problem",
+    "candidate",
+    "vote",
+    "assignment",
+    "triangulated_unit",
 )
 
 
@@ -163,8 +173,24 @@ def test_store_is_whole_afterwards(answer: dict[str, Any], store: str, capsys: p
     assert main(["check", "--store", store]) == 0, capsys.readouterr().out
 
 
-def test_same_inspection_gives_same_rows(answer: dict[str, Any], store: str, pair: Pair) -> None:
+def test_same_inspection_gives_same_rows(
+    answer: dict[str, Any], store: str, pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second from the extractions that the store has, which others may read while it computes."""
+
+    def never(*_: object) -> None:
+        raise AssertionError("extracted again")
+
+    def read_by_others(*given: Any, **named: Any) -> Localisation:
+        read = [sys.executable, "-m", "relmodel", "sql", "--store", store, "SELECT count(*) AS n FROM extraction"]
+        readers.append(subprocess.run(read, capture_output=True, text=True, check=False))
+        return localise(*given, **named)
+
+    readers: list[subprocess.CompletedProcess[str]] = []
+    monkeypatch.setattr(pictures, "extract", never)
+    monkeypatch.setattr(inspection_module, "localise", read_by_others)
     again = inspected(store, *pair.options())
+    assert [(read.returncode, "2" in read.stdout) for read in readers] == [(0, True)]
     varying = {"run", "timings_s"}
     assert {k: v for k, v in again.items() if k not in varying} == {k: v for k, v in answer.items() if k not in varying}
     with Store.open(store, read_only=True) as opened, opened.read() as connection:

@@ -26,7 +26,7 @@ from vision.extraction.segmentation import segment_chains
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
 from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
-VERSION = "12"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "13"  # raised whenever equal pictures and parameters come to give other primitives
 
 # The kernels of an extraction at one scale.
 KERNELS = tuple(
@@ -50,7 +50,8 @@ KERNELS = tuple(
 class Extraction:
     """All that was found in one picture of `shape` (rows, columns).
 
-    `noise` (256,) is the noise over grey; `edges` are all elements, `chains` those that were linked and kept; `quality`
+    `noise` (256,) is the noise over grey; `grey_dark` and `grey_bright` are the levels that 1 % of the picture are
+    below and above; `edges` are all elements, `chains` those that were linked and kept; `quality`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
     (regions, 11) counts them; `ridge_arcs` run along ridges and ravines, their elements those of `ridges`, their
     quality `ridge_quality`; `timings_s` says how long each stage kept the next waiting."""
@@ -58,6 +59,8 @@ class Extraction:
     shape: tuple[int, int]
     parameters: ExtractionParameters
     noise: Floats
+    grey_dark: float
+    grey_bright: float
     edges: EdgeElements
     chains: Chains
     arcs: Arcs
@@ -112,6 +115,7 @@ def extract(
             raise InputError("the mask leaves nothing of the picture: paint part of it white")
         p = replace(p, mask=hashlib.sha256(np.packbits(mask).tobytes()).hexdigest())
     noise = estimate_noise(grey, p.noise)
+    dark, bright = np.percentile(grey[::4, ::4], [1, 99])
     lap("noise")
     edges = detect_edges_over_scales(grey, p.edges, noise=noise)
     if mask is not None:
@@ -157,6 +161,8 @@ def extract(
         shape,
         p,
         noise,
+        float(dark),
+        float(bright),
         edges,
         chains,
         arcs,

@@ -50,6 +50,8 @@ class EdgeParameters:
     """scales: within this distance the coarser scale has to show the edge too"""
     min_partner_cosine: float = 0.8
     """cosine of the greatest angle between partners"""
+    kept_share: float = 0.03
+    """of the picture's range of grey: weaker elements that nothing links are evidence of nothing and are not kept"""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.significance <= 1.0:

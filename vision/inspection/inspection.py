@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,15 +17,15 @@ from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig
-from vision.cameras.images import Picture, read_picture
+from vision.cameras.images import read_picture
 from vision.cameras.record import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction import extract as extraction
-from vision.extraction.extract import Extraction, extract
-from vision.extraction.parameters import ExtractionParameters
+from vision.extraction.primitives import Primitives
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
+from vision.inspection.pictures import extract_pictures
 from vision.inspection.record import Inspected, record_inspection
 from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
@@ -167,15 +166,15 @@ def inspect(
         inputs=inputs,
         packages=PACKAGES,
     ) as run:
-        extractions = _extract(pictures, parameters.extraction)
+        seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
+        primitives = {name: one.primitives for name, one in seen.items()}
         clock.lap("extract")
-        stereo = _stereo(stored, cameras, believed, extractions, parameters)
+        stereo = _stereo(stored, cameras, believed, primitives, parameters)
         clock.lap("stereo")
         found = localise(
             stored.scene,
             cameras,
-            {name: picture.grey for name, picture in pictures.items()},
-            extractions,
+            primitives,
             believed,
             needs,
             parameters.localisation,
@@ -184,10 +183,7 @@ def inspect(
         correction = _correction(mounted, carrier or Carrier(), found)
         parts = None
         if found.best is not None and found.verdict.verdict != "refused":
-            with store.read() as connection:
-                parts = find_parts_in_view(
-                    store, connection, stored, cameras, found.best.world_from_rig, parameters.localisation
-                )
+            parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
         clock.lap("view")
         if overlay is not None:
             draw_overlay(overlay, pictures, cameras, found)
@@ -195,10 +191,7 @@ def inspect(
             record_inspection(
                 run,
                 connection,
-                Inspected(
-                    stored, selection, cameras, believed, needs, pictures, extractions, stereo, found, correction, parts
-                ),
-                keep_images=keep_images,
+                Inspected(stored, selection, cameras, believed, needs, seen, stereo, found, correction, parts),
             )
             clock.lap("record")
             run.steps(connection, clock.laps)
@@ -235,23 +228,16 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
     )
 
 
-def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Extraction]:
-    """Extractions of all pictures, side by side: the kernels run without the interpreter's lock."""
-    with ThreadPoolExecutor(max_workers=len(pictures)) as pool:
-        work = {name: pool.submit(extract, picture.grey, parameters) for name, picture in pictures.items()}
-        return {name: task.result() for name, task in work.items()}
-
-
 def _stereo(
-    stored: StoredScene, rig: Rig, prior: Prior, extractions: dict[str, Extraction], parameters: InspectionParameters
+    stored: StoredScene, rig: Rig, prior: Prior, pictures: dict[str, Primitives], parameters: InspectionParameters
 ) -> StereoMatches | None:
     """Matches of a pair; None for one camera."""
-    if len(extractions) < 2:
+    if len(pictures) < 2:
         return None
     depths = predict_depth_range(
         stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.localisation.depth_range
     )
-    return match_stereo(rig, extractions["left"], extractions["right"], depths, parameters.stereo)
+    return match_stereo(rig, pictures["left"], pictures["right"], depths, parameters.stereo)
 
 
 def _answer(

@@ -13,11 +13,9 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
 from relmodel.world.correction import Correction
 from vision.cameras.cameras import Needs, Prior, Rig
-from vision.cameras.images import Picture
-from vision.cameras.record import record_picture, record_rig
+from vision.cameras.record import record_rig
 from vision.cameras.view_volume import Selection
-from vision.extraction.extract import Extraction
-from vision.extraction.record import record_extraction
+from vision.inspection.pictures import SeenPicture
 from vision.localisation.correspondence import REASONS
 from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
@@ -32,37 +30,37 @@ BEST = 0  # number of the hypothesis that the views and correspondences belong t
 
 @dataclass(frozen=True)
 class Inspected:
-    """What an inspection was given and found; pictures and extractions by camera, stereo, correction and parts where
-    there are."""
+    """What an inspection was given and found; pictures by camera, stereo, correction and parts where there are."""
 
     stored: StoredScene
     selection: Selection
     rig: Rig
     prior: Prior
     needs: Needs
-    pictures: dict[str, Picture]
-    extractions: dict[str, Extraction]
+    pictures: dict[str, SeenPicture]
     stereo: StereoMatches | None
     found: Localisation
     correction: Correction | None
     parts: PartsInView | None
 
 
-def record_inspection(run: Run, connection: Connection, it: Inspected, *, keep_images: bool) -> None:
+def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
     """Append all rows of an inspection within the transaction of `connection`."""
     _record_inputs(run, connection, it)
-    units = {}
     for name, picture in it.pictures.items():
-        image_id = record_picture(run, connection, picture, keep_bytes=keep_images)
-        recorded = record_extraction(run, connection, image_id, picture.sha256, it.extractions[name])
-        units[name] = recorded.unit_set_id
         run.append(
             connection,
             "inspection_image",
-            {"run_id": [run.id], "camera": name, "image_id": image_id, "extraction_id": recorded.extraction_id},
+            {
+                "run_id": [run.id],
+                "camera": name,
+                "image_id": picture.image_id,
+                "extraction_id": picture.recorded.extraction_id,
+            },
         )
     if it.stereo is not None:
-        record_stereo(run, connection, 0, units["left"], units["right"], it.stereo)
+        left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
+        record_stereo(run, connection, 0, left, right, it.stereo)
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(it.found.views.items()):
         assert it.found.best is not None

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.extraction.arcs import Arcs
+from vision.extraction.primitives import ArcColumns
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.parameters import DEFAULTS, CorrespondenceParameters
 from vision.localisation.views import ViewArcs
@@ -42,14 +42,14 @@ class Correspondences:
 
 def correspond(
     view: ViewArcs,
-    arcs: Arcs,
+    arcs: ArcColumns,
     edges: EdgePoints,
     sigma_px: Floats,
     p: CorrespondenceParameters = DEFAULTS.correspondence,
 ) -> Correspondences:
     """Candidate pairs of a view's runs and a picture's arcs, and which are taken.
 
-    edges: of the same picture, in the order of the elements that the arcs are made of; sigma_px (samples,): standard
+    edges: of the same picture, those of the arcs first; sigma_px (samples,): standard
     deviation of the view's samples along their normals that the pose's covariance makes.
     """
     pairs = _pairs(view, arcs, edges, p)
@@ -86,13 +86,13 @@ class _Pairs:
     angle: Floats
 
 
-def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints, p: CorrespondenceParameters) -> _Pairs:
+def _pairs(view: ViewArcs, arcs: ArcColumns, edges: EdgePoints, p: CorrespondenceParameters) -> _Pairs:
     from scipy.spatial import cKDTree
 
     # Samples every few px suffice: distance is taken along the normal.
     along = np.floor(np.cumsum(view.samples.length_px) / p.sample_spacing_px)
     some = np.flatnonzero((np.diff(along, prepend=-1) > 0) | (np.diff(view.run, prepend=-1) != 0))
-    elements = np.asarray(arcs.elements, np.int64)
+    elements = np.arange(arcs.offsets[-1])
     arc = np.repeat(np.arange(len(arcs)), np.diff(arcs.offsets))
     position = edges.position[elements]
     if not len(some) or not len(elements):
@@ -110,7 +110,7 @@ def _pairs(view: ViewArcs, arcs: Arcs, edges: EdgePoints, p: CorrespondenceParam
     way = position[row] - view.samples.pixel[sample]
     offset = way[:, 1] * direction[:, 0] - way[:, 0] * direction[:, 1]
     beside = np.abs(np.einsum("ni,ni->n", way, direction)) < p.max_beside_px
-    normal = edges.normal[elements[row]]
+    normal = edges.normal[row]
     sine = np.abs(np.einsum("ni,ni->n", normal, direction))
     angle = np.arcsin(np.minimum(sine, 1.0))
     row, sample, offset, angle = row[beside], sample[beside], offset[beside], angle[beside]

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
+from relmodel.arrays import Bools, Floats, Floats32, Ints
 from vision.cameras.cameras import Camera
-from vision.extraction.edges import EdgeElements
+from vision.extraction.primitives import Primitives
 from vision.localisation.parameters import DEFAULTS, EvidenceParameters
 
 
@@ -40,14 +40,12 @@ class EdgePoints:
     grey_range: float
 
 
-def collect_edge_points(
-    elements: EdgeElements, image: Bytes | Floats, camera: Camera, p: EvidenceParameters = DEFAULTS.evidence
-) -> EdgePoints:
-    """The edge elements of a picture (rows, columns) without the camera's distortion."""
+def collect_edge_points(picture: Primitives, camera: Camera, p: EvidenceParameters = DEFAULTS.evidence) -> EdgePoints:
+    """The edge elements of a picture without the camera's distortion."""
+    elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
     bounds = np.array([p.border_px, p.border_px]), np.array([camera.width, camera.height]) - 1.0 - p.border_px
-    dark, bright = np.percentile(image[::4, ::4], [1, 99])
     low, high, sigma = *bounds, elements.sigma
     if not camera.is_pinhole:
         # Edges turn as their tangents do; sigma grows or shrinks with the scale across.
@@ -65,7 +63,7 @@ def collect_edge_points(
         ideal = camera.undistort(np.concatenate(border))
         low, high = ideal.min(axis=0), ideal.max(axis=0)
     return EdgePoints(
-        position, normal, np.asarray(elements.contrast), sigma, low, high, max(float(bright - dark), p.min_grey_range)
+        position, normal, np.asarray(elements.contrast), sigma, low, high, max(picture.grey_range, p.min_grey_range)
     )
 
 

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bytes, Floats
+from relmodel.arrays import Floats
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation
 from vision.clock import Clock
-from vision.extraction.arcs import Arcs
-from vision.extraction.extract import Extraction
+from vision.extraction.primitives import ArcColumns, Primitives
 from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements, shift_poses
 from vision.localisation.correspondence import Correspondences, correspond
 from vision.localisation.evidence import Evidence, collect_edge_points
@@ -67,18 +66,14 @@ class Localisation:
 def localise(
     scene: Scene,
     rig: Rig,
-    images: Mapping[str, Bytes | Floats],
-    extractions: dict[str, Extraction],
+    pictures: Mapping[str, Primitives],
     prior: Prior,
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
 ) -> Localisation:
-    """The pose of the rig, from its pictures (rows, columns) and what was extracted from them, by camera."""
+    """The pose of the rig, from what was extracted from its pictures, by camera."""
     clock = Clock()
-    points = {
-        name: collect_edge_points(extractions[name].edges, images[name], camera, p.evidence)
-        for name, camera in rig.cameras.items()
-    }
+    points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
     indexes = {name: EdgeIndex(own) for name, own in points.items()}
     near = select_samples(scene, rig, prior, p)
     clock.lap("select")
@@ -100,13 +95,13 @@ def localise(
     alone = [solver.alone(name, best.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
     verdict = decide(best, near_best[1:], alone, needs, p.verdict)
     clock.lap("verdict")
-    views = {name: _view(scene, rig, name, best, extractions[name].arcs, indexes[name], p) for name in rig.cameras}
+    views = {name: _view(scene, rig, name, best, pictures[name].arcs, indexes[name], p) for name in rig.cameras}
     clock.lap("correspond")
     return Localisation(verdict, best, hypotheses, alone, views, clock.laps)
 
 
 def _view(
-    scene: Scene, rig: Rig, name: str, refined: Refined, arcs: Arcs, index: EdgeIndex, p: LocalisationParameters
+    scene: Scene, rig: Rig, name: str, refined: Refined, arcs: ArcColumns, index: EdgeIndex, p: LocalisationParameters
 ) -> View:
     seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name], p)
     number = list(rig.cameras).index(name)

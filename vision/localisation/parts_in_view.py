@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
-from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.localisation.coverage import measure_coverage
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
@@ -45,8 +43,6 @@ class PartsInView:
 
 
 def find_parts_in_view(
-    store: Store,
-    connection: Connection,
     stored: StoredScene,
     rig: Rig,
     world_from_rig: Floats,
@@ -58,8 +54,7 @@ def find_parts_in_view(
     occurrence, feature, paths = list(range(occurrences)), [PART] * occurrences, list(stored.paths)
     group, surface = [scene.surface_occurrence], [np.arange(len(scene.surface_occurrence))]
 
-    shapes = [int(s) for s in np.unique(stored.shape_id)]
-    rows = store.columns(connection, "scene_features", shape_ids=shapes)
+    rows = stored.features
     by_key = {
         (int(o), int(n)): s for s, (o, n) in enumerate(zip(scene.surface_occurrence, stored.surface_no, strict=True))
     }

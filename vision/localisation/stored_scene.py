@@ -24,6 +24,7 @@ class StoredScene:
     occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order.
     arc_no (a,): `arc_no` in the part's shape of each of the scene's arcs; surface_no (s,) likewise.
     sample_parameter (n,): where on its arc each of the scene's samples lies.
+    features: shape_id, feature_no, name and surface_no, a row for each surface of a feature, in this order.
     """
 
     scene: Scene
@@ -34,6 +35,7 @@ class StoredScene:
     arc_no: Ints
     surface_no: Ints
     sample_parameter: Floats
+    features: dict[str, NDArray[Any]]
 
 
 def read_scene(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:
@@ -90,6 +92,7 @@ def read_scene(store: Store, connection: Connection, world_id: int, among: Seque
         arc["arc_no"],
         mesh["surface_no"],
         arc["parameter"],
+        store.columns(connection, "scene_features", shape_ids=shapes),
     )
 
 

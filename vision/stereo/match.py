@@ -13,8 +13,8 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Ints
 from relmodel.matching.assignment import Assignment
 from vision.cameras.cameras import Rig
-from vision.extraction.arcs import KINDS
-from vision.extraction.extract import Extraction
+from vision.extraction.arcs import LINE
+from vision.extraction.primitives import Primitives
 from vision.stereo.epipolar import DepthRange, StereoArcs, Votes, cross_rows, find_common_rows, vote
 from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
@@ -64,8 +64,8 @@ class StereoMatches:
 
 def match_stereo(
     rig: Rig,
-    left: Extraction,
-    right: Extraction,
+    left: Primitives,
+    right: Primitives,
     depth_range: DepthRange,
     parameters: StereoParameters = DEFAULTS,
 ) -> StereoMatches:
@@ -77,15 +77,15 @@ def match_stereo(
     return match_arcs(rig, pack_arcs(left, parameters), pack_arcs(right, parameters), depth_range, parameters)
 
 
-def pack_arcs(extraction: Extraction, parameters: StereoParameters = DEFAULTS) -> StereoArcs:
-    """The arcs of an extraction as stereo takes them."""
-    arcs = extraction.arcs
-    straight = arcs.kind == KINDS.index("line")
+def pack_arcs(picture: Primitives, parameters: StereoParameters = DEFAULTS) -> StereoArcs:
+    """The arcs of a picture as stereo takes them."""
+    arcs, courses = picture.arcs, picture.courses
+    straight = arcs.kind == LINE
     own = np.where(straight, arcs.sigma, np.maximum(arcs.sigma, arcs.residual))
     return StereoArcs(
-        offsets=arcs.offsets.astype(np.int64),
-        points=np.column_stack([arcs.x, arcs.y]),
-        contrast=np.where(arcs.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(arcs.offsets)),
+        offsets=courses.offsets.astype(np.int64),
+        points=courses.points,
+        contrast=np.where(courses.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(courses.offsets)),
         sigma=np.hypot(own, parameters.light_sigma),
         straight=straight,
     )

@@ -101,6 +101,7 @@ def _keep(
     from relmodel.store import Run, Store
     from vision.cameras.record import record_picture
     from vision.extraction.record import record_extraction
+    from vision.extraction.rows import make_rows
 
     inputs = {f"image {i}": (picture.file_name, picture.sha256) for i, picture in enumerate(pictures)}
     with (
@@ -110,4 +111,4 @@ def _keep(
     ):
         for picture, extraction in zip(pictures, extractions, strict=True):
             image = record_picture(stored, connection, picture, keep_bytes=keep_bytes)
-            record_extraction(stored, connection, image, picture.sha256, extraction)
+            record_extraction(stored, connection, image, picture.sha256, extraction.parameters, make_rows(extraction))

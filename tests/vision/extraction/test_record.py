@@ -21,6 +21,7 @@ from vision.extraction.arcs import FREE
 from vision.extraction.extract import extract
 from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.record import content_key, record_extraction
+from vision.extraction.rows import make_rows
 
 MEGABYTE = 1_000_000
 
@@ -31,8 +32,8 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
-            first = record_extraction(run, connection, image, "ab", found)
-            assert record_extraction(run, connection, image, "ab", found) == first
+            first = record_extraction(run, connection, image, "ab", found.parameters, make_rows(found))
+            assert record_extraction(run, connection, image, "ab", found.parameters, make_rows(found)) == first
         with store.read() as connection:
 
             def count(table: str) -> int:
@@ -71,7 +72,7 @@ def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
-            record_extraction(run, connection, image, "ab", found)
+            record_extraction(run, connection, image, "ab", found.parameters, make_rows(found))
         with store.read() as connection:
 
             def rows(table: str) -> list[sa.Row[tuple[object, ...]]]:
@@ -95,7 +96,7 @@ def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
-            record_extraction(run, connection, image, "ab", found)
+            record_extraction(run, connection, image, "ab", found.parameters, make_rows(found))
         with store.read() as connection:
             points = connection.execute(sa.select(store.table("image_arc_point")).order_by("point_no")).all()
     assert [point.point_no for point in points] == list(range(len(found.arcs.x)))
@@ -127,7 +128,7 @@ def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
         with Store.open(path) as store, Run.begin(store, "extract", {}) as run, run.write() as connection:
             picture = Picture(f"{number}.png", str(number), data, 8, 1, grey)
             image = record_picture(run, connection, picture, keep_bytes=True)
-            record_extraction(run, connection, image, picture.sha256, found)
+            record_extraction(run, connection, image, picture.sha256, found.parameters, make_rows(found))
         sizes.append(path.stat().st_size)
     assert not Path(f"{path}.wal").exists()
     grown = np.diff(sizes) / MEGABYTE

@@ -15,6 +15,7 @@ from relmodel.arrays import Bytes, Floats
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
+from vision.extraction.rows import make_primitives
 from vision.stereo.epipolar import DepthRange, StereoArcs
 from vision.stereo.match import StereoMatches, match_stereo, pack_arcs
 
@@ -81,7 +82,7 @@ def score(rig: Rig, left: StereoArcs, right: StereoArcs, found: StereoMatches, u
 @pytest.mark.parametrize(("part", "pair"), [("A", 0), ("A", 5), ("C", 3)])
 def test_arcs_on_metal_find_their_partners(data_dir: Path, part: str, pair: int) -> None:
     rig, pictures, uv, z, depth = read_pair(data_dir / "bulkhead" / part / "pairs", pair)
-    left, right = (extract(picture) for picture in pictures)
+    left, right = (make_primitives(extract(picture)) for picture in pictures)
     found = match_stereo(rig, left, right, depth_maps(depth, 60.0))
     got = score(rig, pack_arcs(left), pack_arcs(right), found, uv, z)
     print(f"{part}{pair}: precision {got.precision:.3f}, recall {got.recall:.3f}")

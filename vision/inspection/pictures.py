@@ -1,0 +1,66 @@
+"""The pictures of an inspection with what was extracted from them: from the store where it has it, else made and stored
+before anything goes on from it."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+from relmodel.store import Run
+from vision.cameras.images import Picture
+from vision.cameras.record import record_picture
+from vision.extraction.extract import extract
+from vision.extraction.parameters import ExtractionParameters
+from vision.extraction.primitives import Primitives
+from vision.extraction.record import RecordedExtraction, find_extraction, read_primitives, record_extraction
+from vision.extraction.rows import Tables, make_rows
+
+
+@dataclass(frozen=True)
+class SeenPicture:
+    """A picture, its row, the identities of its extraction, and what that found."""
+
+    picture: Picture
+    image_id: int
+    recorded: RecordedExtraction
+    primitives: Primitives
+
+
+def extract_pictures(
+    run: Run, pictures: dict[str, Picture], parameters: ExtractionParameters, *, keep_images: bool
+) -> dict[str, SeenPicture]:
+    """Pictures by camera with their extractions.  The store is let go of while extracting, and at the end."""
+    store = run.store
+    with store.read() as connection:
+        known = {
+            name: found
+            for name, picture in pictures.items()
+            if (found := find_extraction(store, connection, picture.sha256, parameters))
+        }
+        read = {name: read_primitives(store, connection, it.extraction_id) for name, it in known.items()}
+    store.release()
+    made = _extract({name: picture for name, picture in pictures.items() if name not in known}, parameters)
+    seen = {}
+    with run.write() as connection:
+        for name, picture in pictures.items():
+            image_id = record_picture(run, connection, picture, keep_bytes=keep_images)
+            if name in made:
+                recorded = record_extraction(run, connection, image_id, picture.sha256, parameters, made[name])
+                primitives = Primitives.of((picture.height, picture.width), made[name])
+            else:
+                recorded, primitives = known[name], read[name]
+            seen[name] = SeenPicture(picture, image_id, recorded, primitives)
+    store.release()
+    return seen
+
+
+def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Tables]:
+    """Rows of the extractions of all pictures, made side by side: the kernels run without the interpreter's lock."""
+    if not pictures:
+        return {}
+    with ThreadPoolExecutor(max_workers=len(pictures)) as pool:
+        work = {
+            name: pool.submit(lambda grey: make_rows(extract(grey, parameters)), picture.grey)
+            for name, picture in pictures.items()
+        }
+        return {name: task.result() for name, task in work.items()}
