@@ -71,22 +71,26 @@ COMMENT ON COLUMN unit.unit_no IS 'ordinal in the set, from 0';
 COMMENT ON COLUMN unit.kind IS 'arc, region, view_arc or view_surface';
 COMMENT ON COLUMN unit.ref_no IS 'image_arc_no, region_no, view_arc_no or view_surface_no of what it stands for';
 
--- Without keys, as the units: some 4,000 rows a picture.
+-- Without keys, as the units: some 6,000 rows a picture.
 CREATE TABLE unit_relation (
     unit_set_id BIGINT NOT NULL,
     kind TEXT NOT NULL,
     unit_a INTEGER NOT NULL,
     unit_b INTEGER NOT NULL,
-    value REAL NOT NULL,
-    sigma REAL NOT NULL
+    distance REAL NOT NULL,
+    distance_sigma REAL NOT NULL,
+    angle REAL NOT NULL,
+    angle_sigma REAL NOT NULL
 );
-COMMENT ON TABLE unit_relation IS 'Relations of two units with their measured values, stored with their inverse but for surrounds.';
+COMMENT ON TABLE unit_relation IS 'Relations of two units, each a distance and an angle, stored with their inverse but for surrounds.';
 COMMENT ON COLUMN unit_relation.unit_set_id IS 'the set';
-COMMENT ON COLUMN unit_relation.kind IS 'bounds, adjacent, surrounds (a is the outer one), parallel, collinear, perpendicular, junction (end to end), t_junction (end to course), concentric, equal_radius';
+COMMENT ON COLUMN unit_relation.kind IS 'near, parallel, perpendicular, junction (an end of one at the other), concentric, equal_radius, bounds, adjacent, surrounds (a is the outer one)';
 COMMENT ON COLUMN unit_relation.unit_a IS 'one unit';
 COMMENT ON COLUMN unit_relation.unit_b IS 'the other';
-COMMENT ON COLUMN unit_relation.value IS 'measured value: distance (px), angle (rad), shared length (px)';
-COMMENT ON COLUMN unit_relation.sigma IS 'standard deviation of the value';
+COMMENT ON COLUMN unit_relation.distance IS 'px: least gap of near, perpendicular, junction; offset of the middle of b to the left of the line of a of parallel; between the centres of concentric; radius of b less that of a of equal_radius; length of the common border of bounds, adjacent, surrounds';
+COMMENT ON COLUMN unit_relation.distance_sigma IS 'standard deviation of the distance, px';
+COMMENT ON COLUMN unit_relation.angle IS 'rad: bearing of the middle of b from that of a, from x towards y, of near, bounds, adjacent, surrounds (above -pi, at most pi); between the two of parallel, perpendicular, junction (0 to pi/2); 0 of concentric, equal_radius';
+COMMENT ON COLUMN unit_relation.angle_sigma IS 'standard deviation of the angle, rad; 0 where the kind has none';
 
 CREATE TABLE problem (
     run_id BIGINT NOT NULL,

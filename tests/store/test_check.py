@@ -199,7 +199,17 @@ FAULTS = {
     "region_arc": add("region_arc", extraction_id=7, region_no=0, image_arc_no=0, side="left", length=9.0),
     "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
     "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
-    "unit_relation": add("unit_relation", unit_set_id=7, kind="bounds", unit_a=0, unit_b=1, value=1.0, sigma=0.1),
+    "unit_relation": add(
+        "unit_relation",
+        unit_set_id=7,
+        kind="bounds",
+        unit_a=0,
+        unit_b=1,
+        distance=1.0,
+        distance_sigma=0.1,
+        angle=0.0,
+        angle_sigma=0.1,
+    ),
     "matching_cost": add("problem_relation", run_id=7, problem_no=0, unit_no=0, neighbour_no=1, weight=1),
     "matching_bound": add(
         "bound_message", run_id=7, problem_no=0, node_no=0, unit_no=0, label_no=0, neighbour_no=1, dual=-1.0

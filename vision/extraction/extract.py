@@ -20,29 +20,33 @@ from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.noise import estimate_noise
 from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.regions import Regions, find_leak_proof_regions, find_plain_regions
-from vision.extraction.relations import RegionArcs, Relations, find_region_arcs, find_relations
+from vision.extraction.relations import RegionArcs, find_region_arcs, find_relations
 from vision.extraction.scales import detect_edges_over_scales
 from vision.extraction.segmentation import segment_chains
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
 from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
+from vision.matching.relations import Relations
 
-VERSION = "13"  # raised whenever equal pictures and parameters come to give other primitives
+VERSION = "14"  # raised whenever equal pictures and parameters come to give other primitives
 
 # The kernels of an extraction at one scale.
-KERNELS = tuple(
-    f"vision.extraction.{name}_kernels"
-    for name in (
-        "arc",
-        "border",
-        "edge",
-        "facet",
-        "link",
-        "polyline",
-        "quality",
-        "region",
-        "significance",
-        "topography",
-    )
+KERNELS = (
+    "vision.matching.gap_kernels",
+    *(
+        f"vision.extraction.{name}_kernels"
+        for name in (
+            "arc",
+            "border",
+            "edge",
+            "facet",
+            "link",
+            "polyline",
+            "quality",
+            "region",
+            "significance",
+            "topography",
+        )
+    ),
 )
 
 
@@ -154,8 +158,8 @@ def extract(
         quality = assessing.result()
         lap("topography and quality")
     histogram = count_labels(labels, regions.labels, len(regions))
-    borders = find_region_arcs(edges, arcs, regions, p.relations)
-    found = find_relations(arcs, junctions, regions, borders, p.relations)
+    borders = find_region_arcs(edges, arcs, regions, p.units)
+    found = find_relations(arcs, junctions, quality, regions, borders, p)
     lap("relations")
     return Extraction(
         shape,

@@ -10,6 +10,7 @@ from math import isfinite, pi, radians, sqrt
 from typing import Any
 
 from relmodel.errors import UsageError
+from vision.matching.parameters import RelationParameters
 
 
 @dataclass(frozen=True)
@@ -360,37 +361,30 @@ class QualityParameters:
 
 
 @dataclass(frozen=True)
-class RelationParameters:
-    """Relations among arcs and regions."""
+class UnitParameters:
+    """How arcs and regions become units of matching, and which share a border."""
 
-    radius: float = 80.0
-    """px: parallel lines are no farther apart, gaps of collinear ones no longer; centres within three times this"""
     region_distance: float = 2.5
     """px from an edge element at which the region beside it is read"""
     min_border_share: float = 0.15
     """share of an arc's elements that must see a region for the arc to bound it"""
     min_border_elements: int = 10
     """or so many of them"""
-    min_line: float = 15.0
-    """px: shorter lines have no direction to speak of"""
-    max_angle: float = radians(3.0)
-    """rad between parallel or collinear lines"""
-    max_lateral: float = 2.0
-    """px between collinear lines"""
-    min_overlap: float = 0.3
-    """share of the shorter of two parallel lines beside which the other runs"""
     border_sigma: float = sqrt(2.0)
     """px: standard deviation of the length along which an arc bounds a region, from its two ends"""
     slant_sigma: float = 0.03
     """share of the length of a border by which counting in four directions misjudges it"""
     end_sigma: float = 2.0
     """px: of an end of an arc, where linking stopped"""
-    max_centre_sigma: float = 1.0
-    """px: a centre less certain says nothing of concentricity"""
-    max_centre_distance: float = 2.0
-    """px between the centres of concentric arcs"""
-    max_radius_sigmas: float = 3.0
-    """standard deviations by which equal radii differ"""
+    outline_sigma: float = 1.0
+    """px: of the outline of a region, pixels shared out along an edge"""
+    polyline_step: int = 4
+    """points of an arc's refined polyline of which one is kept for distances: 4 px apart, off by .2 px at radius 10"""
+    texture_doubt: float = 0.95
+    """how doubtful all texture makes an arc (see `arc_quality`): of arcs along edges of seven rendered bulkheads one in
+    ten has a texture above .5, of other arcs three in four"""
+    doubt_power: float = 3.0
+    """power of what is left of 1 that an arc's length is multiplied by to give its salience"""
 
 
 @dataclass(frozen=True)
@@ -410,6 +404,7 @@ class ExtractionParameters:
     regions: RegionParameters = field(default_factory=RegionParameters)
     topography: TopographyParameters = field(default_factory=TopographyParameters)
     quality: QualityParameters = field(default_factory=QualityParameters)
+    units: UnitParameters = field(default_factory=UnitParameters)
     relations: RelationParameters = field(default_factory=RelationParameters)
     mask: str = ""
 

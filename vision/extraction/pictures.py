@@ -13,8 +13,8 @@ from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.junctions import KINDS as _JUNCTIONS
 from vision.extraction.linking import Chains, link
-from vision.extraction.relations import KINDS as _RELATIONS
 from vision.extraction.topography import LABELS
+from vision.matching.relations import KINDS as _RELATIONS
 
 _SHIFT = 4  # cv2 draws at fixed-point places
 # RGB, of the kinds of arcs in their order, of the topographic labels, of relations and kinds of junctions.
@@ -36,7 +36,7 @@ _LABEL_COLOURS = {
 }
 _RELATION_COLOURS = {
     "parallel": (40, 120, 255),
-    "collinear": (235, 60, 40),
+    "junction": (235, 60, 40),
     "concentric": (170, 40, 200),
     "equal_radius": (240, 150, 30),
 }
@@ -113,7 +113,7 @@ def _junctions(grey: Floats, found: Extraction) -> Bytes:
 
 
 def _relations(grey: Floats, found: Extraction) -> Bytes:
-    """Arcs; lines between the middles of those that are parallel or collinear and between the centres of those that are
+    """Arcs; lines between the middles of those that are parallel or meet, and between the centres of those that are
     concentric or of equal radius."""
     import cv2
 
@@ -123,7 +123,7 @@ def _relations(grey: Floats, found: Extraction) -> Bytes:
     centre = np.column_stack([arcs.centre_x, arcs.centre_y])
     for name, colour in _RELATION_COLOURS.items():
         pairs = np.flatnonzero((related.kind == _RELATIONS.index(name)) & (related.a < related.b))
-        place = middle if name in ("parallel", "collinear") else centre
+        place = middle if name in ("parallel", "junction") else centre
         ends = np.rint(np.stack([place[related.a[pairs]], place[related.b[pairs]]], axis=1) * 2**_SHIFT)
         cv2.polylines(canvas, list(ends.astype(np.int32)), False, colour, 1, cv2.LINE_AA, _SHIFT)
     return _with_key(canvas, _RELATION_COLOURS)

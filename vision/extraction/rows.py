@@ -11,13 +11,13 @@ from relmodel.columns import Columns, ColumnValues, Ragged
 from relmodel.store.sql import column_types
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
-from vision.extraction import relations as relation_columns
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.meetings import AT
 from vision.extraction.primitives import Primitives
 from vision.extraction.topography import LABELS
+from vision.matching.relations import KINDS as RELATIONS
 
 Tables = dict[str, dict[str, ColumnValues]]
 
@@ -219,11 +219,13 @@ def _units(extraction: Extraction) -> dict[str, Columns]:
             "ref_no": np.concatenate([np.arange(arcs), np.arange(regions)]).astype(np.int32),
         },
         "unit_relation": {
-            "kind": np.array(relation_columns.KINDS, dtype=object)[found.kind],
+            "kind": np.array(RELATIONS, dtype=object)[found.kind],
             "unit_a": found.a,
             "unit_b": found.b,
-            "value": found.value,
-            "sigma": found.sigma,
+            "distance": found.distance,
+            "distance_sigma": found.distance_sigma,
+            "angle": found.angle,
+            "angle_sigma": found.angle_sigma,
         },
     }
 

@@ -10,17 +10,15 @@ from tests.vision.extraction.synthetic import disc, render
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import Extraction, extract
 from vision.extraction.parameters import EdgeParameters, ExtractionParameters, RegionParameters
-from vision.extraction.relations import (
+from vision.matching.relations import (
     ADJACENT,
     BOUNDS,
-    COLLINEAR,
     CONCENTRIC,
     EQUAL_RADIUS,
     JUNCTION,
+    NEAR,
     PARALLEL,
-    PERPENDICULAR,
     SURROUNDS,
-    T_JUNCTION,
 )
 
 
@@ -56,7 +54,9 @@ def test_bounds_say_which_side(ring: Extraction) -> None:
 def test_adjacent_regions_share_the_perimeter(ring: Extraction) -> None:
     labels, found, first = ring.regions.labels, ring.relations, len(ring.arcs)
     rows = found.kind == ADJACENT
-    pairs = {(a - first, b - first): v for a, b, v in zip(found.a[rows], found.b[rows], found.value[rows], strict=True)}
+    pairs = {
+        (a - first, b - first): v for a, b, v in zip(found.a[rows], found.b[rows], found.distance[rows], strict=True)
+    }
     outside, between, inside = labels[10, 10], labels[100, 50], labels[100, 100]
     assert set(pairs) == {(outside, between), (between, outside), (between, inside), (inside, between)}
     # squares along the pixels are what four directions misjudge most
@@ -74,22 +74,22 @@ def test_borders_are_as_long_as_they_are_however_they_run(turn: float) -> None:
     first, related = len(found.arcs), found.relations
     adjacent = related.kind == ADJACENT
     assert len(found.regions) == 2
-    assert np.abs(related.value[adjacent] - 260).max() < 3 * related.sigma[adjacent].min()
-    assert related.value[adjacent] == pytest.approx(260, rel=0.08)
+    assert np.abs(related.distance[adjacent] - 260).max() < 3 * related.distance_sigma[adjacent].min()
+    assert related.distance[adjacent] == pytest.approx(260, rel=0.08)
     bounds = (related.kind == BOUNDS) & (related.a < first)
     lengths = found.arcs.length[related.a[bounds]]
-    assert np.abs(related.value[bounds] - lengths).max() < 2 * related.sigma[bounds].min()
+    assert np.abs(related.distance[bounds] - lengths).max() < 2 * related.distance_sigma[bounds].min()
 
 
 def test_parallel_lines_know_their_distance(ring: Extraction) -> None:
     found, arcs = ring.relations, ring.arcs
     rows = (found.kind == PARALLEL) & (arcs.length[np.minimum(found.a, len(arcs) - 1)] > 40)
-    distances = np.round(np.abs(found.value[rows])).astype(int)
+    distances = np.round(np.abs(found.distance[rows])).astype(int)
     # each side of the inner square with its opposite (60.2) and with the side of the outer square beside it (40.1)
     assert sorted(set(distances)) == [40, 60]
-    assert np.abs(np.abs(found.value[rows]) - np.where(distances == 40, 40.1, 60.2)).max() < 0.15
+    assert np.abs(np.abs(found.distance[rows]) - np.where(distances == 40, 40.1, 60.2)).max() < 0.15
     # The ring is bright: its two borders see each other on their left; the inner sides see their opposite on the right.
-    assert np.all((found.value[rows] > 0) == (distances == 40))
+    assert np.all((found.distance[rows] > 0) == (distances == 40))
 
 
 def test_every_relation_has_its_inverse(ring: Extraction) -> None:
@@ -98,17 +98,21 @@ def test_every_relation_has_its_inverse(ring: Extraction) -> None:
     assert len(rows) == np.count_nonzero(found.kind != SURROUNDS)
     assert all((k, b, a) in rows for k, a, b in rows)
     assert {BOUNDS, ADJACENT, PARALLEL} <= {k for k, _, _ in rows}
-    assert np.all(found.sigma > 0)
+    assert np.all((found.distance_sigma > 0) & np.isfinite(found.distance))
 
 
-def test_collinear_lines_across_a_wide_gap() -> None:
+def test_lines_in_line_across_a_wide_gap_are_parallel_at_no_distance() -> None:
     image = render(lambda x, y: y - 50.3, (100, 260), 0.7, 60, 160)
     image[:, 100:160] = 110.0
     found = extract(image)
     level = np.append(np.abs(found.arcs.direction[:, 0]) > 0.99, np.zeros(len(found.regions), np.bool_))
-    rows = (found.relations.kind == COLLINEAR) & level[found.relations.a]
+    both = level[found.relations.a] & level[found.relations.b]
+    rows = (found.relations.kind == PARALLEL) & both
     assert rows.sum() == 2
-    np.testing.assert_allclose(found.relations.value[rows], 60, atol=8)
+    np.testing.assert_allclose(found.relations.distance[rows], 0, atol=0.1)
+    rows = (found.relations.kind == NEAR) & both
+    np.testing.assert_allclose(found.relations.distance[rows], 60, atol=8)
+    np.testing.assert_allclose(np.abs(np.sin(found.relations.angle[rows])), 0, atol=0.01)
 
 
 def test_the_sides_of_a_line_whose_bright_side_changes() -> None:
@@ -152,11 +156,26 @@ def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> No
 def test_corners_meet_at_right_angles(ring: Extraction) -> None:
     found, arcs = ring.relations, ring.arcs
     long = np.flatnonzero((arcs.kind == LINE) & (arcs.length > 40))
-    for kind in (JUNCTION, PERPENDICULAR):
-        rows = (found.kind == kind) & np.isin(found.a, long) & np.isin(found.b, long)
-        assert np.abs(found.value[rows] - np.pi / 2).max() < 0.02
     corners = (found.kind == JUNCTION) & np.isin(found.a, long) & np.isin(found.b, long)
     assert np.count_nonzero(corners) == 16  # four of each square, both ways
+    assert np.abs(found.angle[corners] - np.pi / 2).max() < 0.02
+    assert found.distance[corners].max() < 0.01
+
+
+def test_bearings_point_from_one_to_the_other(ring: Extraction) -> None:
+    found, first = ring.relations, len(ring.arcs)
+    x = np.concatenate([(ring.arcs.start_x + ring.arcs.end_x) / 2, ring.regions.centroid_x])
+    y = np.concatenate([(ring.arcs.start_y + ring.arcs.end_y) / 2, ring.regions.centroid_y])
+    whole = np.append(ring.arcs.length > 40, ring.regions.hole_count >= 0)
+    for kind in (NEAR, BOUNDS):
+        rows = (found.kind == kind) & whole[found.a] & whole[found.b]
+        a, b = found.a[rows], found.b[rows]
+        apart = np.hypot(x[b] - x[a], y[b] - y[a])
+        far = apart > 10  # the centres of the ring and of the square in it are one
+        error = found.angle[rows] - np.arctan2(y[b] - y[a], x[b] - x[a])
+        assert far.any()
+        assert np.abs(np.sin(error / 2))[far].max() < 0.01
+        assert np.any(b >= first)
 
 
 def test_what_lies_in_a_hole_is_surrounded(ring: Extraction) -> None:
@@ -179,19 +198,19 @@ def test_rings_are_concentric_and_twins_of_equal_radius() -> None:
     left = big[np.argmin(arcs.centre_x[big])]
     rows = relations.kind == CONCENTRIC
     assert set(zip(relations.a[rows], relations.b[rows], strict=True)) == {(left, small[0]), (small[0], left)}
-    assert np.all(relations.value[rows] < 3 * relations.sigma[rows] + 0.02)
+    assert np.all(relations.distance[rows] < 3 * relations.distance_sigma[rows] + 0.02)
     rows = relations.kind == EQUAL_RADIUS
     assert set(zip(relations.a[rows], relations.b[rows], strict=True)) == {(big[0], big[1]), (big[1], big[0])}
 
 
-def test_an_end_on_the_course_of_another_is_a_t() -> None:
+def test_an_end_on_the_course_of_another_meets_it() -> None:
     # left half grey 60, right half 160 above and 230 below: one line down, one that ends on it from the right
     image = render(lambda x, y: x - 60.3, (120, 120), 0.7, 60, 160)
     image += render(lambda x, y: np.minimum(x - 60.3, y - 55.2), (120, 120), 0.7, 0, 70)
     found = extract(np.clip(image + np.random.default_rng(5).normal(0, 2, image.shape), 0, 255))
-    rows = found.relations.kind == T_JUNCTION
+    rows = found.relations.kind == JUNCTION
     assert np.count_nonzero(rows) == 2
-    assert found.relations.value[rows] == pytest.approx(np.pi / 2, abs=0.03)
+    assert found.relations.angle[rows] == pytest.approx(np.pi / 2, abs=0.03)
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.float64, list])
