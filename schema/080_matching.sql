@@ -138,6 +138,27 @@ COMMENT ON COLUMN candidate.unit_no IS 'the unit';
 COMMENT ON COLUMN candidate.label_no IS 'the label';
 COMMENT ON COLUMN candidate.cost IS 'unary cost of the pair';
 
+CREATE TABLE problem_tolerance (
+    run_id BIGINT NOT NULL,
+    problem_no INTEGER NOT NULL,
+    kind TEXT NOT NULL,
+    distance DOUBLE PRECISION NOT NULL,
+    distance_share DOUBLE PRECISION NOT NULL,
+    angle DOUBLE PRECISION NOT NULL,
+    reach DOUBLE PRECISION NOT NULL,
+    weight INTEGER NOT NULL,
+    PRIMARY KEY (run_id, problem_no, kind)
+);
+COMMENT ON TABLE problem_tolerance IS 'How far a relation of labels may differ from that of the units which it confirms, and what a relation weighs.';
+COMMENT ON COLUMN problem_tolerance.run_id IS 'the run';
+COMMENT ON COLUMN problem_tolerance.problem_no IS 'the problem';
+COMMENT ON COLUMN problem_tolerance.kind IS 'kind of relation, as in unit_relation; kinds that are not listed count for nothing';
+COMMENT ON COLUMN problem_tolerance.distance IS 'greatest difference of the distances, px, besides the share';
+COMMENT ON COLUMN problem_tolerance.distance_share IS 'greatest difference of the distances as a share of that of the units, added to it';
+COMMENT ON COLUMN problem_tolerance.angle IS 'greatest difference of the angles, rad';
+COMMENT ON COLUMN problem_tolerance.reach IS 'greatest distance at which a relation of units asks to be confirmed, px; relations of labels confirm at any';
+COMMENT ON COLUMN problem_tolerance.weight IS 'what a relation of the kind costs where it is not confirmed';
+
 -- Without keys, as the compatibilities and duals: many rows, and queries/check finds what is there twice.
 CREATE TABLE problem_relation (
     run_id BIGINT NOT NULL,
@@ -318,6 +339,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('unit_relation', 'matching', 'primary'),
     ('problem', 'matching', 'primary'),
     ('candidate', 'matching', 'primary'),
+    ('problem_tolerance', 'matching', 'primary'),
     ('problem_relation', 'matching', 'primary'),
     ('compatibility', 'matching', 'redundant'),
     ('vote', 'matching', 'primary'),
@@ -335,6 +357,7 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('problem', 1, ARRAY['units_id'], 'unit_set', ARRAY['id']),
     ('problem', 2, ARRAY['labels_id'], 'unit_set', ARRAY['id']),
     ('candidate', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
+    ('problem_tolerance', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('compatibility', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),

@@ -104,6 +104,8 @@ CREATE TABLE view_surface (
     occurrence_id BIGINT NOT NULL,
     surface_no INTEGER NOT NULL,
     visible_pixels DOUBLE PRECISION NOT NULL,
+    centroid_x REAL NOT NULL,
+    centroid_y REAL NOT NULL,
     PRIMARY KEY (run_id, view_no, view_surface_no)
 );
 COMMENT ON TABLE view_surface IS 'A surface that a view predicts to be visible.';
@@ -113,6 +115,8 @@ COMMENT ON COLUMN view_surface.view_surface_no IS 'ordinal in the view, from 0';
 COMMENT ON COLUMN view_surface.occurrence_id IS 'the placed part it belongs to';
 COMMENT ON COLUMN view_surface.surface_no IS 'the surface in the part''s shape';
 COMMENT ON COLUMN view_surface.visible_pixels IS 'pixels it shows';
+COMMENT ON COLUMN view_surface.centroid_x IS 'x of the centroid of what it shows, px';
+COMMENT ON COLUMN view_surface.centroid_y IS 'y of the centroid of what it shows, px';
 
 CREATE TABLE hypothesis (
     run_id BIGINT NOT NULL,
@@ -157,6 +161,53 @@ COMMENT ON COLUMN hypothesis.cost IS 'cost by which hypotheses are ranked; less 
 COMMENT ON COLUMN hypothesis.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 COMMENT ON COLUMN hypothesis.distance IS 'Mahalanobis distance from the prior';
 
+-- Without keys, as what pictures give: some 4,000 rows a camera.
+CREATE TABLE view_point (
+    run_id BIGINT NOT NULL,
+    view_no INTEGER NOT NULL,
+    view_arc_no INTEGER NOT NULL,
+    point_no INTEGER NOT NULL,
+    x DECIMAL(9, 2) NOT NULL,
+    y DECIMAL(9, 2) NOT NULL,
+    direction_x DECIMAL(9, 3) NOT NULL,
+    direction_y DECIMAL(9, 3) NOT NULL,
+    sigma DECIMAL(9, 3) NOT NULL
+);
+COMMENT ON TABLE view_point IS 'Where the picture should show the arcs of a view: points along them, the distortion of the camera included.';
+COMMENT ON COLUMN view_point.run_id IS 'the run';
+COMMENT ON COLUMN view_point.view_no IS 'the view';
+COMMENT ON COLUMN view_point.view_arc_no IS 'the arc of the view';
+COMMENT ON COLUMN view_point.point_no IS 'ordinal in the view, from 0: the points of an arc follow each other along it';
+COMMENT ON COLUMN view_point.x IS 'x, px';
+COMMENT ON COLUMN view_point.y IS 'y, px';
+COMMENT ON COLUMN view_point.direction_x IS 'x of the unit direction of the arc there';
+COMMENT ON COLUMN view_point.direction_y IS 'y of the unit direction of the arc there';
+COMMENT ON COLUMN view_point.sigma IS 'standard deviation across the arc that the covariance of the pose and the tolerance of the object make, px';
+
+-- Without keys, as the points.
+CREATE TABLE surface_match (
+    run_id BIGINT NOT NULL,
+    view_no INTEGER NOT NULL,
+    view_surface_no INTEGER NOT NULL,
+    region_no INTEGER NOT NULL,
+    accepted BOOLEAN NOT NULL,
+    reason TEXT NOT NULL,
+    pixels DOUBLE PRECISION NOT NULL,
+    region_share DOUBLE PRECISION NOT NULL,
+    surface_share DOUBLE PRECISION NOT NULL,
+    CHECK (accepted = (reason = 'assigned'))
+);
+COMMENT ON TABLE surface_match IS 'Pairs of visible surface and region of the picture that lie on each other, accepted and rejected, at the best hypothesis.';
+COMMENT ON COLUMN surface_match.run_id IS 'the run';
+COMMENT ON COLUMN surface_match.view_no IS 'the view';
+COMMENT ON COLUMN surface_match.view_surface_no IS 'the surface in the view';
+COMMENT ON COLUMN surface_match.region_no IS 'the region in the extraction of the view''s camera';
+COMMENT ON COLUMN surface_match.accepted IS 'whether the pair was taken';
+COMMENT ON COLUMN surface_match.reason IS 'assigned, or why not: overlap (too little of the region lies on the surface), unrelated (its relations are not those of the surface), better_elsewhere';
+COMMENT ON COLUMN surface_match.pixels IS 'area that they share, px';
+COMMENT ON COLUMN surface_match.region_share IS 'share of the region that lies on the surface';
+COMMENT ON COLUMN surface_match.surface_share IS 'share of the visible surface that the region covers';
+
 CREATE TABLE correspondence (
     run_id BIGINT NOT NULL,
     hypothesis_no INTEGER NOT NULL,
@@ -166,8 +217,11 @@ CREATE TABLE correspondence (
     accepted BOOLEAN NOT NULL,
     reason TEXT NOT NULL,
     residual DOUBLE PRECISION NOT NULL,
+    gate DOUBLE PRECISION NOT NULL,
     angle DOUBLE PRECISION NOT NULL,
     overlap DOUBLE PRECISION NOT NULL,
+    first_point INTEGER NOT NULL,
+    last_point INTEGER NOT NULL,
     PRIMARY KEY (run_id, hypothesis_no, view_no, view_arc_no, image_arc_no),
     CHECK (accepted = (reason = 'assigned'))
 );
@@ -178,10 +232,13 @@ COMMENT ON COLUMN correspondence.view_no IS 'the view';
 COMMENT ON COLUMN correspondence.view_arc_no IS 'the model arc in the view';
 COMMENT ON COLUMN correspondence.image_arc_no IS 'the image arc in the extraction of the view''s camera';
 COMMENT ON COLUMN correspondence.accepted IS 'whether the pair was taken';
-COMMENT ON COLUMN correspondence.reason IS 'assigned, or why not: orientation, distance, overlap, better_elsewhere';
+COMMENT ON COLUMN correspondence.reason IS 'assigned, or why not: orientation, distance, overlap (these three before the search), unrelated (its relations are not those of the model arc), better_elsewhere (another model arc), covered (another image arc lies nearer to the same stretch)';
 COMMENT ON COLUMN correspondence.residual IS 'rms distance of the image arc from the projected model arc, px';
+COMMENT ON COLUMN correspondence.gate IS 'greatest residual that passes at the uncertainty of pose and arc, px';
 COMMENT ON COLUMN correspondence.angle IS 'mean angle between them, rad';
-COMMENT ON COLUMN correspondence.overlap IS 'length of image arc that lies beside the model arc, px';
+COMMENT ON COLUMN correspondence.overlap IS 'share of the image arc that lies beside the model arc, 0 to 1';
+COMMENT ON COLUMN correspondence.first_point IS 'first point_no of the view that it lies beside';
+COMMENT ON COLUMN correspondence.last_point IS 'last point_no of the view that it lies beside';
 
 CREATE TABLE edge_measurement (
     run_id BIGINT NOT NULL,
@@ -373,6 +430,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('view_arc', 'localisation', 'primary'),
     ('view_surface', 'localisation', 'primary'),
     ('hypothesis', 'localisation', 'primary'),
+    ('view_point', 'localisation', 'primary'),
+    ('surface_match', 'localisation', 'primary'),
     ('correspondence', 'localisation', 'primary'),
     ('edge_measurement', 'localisation', 'primary'),
     ('pose', 'localisation', 'primary'),

@@ -30,14 +30,20 @@ def schema_hash(dialect: str) -> str:
 
 
 @cache
-def column_types(table: str) -> dict[str, str]:
-    """Types of the columns of a table as `schema/` spells them, such as `DECIMAL(9, 2)`, without asking a store."""
+def table_script(table: str) -> str:
+    """The statement of `schema/` that makes a table."""
     script = "\n".join(schema_scripts(DIALECTS[0]))
-    made = re.search(rf"^CREATE TABLE {re.escape(table)} \((.*?)^\);", script, re.MULTILINE | re.DOTALL)
+    made = re.search(rf"^CREATE TABLE {re.escape(table)} \(.*?^\);", script, re.MULTILINE | re.DOTALL)
     if made is None:
         raise ValueError(f"schema/ makes no table {table!r}")
+    return made[0]
+
+
+@cache
+def column_types(table: str) -> dict[str, str]:
+    """Types of the columns of a table as `schema/` spells them, such as `DECIMAL(9, 2)`, without asking a store."""
     column = r"^    ([a-z]\w*) ((?:DOUBLE PRECISION|[A-Z]+)(?:\([\d, ]+\))?(?:\[\])?)"
-    return dict(re.findall(column, made[1], re.MULTILINE))
+    return dict(re.findall(column, table_script(table), re.MULTILINE))
 
 
 def revisions() -> list[str]:

@@ -126,7 +126,7 @@ class Primitives:
 
     TABLES: ClassVar = (
         "extraction", "edge_element", "image_arc", "image_arc_quality", "image_arc_point", "image_junction",
-        "image_junction_arc", "image_region", "region_outline", "region_arc",
+        "image_junction_arc", "image_region", "region_outline", "region_arc", "unit_relation",
     )  # fmt: skip
 
     @classmethod
@@ -161,6 +161,21 @@ class Primitives:
             regions=_regions(tables),
             tables=tables,
         )
+
+    @property
+    def relations(self) -> dict[str, Any]:
+        """Columns of unit_relation, the set left out."""
+        return dict(self.tables["unit_relation"])
+
+    @property
+    def arc_elements(self) -> dict[str, Any]:
+        """Columns of edge_element for the elements that are of arcs, the extraction left out."""
+        count, e = int(self.arcs.offsets[-1]), self.elements
+        columns = {
+            "edge_element_no": np.arange(len(e.x)), "x": e.x, "y": e.y, "normal_x": e.nx, "normal_y": e.ny,
+            "contrast": e.contrast, "width": e.width, "sigma": e.sigma, "image_arc_no": e.arc,
+        }  # fmt: skip
+        return {name: values[:count] for name, values in columns.items()}
 
     @cached_property
     def courses(self) -> Courses:

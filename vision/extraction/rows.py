@@ -29,7 +29,7 @@ def make_rows(extraction: Extraction) -> Tables:
     """Columns of the tables of an extraction, parents before children, the identities of the extraction and of its set
     of units left out; numbers are those that the store gives back."""
     tables = {**_primitives(extraction), **_units(extraction)}
-    return {table: _round(table, columns) for table, columns in tables.items()}
+    return {table: round_columns(table, columns) for table, columns in tables.items()}
 
 
 def make_primitives(extraction: Extraction) -> Primitives:
@@ -37,8 +37,8 @@ def make_primitives(extraction: Extraction) -> Primitives:
     return Primitives.of(extraction.shape, make_rows(extraction))
 
 
-def _round(table: str, columns: Columns) -> dict[str, ColumnValues]:
-    """Floating-point columns rounded as the store's types do, once and for all."""
+def round_columns(table: str, columns: Columns) -> dict[str, ColumnValues]:
+    """Columns of a table whose floating-point numbers are rounded as the store's types do, once and for all."""
     types = column_types(table)
 
     def rounded(name: str, values: ColumnValues) -> ColumnValues:

@@ -23,6 +23,7 @@ from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
+from vision.inspection.matched_views import match_views
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
@@ -31,6 +32,7 @@ from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
 from vision.localisation.stored_scene import StoredScene, read_scene
+from vision.matching.workspace import open_workspace
 from vision.stereo.match import StereoMatches, match_stereo
 from vision.stereo.rectification import rectify
 
@@ -39,6 +41,9 @@ KERNELS = (
     "relmodel.find.rtree_kernels",
     *extraction.KERNELS,
     "vision.stereo.epipolar_kernels",
+    "relmodel.matching.dual_kernels",
+    "relmodel.matching.search_kernels",
+    "relmodel.matching.soft_kernels",
     "vision.localisation.search_kernels",
     "vision.localisation.measure_kernels",
     "vision.localisation.coverage_kernels",
@@ -166,6 +171,7 @@ def inspect(
         inputs=inputs,
         packages=PACKAGES,
     ) as run:
+        workspace = open_workspace()
         seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
         primitives = {name: one.primitives for name, one in seen.items()}
         clock.lap("extract")
@@ -180,18 +186,35 @@ def inspect(
             parameters.localisation,
         )
         clock.lap("localise")
+        matched = match_views(
+            workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
+        )
+        clock.lap("match")
         correction = _correction(mounted, carrier or Carrier(), found)
         parts = None
         if found.best is not None and found.verdict.verdict != "refused":
             parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
         clock.lap("view")
         if overlay is not None:
-            draw_overlay(overlay, pictures, cameras, found)
+            draw_overlay(overlay, pictures, cameras, found, matched)
         with run.write() as connection:
             record_inspection(
                 run,
                 connection,
-                Inspected(stored, selection, cameras, believed, needs, seen, stereo, found, correction, parts),
+                Inspected(
+                    stored,
+                    selection,
+                    cameras,
+                    believed,
+                    needs,
+                    seen,
+                    stereo,
+                    found,
+                    matched,
+                    parameters.matching.pose,
+                    correction,
+                    parts,
+                ),
             )
             clock.lap("record")
             run.steps(connection, clock.laps)

@@ -9,13 +9,16 @@ import numpy as np
 from vision.cameras.cameras import Rig
 from vision.cameras.drawing import Stroke, draw, save_side_by_side
 from vision.cameras.images import Picture
+from vision.inspection.matched_views import MatchedView
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH
 
 MATCHED, UNMATCHED, BLEND = (60, 220, 60), (240, 70, 60), (70, 130, 250)
 
 
-def draw_overlay(path: str | Path, pictures: dict[str, Picture], rig: Rig, found: Localisation) -> None:
+def draw_overlay(
+    path: str | Path, pictures: dict[str, Picture], rig: Rig, found: Localisation, matched_views: dict[str, MatchedView]
+) -> None:
     """Write the pictures side by side with the visible arcs of the model: matched to an image arc in green, not matched
     in red, edges of blends (which show as shading, not as edges) in blue."""
     drawn = []
@@ -32,7 +35,8 @@ def draw_overlay(path: str | Path, pictures: dict[str, Picture], rig: Rig, found
             ends = [samples.point + sign * half[:, None] * samples.tangent for sign in (-1.0, 1.0)]
             pixels = [camera.project((end - pose[:3, 3]) @ pose[:3, :3])[0] for end in ends]
             segments = np.stack(pixels, axis=1)
-            matched = np.isin(arcs.run, view.correspondences.view_arc[view.correspondences.accepted])
+            pairs = matched_views[name].match.arcs
+            matched = np.isin(arcs.run, pairs.view_arc[pairs.accepted])
             blend = arcs.kind[arcs.run] == SMOOTH
             strokes = [
                 Stroke(segments[blend & ~matched], BLEND),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from vision.cameras.view_volume import SelectionParameters
 from vision.extraction.parameters import ExtractionParameters
 from vision.localisation.parameters import LocalisationParameters
+from vision.matching.parameters import MatchingParameters
 from vision.stereo.parameters import StereoParameters
 
 
@@ -16,6 +17,7 @@ class InspectionParameters:
     extraction: ExtractionParameters = field(default_factory=ExtractionParameters)
     stereo: StereoParameters = field(default_factory=StereoParameters)
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
+    matching: MatchingParameters = field(default_factory=MatchingParameters)
 
 
 DEFAULTS = InspectionParameters()

@@ -15,22 +15,26 @@ from relmodel.world.correction import Correction
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.record import record_rig
 from vision.cameras.view_volume import Selection
+from vision.inspection.matched_views import MatchedView
 from vision.inspection.pictures import SeenPicture
-from vision.localisation.correspondence import REASONS
+from vision.inspection.record_match import record_match
 from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import KINDS, SILHOUETTE
+from vision.matching.parameters import PoseProblemParameters
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo
 
-BEST = 0  # number of the hypothesis that the views and correspondences belong to
+STEREO = 0  # number of the stereo problem of a run
+FIRST_OF_VIEWS = 1  # those of its views follow
 
 
 @dataclass(frozen=True)
 class Inspected:
-    """What an inspection was given and found; pictures by camera, stereo, correction and parts where there are."""
+    """What an inspection was given and found; pictures and matched views by camera; stereo, correction and parts where
+    there are."""
 
     stored: StoredScene
     selection: Selection
@@ -40,6 +44,8 @@ class Inspected:
     pictures: dict[str, SeenPicture]
     stereo: StereoMatches | None
     found: Localisation
+    matched: dict[str, MatchedView]
+    matching: PoseProblemParameters
     correction: Correction | None
     parts: PartsInView | None
 
@@ -60,12 +66,22 @@ def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
         )
     if it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
-        record_stereo(run, connection, 0, left, right, it.stereo)
+        record_stereo(run, connection, STEREO, left, right, it.stereo)
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(it.found.views.items()):
         assert it.found.best is not None
         pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
         _record_view(run, connection, number, name, pose, view, it.stored)
+        record_match(
+            run,
+            connection,
+            number,
+            FIRST_OF_VIEWS + number,
+            it.pictures[name].recorded.unit_set_id,
+            it.matched[name],
+            it.stored,
+            it.matching,
+        )
     _record_pose(run, connection, it)
     if it.correction is not None:
         _record_correction(run, connection, it.correction)
@@ -124,7 +140,7 @@ def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refine
 def _record_view(
     run: Run, connection: Connection, number: int, camera: str, pose: Floats, view: View, stored: StoredScene
 ) -> None:
-    arcs, pairs, measured = view.arcs, view.correspondences, view.measurements
+    arcs, measured = view.arcs, view.measurements
     key = {"run_id": run.id, "view_no": number}
     run.append(connection, "view", {**key, "camera": [camera], **matrix_columns(pose)})
     outline = arcs.kind == SILHOUETTE
@@ -148,21 +164,6 @@ def _record_view(
             "end_u": arcs.end[:, 0],
             "end_v": arcs.end[:, 1],
             "length": arcs.length,
-        },
-    )
-    run.append(
-        connection,
-        "correspondence",
-        {
-            "hypothesis_no": BEST,
-            **key,
-            "view_arc_no": pairs.view_arc,
-            "image_arc_no": pairs.image_arc,
-            "accepted": pairs.accepted,
-            "reason": [REASONS[r] for r in pairs.reason],
-            "residual": pairs.residual,
-            "angle": pairs.angle,
-            "overlap": pairs.overlap,
         },
     )
     run.append(

@@ -110,8 +110,49 @@ def _rays(camera: Camera, step: int) -> _Rays:
 
 def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:
     """Pixels (s,) of the picture that show each surface of the scene."""
+    surface = _nearest_surface(scene, rays, world_from_camera)
+    shown = surface >= 0
+    return np.bincount(surface[shown], rays.weight[shown], minlength=len(scene.surface_occurrence)).astype(float)
+
+
+def _nearest_surface(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Ints:
+    """The surface (rows, columns) that each ray of the picture hits first, -1 for none."""
     used = rays.weight > 0
     hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
-    surface = scene.triangle_surface[hit[hit >= 0]]
-    weight = rays.weight[used][hit >= 0]
-    return np.bincount(surface, weight, minlength=len(scene.surface_occurrence)).astype(float)
+    out = np.full(rays.weight.shape, -1, np.int64)
+    out[used] = np.where(hit >= 0, scene.triangle_surface[hit], -1)
+    return out
+
+
+@dataclass(frozen=True)
+class SurfaceMap:
+    """Which surface of the scene each place of a picture shows, on a regular grid of the picture without distortion:
+    surface (rows, columns), -1 for none; pixel (rows, columns, 2): the place in the real picture; area (rows, columns):
+    px of it that the place stands for; step: px of the grid without distortion; matrix (3, 3): from directions x/z, y/z
+    of the camera to places (x, y) of the grid."""
+
+    camera: Camera
+    surface: Ints
+    pixel: Floats
+    area: Floats
+    step: int
+    matrix: Floats
+
+    def surface_at(self, pixel: Floats) -> Ints:
+        """The surface (n,) at pixels (n, 2) of the real picture; -1 for none, and outside."""
+        ideal = self.camera.normalise(self.camera.undistort(pixel))
+        x, y = np.rint(ideal @ self.matrix[:2, :2].T + self.matrix[:2, 2]).astype(np.int64).T
+        rows, columns = self.surface.shape
+        inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+        return np.where(inside, self.surface[np.where(inside, y, 0), np.where(inside, x, 0)], -1)
+
+
+def map_surfaces(
+    scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
+) -> SurfaceMap:
+    """The surfaces that a camera sees at a pose."""
+    step = p.visibility.coverage_step_px
+    rays = _rays(camera, step)
+    pixel, _ = camera.project(rays.directions.reshape(-1, 3))
+    shown = _nearest_surface(scene, rays, world_from_camera)
+    return SurfaceMap(camera, shown, pixel.reshape(*rays.weight.shape, 2), rays.weight, step, rays.matrix)

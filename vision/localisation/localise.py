@@ -10,9 +10,8 @@ import numpy as np
 from relmodel.arrays import Floats
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation
 from vision.clock import Clock
-from vision.extraction.primitives import ArcColumns, Primitives
+from vision.extraction.primitives import Primitives
 from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements, shift_poses
-from vision.localisation.correspondence import Correspondences, correspond
 from vision.localisation.evidence import Evidence, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
@@ -33,16 +32,14 @@ from vision.localisation.views import (
     ViewArcs,
     collect_edge_measurements,
     find_view_arcs,
-    propagate_pose_sigma,
 )
 
 
 @dataclass(frozen=True)
 class View:
-    """One camera at the best pose: the arcs it sees, which image arcs they are, and the edge elements measured."""
+    """One camera at the best pose: the arcs it sees, and the edge elements measured."""
 
     arcs: ViewArcs
-    correspondences: Correspondences
     measurements: EdgeMeasurements
 
 
@@ -95,22 +92,14 @@ def localise(
     alone = [solver.alone(name, best.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
     verdict = decide(best, near_best[1:], alone, needs, p.verdict)
     clock.lap("verdict")
-    views = {name: _view(scene, rig, name, best, pictures[name].arcs, indexes[name], p) for name in rig.cameras}
-    clock.lap("correspond")
+    views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
+    clock.lap("view")
     return Localisation(verdict, best, hypotheses, alone, views, clock.laps)
 
 
-def _view(
-    scene: Scene, rig: Rig, name: str, refined: Refined, arcs: ArcColumns, index: EdgeIndex, p: LocalisationParameters
-) -> View:
+def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex, p: LocalisationParameters) -> View:
     seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name], p)
-    number = list(rig.cameras).index(name)
-    sigma = propagate_pose_sigma(refined, number, seen.samples)
-    return View(
-        seen,
-        correspond(seen, arcs, index.edges, sigma, p.correspondence),
-        collect_edge_measurements(refined, number, seen, index),
-    )
+    return View(seen, collect_edge_measurements(refined, list(rig.cameras).index(name), seen, index))
 
 
 @dataclass(frozen=True)

@@ -197,30 +197,6 @@ class SupportParameters:
 
 
 @dataclass(frozen=True)
-class CorrespondenceParameters:
-    """Which image arc is which visible model arc."""
-
-    reach_px: float = 10.0
-    """px within which a pair of arcs is a candidate"""
-    gate_sigma: float = 3.0
-    """standard deviations of pose, arc and `floor_px` that a pair may be off"""
-    floor_px: float = 0.5
-    """px: what edges of real metal are off beyond their own sigma"""
-    max_angle: float = radians(15)
-    """rad: greatest mean angle between the two"""
-    min_overlap: float = 0.3
-    """share of the image arc that must lie beside the model arc"""
-    sample_spacing_px: float = 3.0
-    """px between the samples of a view's arcs that are looked at"""
-    max_beside_px: float = 4.0
-    """px along the arc between an edge element and the sample it belongs to"""
-    stretch_px: float = 4.0
-    """px: stretches of a model arc that two image arcs may not both cover"""
-    min_fresh_share: float = 0.5
-    """share of an image arc's elements that must lie beside stretches not yet covered"""
-
-
-@dataclass(frozen=True)
 class VerdictParameters:
     """When a pose is accepted, ambiguous or refused."""
 
@@ -272,7 +248,6 @@ class LocalisationParameters:
     rivals: RivalParameters = field(default_factory=RivalParameters)
     refinement: RefinementParameters = field(default_factory=RefinementParameters)
     support: SupportParameters = field(default_factory=SupportParameters)
-    correspondence: CorrespondenceParameters = field(default_factory=CorrespondenceParameters)
     verdict: VerdictParameters = field(default_factory=VerdictParameters)
     depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)
 

@@ -124,14 +124,8 @@ def test_equal_input_gives_equal_poses() -> None:
     assert np.array_equal(first.best.world_from_rig, second.best.world_from_rig)
 
 
-def test_arcs_taken_lie_where_the_truth_projects_them() -> None:
+def test_measured_elements_lie_where_the_truth_projects_them() -> None:
     for view in blocks_found(2).views.values():
-        c = view.correspondences
-        taken = c.accepted
-        assert len(np.unique(c.image_arc[taken])) == taken.sum()
-        assert c.overlap[taken].sum() > 0.6 * view.arcs.length.sum()
-        assert np.median(c.residual[taken]) < 0.4
-        assert set(c.view_arc.tolist()) <= set(range(len(view.arcs.kind)))
         assert np.sqrt(np.average(view.measurements.residual**2, weights=view.measurements.weight)) < 0.3
 
 

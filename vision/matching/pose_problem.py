@@ -1,0 +1,243 @@
+"""Which primitives of a picture are which parts of a predicted view: candidates by place, relations on both sides, and
+the labelling that keeps them (queries/matching).
+
+Units are the arcs and regions of the picture, labels the arcs and surfaces of the view: several pieces of the picture
+may be one thing of the model, so a label may be taken more than once.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Columns
+from relmodel.matching.problem import NONE
+from relmodel.store.database import Database
+from vision.extraction.primitives import Primitives
+from vision.localisation.coverage import SurfaceMap
+from vision.matching.joins import ProblemRows, Solved, put_relations, solve_rows
+from vision.matching.parameters import PoseProblemParameters
+from vision.matching.tolerances import TOLERANCES
+from vision.matching.view_units import ViewUnits
+
+REASONS = ("assigned", "orientation", "distance", "overlap", "unrelated", "better_elsewhere", "covered")
+ASSIGNED, ORIENTATION, DISTANCE, OVERLAP, UNRELATED, BETTER_ELSEWHERE, COVERED = range(len(REASONS))
+
+_DEFAULTS = PoseProblemParameters()
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Arcs of a picture with arcs of the view that they come near, as columns: reason (index of REASONS; 0 is taken),
+    rms distance and the gate that it was held against (px), mean angle (rad), share of the image arc beside the model
+    arc, and the points of the view that this covers, first to last."""
+
+    image_arc: Ints
+    view_arc: Ints
+    reason: npt.NDArray[np.int8]
+    residual: Floats
+    gate: Floats
+    angle: Floats
+    overlap: Floats
+    first_point: Ints
+    last_point: Ints
+
+    @property
+    def accepted(self) -> Bools:
+        return np.asarray(self.reason == ASSIGNED)
+
+
+@dataclass(frozen=True)
+class SurfacePairs:
+    """Regions of a picture with surfaces of the view that they lie on: reason (assigned, overlap, unrelated or
+    better_elsewhere), px that they share, and that share of each."""
+
+    region: Ints
+    view_surface: Ints
+    reason: npt.NDArray[np.int8]
+    pixels: Floats
+    region_share: Floats
+    surface_share: Floats
+
+    @property
+    def accepted(self) -> Bools:
+        return np.asarray(self.reason == ASSIGNED)
+
+
+@dataclass(frozen=True)
+class PoseMatch:
+    """What a camera's picture shows of its predicted view."""
+
+    arcs: Pairs
+    surfaces: SurfacePairs
+    solved: Solved
+
+
+@dataclass(frozen=True)
+class UnitCounts:
+    """How many arcs and regions the picture has, arcs and surfaces the view: units and labels are numbered so."""
+
+    image_arcs: int
+    regions: int
+    view_arcs: int
+    view_surfaces: int
+
+
+def match_view(
+    workspace: Database,
+    number: int,
+    picture: Primitives,
+    view: ViewUnits,
+    seen: SurfaceMap,
+    p: PoseProblemParameters = _DEFAULTS,
+) -> PoseMatch:
+    """Match the primitives of a picture against a view, as problem `number` of a workspace."""
+    with workspace.write() as connection:
+        workspace.append(connection, "edge_element", {"extraction_id": number, **picture.arc_elements})
+        workspace.append(connection, "view_point", {"run_id": 0, "view_no": number, **view.points})
+        found = workspace.columns(
+            connection, "matching/arc_pairs", extraction_id=number, run_id=0, view_no=number, reach=p.reach_px,
+            beside=p.beside_px,
+        )  # fmt: skip
+    pairs = _judge_arcs(found, picture, p)
+    surfaces = _judge_regions(picture, view, seen, p)
+    counts = UnitCounts(len(picture.arcs), len(picture.regions), view.arcs, len(view.surface))
+    return match_pairs(workspace, number, pairs, surfaces, counts, picture.relations, view.relations, p)
+
+
+def match_pairs(
+    workspace: Database,
+    number: int,
+    pairs: Pairs,
+    surfaces: SurfacePairs,
+    counts: UnitCounts,
+    of_picture: Columns,
+    of_view: Columns,
+    p: PoseProblemParameters = _DEFAULTS,
+) -> PoseMatch:
+    """Decide among pairs: those that passed the gates are candidates, whatever was decided of them before.
+
+    of_picture, of_view: columns of unit_relation without the set.
+    """
+    pairs = replace(pairs, reason=_undecided(pairs.reason))
+    surfaces = replace(surfaces, reason=_undecided(surfaces.reason))
+    units_id, labels_id = 2 * number, 2 * number + 1
+    arc, region = pairs.accepted, surfaces.accepted
+    with workspace.write() as connection:
+        put_relations(workspace, connection, units_id, of_picture)
+        put_relations(workspace, connection, labels_id, of_view)
+        solved = solve_rows(
+            workspace,
+            connection,
+            number,
+            ProblemRows(
+                units=counts.image_arcs + counts.regions,
+                labels=counts.view_arcs + counts.view_surfaces,
+                units_id=units_id,
+                labels_id=labels_id,
+                unit=np.concatenate([pairs.image_arc[arc], counts.image_arcs + surfaces.region[region]]),
+                label=np.concatenate([pairs.view_arc[arc], counts.view_arcs + surfaces.view_surface[region]]),
+                cost=np.concatenate([_price_arcs(pairs, p)[arc], _price_regions(surfaces, p)[region]]),
+                null_cost=np.full(counts.image_arcs + counts.regions, p.null_price),
+                null_share=p.null_share,
+                tolerances=TOLERANCES,
+                injective=False,
+                nodes=p.nodes,
+            ),
+        )
+    label = solved.result.label
+    _decide(pairs.reason, label[pairs.image_arc], pairs.view_arc)
+    _decide(surfaces.reason, label[counts.image_arcs + surfaces.region], counts.view_arcs + surfaces.view_surface)
+    _strike_covered(pairs, p)
+    return PoseMatch(pairs, surfaces, solved)
+
+
+def _undecided(reason: npt.NDArray[np.int8]) -> npt.NDArray[np.int8]:
+    """What passed the gates, as candidates again."""
+    return np.where(np.isin(reason, (ORIENTATION, DISTANCE, OVERLAP)), reason, ASSIGNED).astype(np.int8)
+
+
+def _decide(reason: npt.NDArray[np.int8], chosen: Ints, label: Ints) -> None:
+    """The reasons of candidates after the search, given the label chosen for the unit of each."""
+    candidate = reason == ASSIGNED
+    reason[candidate & (chosen == NONE)] = UNRELATED
+    reason[candidate & (chosen != NONE) & (chosen != label)] = BETTER_ELSEWHERE
+
+
+def _judge_arcs(found: dict[str, npt.NDArray[np.generic]], picture: Primitives, p: PoseProblemParameters) -> Pairs:
+    """Those that pass the gates are marked as assigned until the search decides."""
+    image_arc = np.asarray(found["image_arc_no"], np.int64)
+    residual, angle, sigma = (np.asarray(found[name], float) for name in ("residual", "angle", "sigma"))
+    overlap = np.asarray(found["elements"], float) / np.maximum(np.asarray(found["of_elements"], float), 1)
+    own = np.nan_to_num(picture.arcs.sigma[image_arc])
+    gate = p.gate_sigma * np.sqrt(sigma**2 + own**2 + p.floor_px**2)
+    reason = np.full(len(image_arc), ASSIGNED, np.int8)
+    reason[overlap < p.min_overlap] = OVERLAP
+    reason[residual > gate] = DISTANCE
+    reason[angle > p.max_angle] = ORIENTATION
+    first, last = (np.asarray(found[name], np.int64) for name in ("first_point", "last_point"))
+    view_arc = np.asarray(found["view_arc_no"], np.int64)
+    return Pairs(image_arc, view_arc, reason, residual, gate, angle, overlap, first, last)
+
+
+def _price_arcs(pairs: Pairs, p: PoseProblemParameters) -> Ints:
+    """Minus four times the logarithm of the likelihood of what a pair is off."""
+    off = (p.gate_sigma * pairs.residual / pairs.gate) ** 2 + (pairs.angle / p.angle_sigma) ** 2
+    return np.rint(2.0 * off + p.loose_price * (1.0 - pairs.overlap)).astype(np.int64)
+
+
+def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: PoseProblemParameters) -> SurfacePairs:
+    """Regions and the surfaces that they lie on, counted on the places of the surface map."""
+    count = max(len(view.surface), 1)
+    region = _region_at(picture, seen.pixel.reshape(-1, 2))
+    number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
+    number[view.surface] = np.arange(len(view.surface))
+    surface, area = number[seen.surface.ravel()], seen.area.ravel()
+    used = (region >= 0) & (area > 0)
+    region_area = np.bincount(region[used], area[used], len(picture.regions))
+    both = used & (surface >= 0)
+    key, which = np.unique(region[both] * count + surface[both], return_inverse=True)
+    pixels = np.bincount(which.ravel(), area[both], len(key)).astype(float)
+    region_no, surface_no = key // count, key % count
+    surface_area = np.bincount(surface[surface >= 0], area[surface >= 0], count)
+    region_share = pixels / np.maximum(region_area[region_no], 1e-9)
+    reason = np.where(region_share < p.min_region_share, OVERLAP, ASSIGNED).astype(np.int8)
+    return SurfacePairs(
+        region_no, surface_no, reason, pixels, region_share, pixels / np.maximum(surface_area[surface_no], 1e-9)
+    )
+
+
+def _price_regions(pairs: SurfacePairs, p: PoseProblemParameters) -> Ints:
+    return np.rint(p.spill_price * (1.0 - pairs.region_share)).astype(np.int64)
+
+
+def _region_at(picture: Primitives, pixel: Floats) -> Ints:
+    """The region (n,) at pixels (n, 2), -1 for none: outlines are filled, holes left out, the innermost wins."""
+    regions, (rows, columns) = picture.regions, picture.shape
+    drawn = np.full((rows, columns), -1, np.int32)
+    rings = [regions.outline[a:b].astype(np.int32) for a, b in itertools.pairwise(regions.ring_offsets.tolist())]
+    outer = np.flatnonzero(np.diff(regions.ring_region, prepend=-1) != 0)
+    # What lies in a hole is a region of its own, smaller than the one around it.
+    for ring in outer[np.argsort(-regions.area[regions.ring_region[outer]], kind="stable")].tolist():
+        cv2.fillPoly(drawn, [rings[ring]], int(regions.ring_region[ring]))
+    x, y = np.rint(pixel).astype(np.int64).T
+    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+    return np.where(inside, drawn[np.where(inside, y, 0), np.where(inside, x, 0)], -1)
+
+
+def _strike_covered(pairs: Pairs, p: PoseProblemParameters) -> None:
+    """Of two image arcs beside one stretch of a model arc the one nearer to it stays: the other is a second line."""
+    taken = np.flatnonzero(pairs.accepted)
+    taken = taken[np.lexsort((pairs.image_arc[taken], pairs.residual[taken] / pairs.gate[taken]))]
+    first, last, arc = pairs.first_point[taken], pairs.last_point[taken], pairs.view_arc[taken]
+    common = np.minimum(last[:, None], last) - np.maximum(first[:, None], first) + 1
+    rival = (arc[:, None] == arc) & (common > p.covered_share * (last - first + 1)[:, None])
+    kept = np.ones(len(taken), bool)
+    for place in np.flatnonzero(np.tril(rival, -1).any(axis=1)).tolist():  # few: most stretches have one arc
+        kept[place] = not (rival[place, :place] & kept[:place]).any()
+    pairs.reason[taken[~kept]] = COVERED

@@ -1,0 +1,44 @@
+"""A stored picture and a stored view matched again, from rows alone."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.errors import UsageError
+from relmodel.store.database import Database
+from vision.matching.parameters import PoseProblemParameters
+from vision.matching.pose_problem import REASONS, Pairs, PoseMatch, SurfacePairs, UnitCounts, match_pairs
+from vision.matching.workspace import open_workspace
+
+
+def match_stored(store: Database, connection: Connection, run_id: int, problem_no: int) -> PoseMatch:
+    """Decide anew which primitives of a picture are which parts of a view, from the pairs, relations and parameters
+    that the store has of a localisation problem.  Raises UsageError where it has no such problem."""
+    found = store.rows(connection, "matching/localisation_problem", run_id=run_id, problem_no=problem_no)
+    if not found:
+        raise UsageError(f"run {run_id} has no localisation problem {problem_no}: see the table problem")
+    problem = found[0]
+    key = {"run_id": run_id, "view_no": problem.view_no}
+    arcs = store.columns(connection, "matching/stored_pairs", **key)
+    surfaces = store.columns(connection, "matching/stored_surface_pairs", **key)
+    given = problem.parameters
+    stated = json.loads(given) if isinstance(given, str) else given
+    return match_pairs(
+        open_workspace(),
+        0,
+        Pairs(**_coded(arcs)),
+        SurfacePairs(**_coded(surfaces)),
+        UnitCounts(problem.image_arcs, problem.regions, problem.view_arcs, problem.view_surfaces),
+        store.columns(connection, "matching/relations_of_set", unit_set_id=problem.units_id),
+        store.columns(connection, "matching/relations_of_set", unit_set_id=problem.labels_id),
+        PoseProblemParameters(**stated),
+    )
+
+
+def _coded(pairs: dict[str, Any]) -> dict[str, Any]:
+    """Columns with the reasons as indexes of REASONS."""
+    return {**pairs, "reason": np.array([REASONS.index(reason) for reason in pairs["reason"]], np.int8)}

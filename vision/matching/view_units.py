@@ -1,0 +1,208 @@
+"""A predicted view as matchers see it: the visible arcs and surfaces of the model as units, drawn where the picture
+should show them, with the relations among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.arrays import Floats, Ints
+from relmodel.columns import Columns
+from vision.cameras.cameras import Camera
+from vision.extraction.rows import round_columns
+from vision.localisation.coverage import SurfaceMap
+from vision.localisation.views import ViewArcs
+from vision.matching.parameters import ViewParameters
+from vision.matching.relations import (
+    BOUNDS,
+    KINDS,
+    Areas,
+    Curves,
+    Relations,
+    concatenate,
+    find_middles,
+    relate,
+    relate_both_ways,
+)
+
+_DEFAULTS = ViewParameters()
+
+
+@dataclass(frozen=True)
+class ViewUnits:
+    """Units of a view: its arcs by number, then its surfaces.
+
+    points, surfaces: columns of view_point and view_surface without run and view; surface (n,): the scene's surface of
+    each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
+    """
+
+    points: Columns
+    surfaces: Columns
+    surface: Ints
+    relations: Columns
+    arcs: int
+
+
+def describe_view(
+    view: ViewArcs,
+    sigma_px: Floats,
+    camera: Camera,
+    seen: SurfaceMap,
+    p: ViewParameters = _DEFAULTS,
+) -> ViewUnits:
+    """Units of what a camera sees; sigma_px (samples,): standard deviation of the view's samples along their
+    normals."""
+    points = _points(view, sigma_px, camera, p)
+    surface, areas, columns = _surfaces(seen, p)
+    curves = _curves(points, len(view.kind), p)
+    relations = concatenate([relate(curves, areas, p.relations), _bounds(points, curves, areas, surface, seen, p)])
+    return ViewUnits(
+        points,
+        columns,
+        surface,
+        round_columns(
+            "unit_relation",
+            {
+                "kind": np.array(KINDS, object)[relations.kind],
+                "unit_a": relations.a,
+                "unit_b": relations.b,
+                "distance": relations.distance,
+                "distance_sigma": relations.distance_sigma,
+                "angle": relations.angle,
+                "angle_sigma": relations.angle_sigma,
+            },
+        ),
+        len(view.kind),
+    )
+
+
+def _points(view: ViewArcs, sigma_px: Floats, camera: Camera, p: ViewParameters) -> Columns:
+    """Points every few px along the arcs, and both ends of each."""
+    step = np.floor(np.cumsum(view.samples.length_px) / p.spacing_px)
+    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
+    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+    ideal, direction = view.samples.pixel[some], view.samples.direction[some]
+    pixel = camera.distort(camera.normalise(ideal))
+    ahead = camera.distort(camera.normalise(ideal + 0.5 * direction))
+    back = camera.distort(camera.normalise(ideal - 0.5 * direction))
+    way = ahead - back
+    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
+    return round_columns(
+        "view_point",
+        {
+            "view_arc_no": view.run[some],
+            "point_no": np.arange(len(some)),
+            "x": pixel[:, 0],
+            "y": pixel[:, 1],
+            "direction_x": way[:, 0],
+            "direction_y": way[:, 1],
+            "sigma": sigma_px[some],
+        },
+    )
+
+
+def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
+    run, x, y, sigma = (np.asarray(points[name]) for name in ("view_arc_no", "x", "y", "sigma"))
+    offsets = np.searchsorted(run, np.arange(arcs + 1))
+    # A run of one sample is a point: half a px either way makes it a curve.
+    alone = np.flatnonzero(np.diff(offsets) == 1)
+    at = offsets[alone]
+    half = 0.5 * np.stack([np.asarray(points["direction_x"]), np.asarray(points["direction_y"])], axis=1)[at]
+    x, y, sigma, run = (np.insert(c, at, c[at]) for c in (x, y, sigma, run))
+    offsets = np.searchsorted(run, np.arange(arcs + 1))
+    first = offsets[alone]
+    x[first], y[first] = x[first] - half[:, 0], y[first] - half[:, 1]
+    x[first + 1], y[first + 1] = x[first + 1] + half[:, 0], y[first + 1] + half[:, 1]
+    step = np.hypot(np.diff(x), np.diff(y)) * (np.diff(run) == 0)
+    length = np.bincount(run[1:], step, arcs).astype(float)
+    across = np.bincount(run, sigma, arcs) / np.maximum(np.bincount(run, minlength=arcs), 1)
+    unknown = np.full(arcs, np.nan)
+    return Curves(
+        offsets=offsets.astype(np.int64),
+        x=x,
+        y=y,
+        sigma=across,
+        end_sigma=np.full(arcs, p.spacing_px),
+        angle_sigma=across / np.maximum(length, 1.0),
+        salience=length,
+        centre_x=unknown,
+        centre_y=unknown,
+        centre_sigma=unknown,
+        radius=unknown,
+        radius_sigma=unknown,
+    )
+
+
+def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns]:
+    """Surfaces that show at least `p.least_surface_px`, the outlines of what they show, and columns of view_surface."""
+    import cv2
+
+    shown = seen.surface.ravel()
+    used = shown >= 0
+    area = np.bincount(shown[used], seen.area.ravel()[used])
+    surface = np.flatnonzero(area >= p.least_surface_px)
+    weight = seen.area.ravel()[used]
+    pixel = seen.pixel.reshape(-1, 2)[used]
+    moments = np.stack([np.bincount(shown[used], weight * pixel[:, i]) for i in (0, 1)], axis=1)[surface]
+    centre = np.asarray(moments / area[surface][:, None], float)
+    rings: list[npt.NDArray[np.integer]] = []
+    owner: list[int] = []
+    row, column = np.nonzero(seen.surface >= 0)
+    order = np.argsort(seen.surface[row, column], kind="stable")
+    row, column = row[order], column[order]
+    bounds = np.searchsorted(seen.surface[row, column], np.stack([surface, surface + 1]))
+    for number, (start, end) in enumerate(bounds.T.tolist()):
+        rows, columns = row[start:end], column[start:end]
+        top, left = int(rows.min()), int(columns.min())
+        mask = np.zeros((int(rows.max()) - top + 1, int(columns.max()) - left + 1), np.uint8)
+        mask[rows - top, columns - left] = 1
+        found, _ = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+        rings += [ring[:, 0, ::-1] + np.array([top, left]) for ring in found]
+        owner += [number] * len(found)
+    offsets = np.concatenate([[0], np.cumsum([len(ring) for ring in rings])]).astype(np.int32)
+    cells = np.concatenate(rings) if rings else np.zeros((0, 2), np.int64)
+    outline = seen.pixel[cells[:, 0], cells[:, 1]]
+    areas = Areas(
+        area=area[surface].astype(float),
+        centroid_x=centre[:, 0],
+        centroid_y=centre[:, 1],
+        sigma=np.full(len(surface), float(seen.step)),
+        ring_region=np.array(owner, np.int32),
+        ring_offsets=offsets,
+        x=outline[:, 0],
+        y=outline[:, 1],
+    )
+    columns_ = round_columns(
+        "view_surface",
+        {
+            "view_surface_no": np.arange(len(surface)),
+            "visible_pixels": areas.area,
+            "centroid_x": areas.centroid_x,
+            "centroid_y": areas.centroid_y,
+        },
+    )
+    return surface, areas, columns_
+
+
+def _bounds(
+    points: Columns, curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap, p: ViewParameters
+) -> Relations:
+    """Arcs and the surfaces beside them, with the length of arc that borders each."""
+    run = np.asarray(points["view_arc_no"])
+    place = np.stack([np.asarray(points["x"]), np.asarray(points["y"])], axis=1)
+    normal = np.stack([-np.asarray(points["direction_y"]), np.asarray(points["direction_x"])], axis=1)
+    number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
+    number[surface] = np.arange(len(surface))
+    count = max(len(surface), 1)
+    keys = []
+    for away in (p.beside_px, -p.beside_px):
+        beside = number[seen.surface_at(place + away * normal)]  # the last of `number` stands for none
+        keys.append((run * count + beside)[beside >= 0])
+    key, times = np.unique(np.concatenate(keys), return_counts=True)
+    arc, area = key // count, key % count
+    bearing, spread = find_middles(curves, areas).bearing(
+        np.concatenate([arc, len(curves) + area]), np.concatenate([len(curves) + area, arc])
+    )
+    return relate_both_ways(BOUNDS, arc, len(curves) + area, p.spacing_px * times, p.spacing_px, bearing, spread)
