@@ -57,8 +57,8 @@ class Pair:
 class Carried:
     """Relations (m,) of the left picture between units that have partners, and how they fare on the right.
 
-    `of_arcs`: both are; `distance`: what it is; `distance_off`, `angle_off`: by how much those of the labels
-    differ, NaN where these have no such relation.
+    `of_arcs`: both are; `distance`: what it is; `distance_off`, `angle_off`: by how much those of the labels differ,
+    NaN where these have no such relation.
     """
 
     kind: npt.NDArray[np.int8]
@@ -104,7 +104,7 @@ def read_pair(data: Path, part: str, number: int) -> Pair:
     seen = np.all((there >= 0) & (there < (1280, 960)), axis=1)
     one = left.regions.labels[row[seen], column[seen]]
     other = right.regions.labels[there[seen, 1], there[seen, 0]]
-    regions = find_region_partners(left.regions.area, right.regions.area, one.astype(np.int64), other.astype(np.int64))
+    regions = find_region_partners(left.regions.area, right.regions.area, one, other)
     return Pair(left, right, np.concatenate([arcs, np.where(regions >= 0, len(right.arcs) + regions, -1)]))
 
 

@@ -1,4 +1,4 @@
-"""Compiled kernel: where two curves come nearest to each other."""
+"""Compiled kernels: which curves come near to each other, and where."""
 
 from relmodel.arrays import Floats, Ints
 from relmodel.compiled import helper, kernel
@@ -10,6 +10,28 @@ def _along(px: float, py: float, x0: float, y0: float, x1: float, y1: float) -> 
     dx, dy = x1 - x0, y1 - y0
     square = dx * dx + dy * dy
     return 0.0 if square == 0.0 else min(max(((px - x0) * dx + (py - y0) * dy) / square, 0.0), 1.0)
+
+
+@kernel("i8(f8[:, ::1], i8[::1], i8, f8, f8, i8[:, ::1])")
+def near_boxes(boxes: Floats, order: Ints, first: int, reach: float, shorter: float, out: Ints) -> int:
+    """Pairs of boxes (n, 4: least x and y, greatest x and y) no farther apart than `reach` along x and along y, or than
+    `shorter`, which is no longer, where one is numbered from `first` on: their count, and the lesser and greater number
+    of as many as `out` has room for.  `order`: by least x.
+    """
+    count = 0
+    for at in range(len(order)):
+        i = order[at]
+        for later in range(at + 1, len(order)):
+            j = order[later]
+            if boxes[j, 0] - boxes[i, 2] > reach:
+                break
+            allowed = reach if max(i, j) < first else shorter
+            down = max(boxes[j, 1] - boxes[i, 3], boxes[i, 1] - boxes[j, 3])
+            if boxes[j, 0] - boxes[i, 2] <= allowed and down <= allowed:
+                if count < len(out):
+                    out[count, 0], out[count, 1] = min(i, j), max(i, j)
+                count += 1
+    return count
 
 
 @kernel("void(f8[:, ::1], i8[::1], f8[:, ::1], i8[::1], i8[::1], f8[:, ::1], i8[:, ::1])")

@@ -11,8 +11,10 @@ from math import radians
 class RelationParameters:
     """Which pairs of units are related."""
 
-    radius: float = 100.0
-    """px: units whose gap is greater are not related"""
+    radius: float = 140.0
+    """px: arcs whose gap is greater are not related"""
+    region_radius: float = 30.0
+    """px: the same where one is a region, which chooses only what is nearest"""
     neighbours: int = 16
     """arcs, at most, that an arc of full salience chooses to be `near` to"""
     least_neighbours: int = 1
@@ -25,7 +27,7 @@ class RelationParameters:
     """salience of a region over the root of its area"""
     touch: float = 15.0
     """px added to gaps when neighbours are ranked, so that not all that touch come first"""
-    min_salience: float = 2.0
+    min_salience: float = 1.0
     """px: what is less salient is parallel to nothing and meets nothing: streaks are parallel to streaks by the
     hundred"""
     min_line: float = 15.0
@@ -34,7 +36,7 @@ class RelationParameters:
     """share of its chord by which a line may leave it: what is a line in one picture is a flat arc in another"""
     max_angle: float = radians(15.0)
     """rad by which lines may miss being parallel"""
-    junction_reach: float = 6.0
+    junction_reach: float = 10.0
     """px: what comes nearer with an end meets"""
     max_centre_sigma: float = 2.0
     """px: a centre less certain says nothing of concentricity"""

@@ -137,9 +137,9 @@ class _Segments:
 
 
 def relate(curves: Curves, areas: Areas, parameters: RelationParameters = _DEFAULTS) -> Relations:
-    """Relations of all kinds that follow from places alone, up to a gap of `parameters.radius`."""
+    """Relations of all kinds that follow from places alone, up to the gaps that `parameters` allow."""
     p = parameters
-    pairs = _find_gaps(_join(curves, areas), p.radius, len(curves))
+    pairs = _find_gaps(_join(curves, areas), len(curves), p)
     middles = find_middles(curves, areas)
     return concatenate(
         [
@@ -226,16 +226,19 @@ class _Gaps:
         return _Gaps(*(column[kept] for column in vars(self).values()))
 
 
-def _find_gaps(segments: _Segments, radius: float, curves: int) -> _Gaps:
+def _find_gaps(segments: _Segments, curves: int, p: RelationParameters) -> _Gaps:
     from vision.matching import gap_kernels
 
-    low, high = segments.boxes[:, :2], segments.boxes[:, 2:]
-    apart = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
-    a, b = (index.astype(np.int64) for index in np.nonzero(np.triu(apart <= radius, 1)))
-    place, which = np.full((len(a), 3), float(radius) ** 2), np.full((len(a), 2), -1, np.int64)
+    order, none = np.argsort(segments.boxes[:, 0], kind="stable"), np.empty((0, 2), np.int64)
+    found = (segments.boxes, order, curves, p.radius, p.region_radius)
+    near = np.empty((gap_kernels.near_boxes(*found, none), 2), np.int64)
+    gap_kernels.near_boxes(*found, near)
+    a, b = np.ascontiguousarray(near[np.lexsort((near[:, 1], near[:, 0]))].T)
+    place, which = np.zeros((len(a), 3)), np.full((len(a), 2), -1, np.int64)
+    place[:, 0] = np.where(b < curves, p.radius, p.region_radius) ** 2
     gap_kernels.least_gaps(segments.ends, segments.offsets, segments.boxes, a, b, place, which)
-    found = which[:, 0] >= 0
-    a, b, place, which = a[found], b[found], place[found], which[found]
+    close = which[:, 0] >= 0
+    a, b, place, which = a[close], b[close], place[close], which[close]
     tangents, at_end = [], []
     for side, unit in enumerate((a, b)):
         first, last, nearest = segments.offsets[unit], segments.offsets[unit + 1] - 1, which[:, side]

@@ -28,8 +28,8 @@ FAR = 1e6  # px: no limit
 
 TOLERANCES = {
     "near": Tolerance(4.0, 0.2, 0.4, 80.0, 14),
-    "parallel": Tolerance(4.0, 0.3, 0.15, FAR, 15),
-    "junction": Tolerance(2.0, 0.5, 0.6, FAR, 21),
+    "parallel": Tolerance(4.0, 0.3, 0.15, 60.0, 16),
+    "junction": Tolerance(3.0, 0.5, 0.6, 3.0, 22),
     "concentric": Tolerance(8.0, 0.3, 0.1, FAR, 12),
     "equal_radius": Tolerance(8.0, 0.3, 0.1, FAR, 12),
     "bounds": Tolerance(24.0, 0.5, 0.6, FAR, 16),
