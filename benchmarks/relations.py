@@ -102,8 +102,8 @@ def read_pair(data: Path, part: str, number: int) -> Pair:
     row, column = (index[::3] for index in np.nonzero(depths > 0))
     there = np.rint(carry(np.column_stack([column, row]).astype(np.float64), depths[row, column])).astype(np.int64)
     seen = np.all((there >= 0) & (there < (1280, 960)), axis=1)
-    one = left.regions.labels[row[seen], column[seen]]
-    other = right.regions.labels[there[seen, 1], there[seen, 0]]
+    one = left.regions.labels[row[seen], column[seen]].astype(np.int64)
+    other = right.regions.labels[there[seen, 1], there[seen, 0]].astype(np.int64)
     regions = find_region_partners(left.regions.area, right.regions.area, one, other)
     return Pair(left, right, np.concatenate([arcs, np.where(regions >= 0, len(right.arcs) + regions, -1)]))
 

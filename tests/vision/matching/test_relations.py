@@ -23,8 +23,8 @@ from vision.matching.relations import (
 )
 from vision.matching.tolerances import TOLERANCES
 
-NONE = np.zeros(0)
-NO_AREAS = Areas(NONE, NONE, NONE, NONE, np.zeros(0, np.int32), np.zeros(1, np.int32), NONE, NONE)
+EMPTY = np.zeros(0)
+NO_AREAS = Areas(EMPTY, EMPTY, EMPTY, EMPTY, np.zeros(0, np.int32), np.zeros(1, np.int32), EMPTY, EMPTY)
 
 
 def curves(*lines: list[tuple[float, float]] | Floats, sigma: float = 0.1) -> Curves:
