@@ -353,6 +353,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('view', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('unit_set', 0, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
+    ('unit_set', 1, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
     ('problem', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('problem', 1, ARRAY['units_id'], 'unit_set', ARRAY['id']),
     ('problem', 2, ARRAY['labels_id'], 'unit_set', ARRAY['id']),

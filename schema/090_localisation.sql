@@ -451,6 +451,8 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('view_surface', 0, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
     ('view_surface', 1, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
     ('hypothesis', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('view_point', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
+    ('surface_match', 0, ARRAY['run_id', 'view_no', 'view_surface_no'], 'view_surface', ARRAY['run_id', 'view_no', 'view_surface_no']),
     ('correspondence', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
     ('correspondence', 1, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('edge_measurement', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),

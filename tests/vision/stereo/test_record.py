@@ -53,10 +53,12 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                         "parameters": ["{}"],
                         "version": ["1"],
                         "noise_sigma": [1.0],
+                        "grey_dark": [0.0],
+                        "grey_bright": [255.0],
                     },
                 )
                 sets.append(n)
-                run.append(connection, "unit_set", {"id": [n], "extraction_id": [n]})
+                run.append(connection, "unit_set", {"id": [n], "kind": "extraction", "extraction_id": [n]})
                 arcs = np.arange(count)
                 run.append(connection, "unit", {"unit_set_id": n, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
             record_stereo(run, connection, PROBLEM, sets[0], sets[1], found)
