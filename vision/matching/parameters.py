@@ -85,8 +85,8 @@ class PoseProblemParameters:
     """rad: of the mean angle between an arc and its model"""
     loose_price: float = 8.0
     """price of an image arc that does not lie beside its model arc at all, in proportion to what does not"""
-    min_region_share: float = 0.3
-    """share of a region that must lie on a surface"""
+    min_region_share: float = 0.88
+    """share of a region that must lie on a surface: others run over edges that the picture does not show"""
     spill_price: float = 24.0
     """price of a region that does not lie on its surface at all, in proportion to what does not"""
     null_price: int = 14
