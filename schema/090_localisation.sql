@@ -136,6 +136,7 @@ CREATE TABLE hypothesis (
     cost DOUBLE PRECISION NOT NULL,
     evidence_ratio DOUBLE PRECISION NOT NULL,
     distance DOUBLE PRECISION NOT NULL,
+    relational_distance BIGINT,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -160,6 +161,7 @@ COMMENT ON COLUMN hypothesis.m23 IS 'world_from_rig: row 2 of the translation, m
 COMMENT ON COLUMN hypothesis.cost IS 'cost by which hypotheses are ranked; less is better';
 COMMENT ON COLUMN hypothesis.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 COMMENT ON COLUMN hypothesis.distance IS 'Mahalanobis distance from the prior';
+COMMENT ON COLUMN hypothesis.relational_distance IS 'what the best labelling of the pictures by what this pose lets them show costs, over all cameras; the margin of the best over a rival is the difference; null where there was no rival, and of those beyond the first two';
 
 -- Without keys, as what pictures give: some 4,000 rows a camera.
 CREATE TABLE view_point (

@@ -23,7 +23,7 @@ from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
-from vision.inspection.matched_views import match_views
+from vision.inspection.matched_views import match_views, measure_relational_distances
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
@@ -189,6 +189,9 @@ def inspect(
         matched = match_views(
             workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
         )
+        distances = measure_relational_distances(
+            workspace, stored.scene, cameras, found, matched, primitives, parameters.localisation, parameters.matching
+        )
         clock.lap("match")
         correction = _correction(mounted, carrier or Carrier(), found)
         parts = None
@@ -211,6 +214,7 @@ def inspect(
                     stereo,
                     found,
                     matched,
+                    distances,
                     parameters.matching.pose,
                     correction,
                     parts,

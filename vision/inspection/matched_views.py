@@ -10,8 +10,9 @@ from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import map_surfaces
 from vision.localisation.localise import Localisation
 from vision.localisation.parameters import LocalisationParameters
+from vision.localisation.refine import Refined
 from vision.localisation.scene import Scene
-from vision.localisation.views import propagate_pose_sigma
+from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose_sigma
 from vision.matching.parameters import MatchingParameters
 from vision.matching.pose_problem import PoseMatch, match_view
 from vision.matching.view_units import ViewUnits, describe_view
@@ -34,13 +35,63 @@ def match_views(
     localisation: LocalisationParameters,
     p: MatchingParameters,
 ) -> dict[str, MatchedView]:
-    """By camera; nothing where no pose was found."""
+    """By camera, at the best pose; nothing where none was found."""
+    if found.best is None:
+        return {}
+    arcs = {name: view.arcs for name, view in found.views.items()}
+    return _match(workspace, 0, scene, rig, found.best, arcs, pictures, localisation, p)
+
+
+def measure_relational_distances(
+    workspace: Database,
+    scene: Scene,
+    rig: Rig,
+    found: Localisation,
+    best: dict[str, MatchedView],
+    pictures: dict[str, Primitives],
+    localisation: LocalisationParameters,
+    p: MatchingParameters,
+) -> list[int | None]:
+    """What the best labelling of the pictures by the view of each hypothesis costs, over all cameras; None where it was
+    not asked: of those that are no rivals, and of rivals beyond the first `p.rivals`.
+
+    All are labellings of the same primitives, so what one costs less is its margin over the other.
+    """
+    distances: list[int | None] = [None] * len(found.hypotheses)
+    if not found.rivals:
+        return distances
+    distances[0] = _cost(best)
+    for number, rival in enumerate(found.rivals[: p.rivals], start=1):
+        arcs = {
+            name: find_view_arcs(scene, camera, rival.world_from_rig @ rig.rig_from_camera[name], localisation)
+            for name, camera in rig.cameras.items()
+        }
+        first = number * len(rig.cameras)
+        matched = _match(workspace, first, scene, rig, rival, arcs, pictures, localisation, p)
+        distances[found.hypotheses.index(rival)] = _cost(matched)
+    return distances
+
+
+def _cost(matched: dict[str, MatchedView]) -> int:
+    return sum(view.match.solved.result.cost for view in matched.values())
+
+
+def _match(
+    workspace: Database,
+    first: int,
+    scene: Scene,
+    rig: Rig,
+    pose: Refined,
+    arcs: dict[str, ViewArcs],
+    pictures: dict[str, Primitives],
+    localisation: LocalisationParameters,
+    p: MatchingParameters,
+) -> dict[str, MatchedView]:
+    """The pictures against their views at a pose, as problems from number `first` on."""
     matched = {}
-    for number, (name, view) in enumerate(found.views.items()):
-        assert found.best is not None
-        camera, pose = rig.cameras[name], found.best.world_from_rig @ rig.rig_from_camera[name]
-        seen = map_surfaces(scene, camera, pose, localisation)
-        sigma = propagate_pose_sigma(found.best, list(rig.cameras).index(name), view.arcs.samples)
-        units = describe_view(view.arcs, sigma, camera, seen, p.view)
-        matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, seen, p.pose))
+    for number, (name, camera) in enumerate(rig.cameras.items()):
+        seen = map_surfaces(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
+        sigma = propagate_pose_sigma(pose, number, arcs[name].samples)
+        units = describe_view(arcs[name], sigma, camera, seen, p.view)
+        matched[name] = MatchedView(units, match_view(workspace, first + number, pictures[name], units, seen, p.pose))
     return matched

@@ -45,6 +45,7 @@ class Inspected:
     stereo: StereoMatches | None
     found: Localisation
     matched: dict[str, MatchedView]
+    relational_distances: list[int | None]
     matching: PoseProblemParameters
     correction: Correction | None
     parts: PartsInView | None
@@ -67,7 +68,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
     if it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
         record_stereo(run, connection, STEREO, left, right, it.stereo)
-    _record_hypotheses(run, connection, it.found.hypotheses)
+    _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
     for number, (name, view) in enumerate(it.found.views.items()):
         assert it.found.best is not None
         pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
@@ -120,7 +121,9 @@ def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
     )
 
 
-def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refined]) -> None:
+def _record_hypotheses(
+    run: Run, connection: Connection, hypotheses: list[Refined], relational_distances: list[int | None]
+) -> None:
     if not hypotheses:
         return
     run.append(
@@ -133,6 +136,7 @@ def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refine
             "cost": np.array([h.cost for h in hypotheses]),
             "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
             "distance": np.array([h.prior_sigma for h in hypotheses]),
+            "relational_distance": relational_distances,
         },
     )
 

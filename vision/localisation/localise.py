@@ -48,13 +48,15 @@ class Localisation:
     """What localisation found.
 
     verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
-    hypotheses: all that were refined, best first.  alone: the pose each camera gives by itself, in the rig's order
-    (where there are several).  views: by camera, what is seen at the best pose.  timings_s by step.
+    hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.  alone:
+    the pose each camera gives by itself, in the rig's order (where there are several).  views: by camera, what is seen
+    at the best pose.  timings_s by step.
     """
 
     verdict: Verdict
     best: Refined | None
     hypotheses: list[Refined]
+    rivals: list[Refined]
     alone: list[Refined]
     views: dict[str, View]
     timings_s: dict[str, float]
@@ -80,7 +82,7 @@ def localise(
     if not len(found.score):
         nothing = "no arc of the model is in view near the prior"
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
-        return Localisation(unknown, None, [], [], {}, clock.laps)
+        return Localisation(unknown, None, [], [], [], {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, prior, p)
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")
@@ -94,7 +96,7 @@ def localise(
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
-    return Localisation(verdict, best, hypotheses, alone, views, clock.laps)
+    return Localisation(verdict, best, hypotheses, near_best[1:], alone, views, clock.laps)
 
 
 def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex, p: LocalisationParameters) -> View:
