@@ -311,26 +311,49 @@ CREATE TABLE triangulated_unit (
     run_id BIGINT NOT NULL,
     problem_no INTEGER NOT NULL,
     unit_no INTEGER NOT NULL,
+    curve TEXT NOT NULL,
     start_x DOUBLE PRECISION NOT NULL,
     start_y DOUBLE PRECISION NOT NULL,
     start_z DOUBLE PRECISION NOT NULL,
     end_x DOUBLE PRECISION NOT NULL,
     end_y DOUBLE PRECISION NOT NULL,
     end_z DOUBLE PRECISION NOT NULL,
-    sigma DOUBLE PRECISION NOT NULL,
-    PRIMARY KEY (run_id, problem_no, unit_no)
+    covariance DOUBLE PRECISION[] NOT NULL,
+    centre_x DOUBLE PRECISION,
+    centre_y DOUBLE PRECISION,
+    centre_z DOUBLE PRECISION,
+    major_x DOUBLE PRECISION,
+    major_y DOUBLE PRECISION,
+    major_z DOUBLE PRECISION,
+    minor_x DOUBLE PRECISION,
+    minor_y DOUBLE PRECISION,
+    minor_z DOUBLE PRECISION,
+    PRIMARY KEY (run_id, problem_no, unit_no),
+    CHECK (curve IN ('line', 'circle', 'ellipse', 'free')),
+    CHECK (covariance[36] IS NOT NULL AND covariance[37] IS NULL AND covariance[1] > 0 AND covariance[22] > 0),
+    CHECK ((centre_x IS NOT NULL) = (curve IN ('circle', 'ellipse')))
 );
-COMMENT ON TABLE triangulated_unit IS 'Stereo matches in space: ends of matched arcs in the frame of the rig.';
+COMMENT ON TABLE triangulated_unit IS 'Stereo matches in space: matched arcs as curves in the frame of the rig, with both ends.';
 COMMENT ON COLUMN triangulated_unit.run_id IS 'the run';
 COMMENT ON COLUMN triangulated_unit.problem_no IS 'the problem';
 COMMENT ON COLUMN triangulated_unit.unit_no IS 'the unit of the left image';
-COMMENT ON COLUMN triangulated_unit.start_x IS 'x of first end, mm, in the rig''s frame';
-COMMENT ON COLUMN triangulated_unit.start_y IS 'y of first end, mm, in the rig''s frame';
-COMMENT ON COLUMN triangulated_unit.start_z IS 'z of first end, mm, in the rig''s frame';
-COMMENT ON COLUMN triangulated_unit.end_x IS 'x of last end, mm, in the rig''s frame';
-COMMENT ON COLUMN triangulated_unit.end_y IS 'y of last end, mm, in the rig''s frame';
-COMMENT ON COLUMN triangulated_unit.end_z IS 'z of last end, mm, in the rig''s frame';
-COMMENT ON COLUMN triangulated_unit.sigma IS 'standard deviation of the ends along the line of sight, mm';
+COMMENT ON COLUMN triangulated_unit.curve IS 'line, circle, ellipse (centre + cos t major + sin t minor) or free';
+COMMENT ON COLUMN triangulated_unit.start_x IS 'x of the first end of the part that both images show, in the walk of the left arc, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.start_y IS 'y of the first end of the part that both images show, in the walk of the left arc, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.start_z IS 'z of the first end of the part that both images show, in the walk of the left arc, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.end_x IS 'x of the last end of that part, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.end_y IS 'y of the last end of that part, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.end_z IS 'z of the last end of that part, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.covariance IS 'covariance of start and end, 6x6 row by row, mm^2, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.centre_x IS 'x of the centre of a circle or ellipse, mm, in the rig''s frame; null for other curves';
+COMMENT ON COLUMN triangulated_unit.centre_y IS 'y of the centre of a circle or ellipse, mm, in the rig''s frame; null for other curves';
+COMMENT ON COLUMN triangulated_unit.centre_z IS 'z of the centre of a circle or ellipse, mm, in the rig''s frame; null for other curves';
+COMMENT ON COLUMN triangulated_unit.major_x IS 'x of the major semi-axis, mm, in the rig''s frame; of a circle, any radius';
+COMMENT ON COLUMN triangulated_unit.major_y IS 'y of the major semi-axis, mm, in the rig''s frame; of a circle, any radius';
+COMMENT ON COLUMN triangulated_unit.major_z IS 'z of the major semi-axis, mm, in the rig''s frame; of a circle, any radius';
+COMMENT ON COLUMN triangulated_unit.minor_x IS 'x of the minor semi-axis, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.minor_y IS 'y of the minor semi-axis, mm, in the rig''s frame';
+COMMENT ON COLUMN triangulated_unit.minor_z IS 'z of the minor semi-axis, mm, in the rig''s frame';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('view', 'matching', 'primary'),

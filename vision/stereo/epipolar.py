@@ -10,28 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Floats, Ints
+from vision.stereo.crossings import Crossings, compress_contrast
 from vision.stereo.parameters import EpipolarParameters
-from vision.stereo.rectification import Rectification, View
-
-
-@dataclass(frozen=True)
-class StereoArcs:
-    """What stereo takes of the arcs of one picture: their polylines, packed, and what is known of each.
-
-    Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
-    step there, grey levels, positive where the bright side lies left of the walk.  `sigma` (n,): lateral standard
-    deviation, px.  `straight` (n,): whether it is a line.
-    """
-
-    offsets: Ints
-    points: Floats
-    contrast: Floats
-    sigma: Floats
-    straight: Bools
-
-    def __len__(self) -> int:
-        return len(self.offsets) - 1
 
 
 @dataclass(frozen=True)
@@ -59,31 +40,11 @@ class DepthRange:
 
 
 @dataclass(frozen=True)
-class Crossings:
-    """Where arcs cross rows of the rectified pair, ordered by row and x.
-
-    `start` (rows + 1) delimits the crossings of a row, counted from `first_row`.  x px; `angle` rad from the vertical
-    (dx/dy = tan); `contrast` grey levels, positive where the right-hand side (greater x) is bright; `sigma` px along
-    the row; `position`: index of the arc's point before the crossing, plus the share of the way to the next.
-    """
-
-    arc: Ints
-    row: Ints
-    x: Floats
-    angle: Floats
-    contrast: Floats
-    sigma: Floats
-    position: Floats
-    start: Ints
-
-
-@dataclass(frozen=True)
 class Votes:
     """Rows that matched a crossing of arc `left` to one of arc `right`, one a pair of arcs.
 
     `overlap`: rows that both cross; `disparity`: median over the voting rows, px.  `left_extent`, `right_extent`: how
-    often each arc of the picture crosses a row (0: it lies along the rows).  The votes themselves are crossings
-    `left_crossing`, `right_crossing`, ordered by pair and row; those of pair k stand from `start[k]` to `start[k + 1]`.
+    often each arc of the picture crosses a row (0: it lies along the rows).
     """
 
     left: Ints
@@ -93,72 +54,6 @@ class Votes:
     disparity: Floats
     left_extent: Ints
     right_extent: Ints
-    left_crossing: Ints
-    right_crossing: Ints
-    start: Ints
-
-
-def cross_rows(
-    rectification: Rectification, view: View, arcs: StereoArcs, first_row: int, rows: int, p: EpipolarParameters
-) -> Crossings:
-    """Crossings of the arcs of one picture with rows first_row .. first_row + rows - 1."""
-    points = rectification.points(view, arcs.points)
-    arc, row, at = row_crossings(arcs.offsets, points[:, 0], points[:, 1], p.tangent_reach, p.least_rise)
-    inside = (row >= first_row) & (row < first_row + rows)
-    arc, row, at = arc[inside], row[inside] - first_row, at[inside]
-    order = np.lexsort((at[:, 0], row))
-    arc, row, at = arc[order], row[order], at[order]
-    x, slope, rise, position = at.T
-    # Walking down the picture (rise > 0) the left-hand side is that of greater x.
-    return Crossings(
-        arc=arc,
-        row=row,
-        x=np.ascontiguousarray(x),
-        angle=np.arctan(slope),
-        contrast=arcs.contrast[position.astype(np.int64)] * np.sign(rise),
-        sigma=arcs.sigma[arc] / np.abs(rise),
-        position=np.ascontiguousarray(position),
-        start=np.searchsorted(row, np.arange(rows + 1)).astype(np.int64),
-    )
-
-
-def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: float) -> tuple[Ints, Ints, Floats]:
-    """Where polylines cross the whole rows: (arc, row, [x, slope, rise, position]) of each crossing.
-
-    The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
-    dy/length (negative where the arc runs up); crossings with |rise| below `least_rise` are left out.  `position` is
-    the index of the point before the crossing plus the share of the way to the next.
-    """
-    arc = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    p = np.flatnonzero(arc[1:] == arc[:-1])
-    a, b = np.maximum(offsets[arc[p]], p - reach), np.minimum(offsets[arc[p] + 1] - 1, p + 1 + reach)
-    dx, dy = x[b] - x[a], y[b] - y[a]
-    length = np.hypot(dx, dy)
-    # Rows in [lower, higher): a row through a point counts once, and not at all at a turning point.
-    first = np.ceil(np.minimum(y[p], y[p + 1])).astype(np.int64)
-    count = np.ceil(np.maximum(y[p], y[p + 1])).astype(np.int64) - first
-    count[(length == 0.0) | (np.abs(dy) < least_rise * length)] = 0
-    which = np.repeat(np.arange(len(p)), count)
-    row = first[which] + np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
-    p = p[which]
-    t = (row - y[p]) / (y[p + 1] - y[p])
-    dx, dy, length = dx[which], dy[which], length[which]
-    return arc[p], row, np.column_stack([x[p] + t * (x[p + 1] - x[p]), dx / dy, dy / length, p + t])
-
-
-def find_common_rows(rectification: Rectification, left: StereoArcs, right: StereoArcs) -> tuple[int, int]:
-    """First row and number of rows that arcs of both pictures reach."""
-    spans = []
-    for view, arcs in ((rectification.left, left), (rectification.right, right)):
-        y = rectification.points(view, arcs.points)[:, 1]
-        spans.append((np.floor(y.min(initial=np.inf)), np.ceil(y.max(initial=-np.inf))))
-    first, last = max(spans[0][0], spans[1][0]), min(spans[0][1], spans[1][1])
-    return (int(first), int(last - first) + 1) if last >= first else (0, 0)
-
-
-def compress_contrast(contrast: Floats, scale: float) -> Floats:
-    """Contrast on a scale on which its logarithm counts and its sign stays; steps below `scale` grey count little."""
-    return np.asarray(np.arcsinh(contrast / scale))
 
 
 def vote(
@@ -173,17 +68,22 @@ def vote(
     """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
     from vision.stereo import epipolar_kernels
 
+    rows = np.arange(
+        min(left.row.min(initial=0), right.row.min(initial=0)),
+        max(left.row.max(initial=0), right.row.max(initial=0)) + 2,
+    )
+    start = [np.searchsorted(c.row, rows).astype(np.int64) for c in (left, right)]
     columns = [
         np.column_stack([c.x, c.angle, compress_contrast(c.contrast, parameters.contrast_scale)]) for c in (left, right)
     ]
-    match = match_rows(left.start, columns[0], np.column_stack([low, high]), right.start, columns[1], parameters)
+    match = match_rows(start[0], columns[0], np.column_stack([low, high]), start[1], columns[1], parameters)
     i = np.flatnonzero(match >= 0)
     j = match[i]
     order = np.lexsort((left.row[i], right.arc[j], left.arc[i]))
     i, j = i[order], j[order]
     pair = left.arc[i] * max(right_count, 1) + right.arc[j]
     _, first, votes = np.unique(pair, return_index=True, return_counts=True)
-    start = np.append(first, len(pair)).astype(np.int64)
+    first_vote = np.append(first, len(pair)).astype(np.int64)
     pair_left, pair_right = left.arc[i[first]], right.arc[j[first]]
     left_start, left_row, left_extent = _by_arc(left, left_count)
     right_start, right_row, right_extent = _by_arc(right, right_count)
@@ -194,12 +94,9 @@ def vote(
         right=pair_right,
         votes=votes.astype(np.int64),
         overlap=overlap,
-        disparity=_group_medians(left.x[i] - right.x[j], start),
+        disparity=_group_medians(left.x[i] - right.x[j], first_vote),
         left_extent=left_extent,
         right_extent=right_extent,
-        left_crossing=i,
-        right_crossing=j,
-        start=start,
     )
 
 

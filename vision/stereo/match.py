@@ -13,9 +13,9 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Ints
 from relmodel.matching.assignment import Assignment
 from vision.cameras.cameras import Rig
-from vision.extraction.arcs import LINE
 from vision.extraction.primitives import Primitives
-from vision.stereo.epipolar import DepthRange, StereoArcs, Votes, cross_rows, find_common_rows, vote
+from vision.stereo.crossings import StereoArcs, cross_rows, on_common_rows, pack_arcs
+from vision.stereo.epipolar import DepthRange, Votes, vote
 from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
 from vision.stereo.segments import Candidates, assign, select_candidates
@@ -74,21 +74,7 @@ def match_stereo(
     `depth_range` bounds how far off the things seen may be; maps from a predicted view match more, and more rightly,
     than two numbers.  Raises InputError where the cameras make no stereo pair.
     """
-    return match_arcs(rig, pack_arcs(left, parameters), pack_arcs(right, parameters), depth_range, parameters)
-
-
-def pack_arcs(picture: Primitives, parameters: StereoParameters = DEFAULTS) -> StereoArcs:
-    """The arcs of a picture as stereo takes them."""
-    arcs, courses = picture.arcs, picture.courses
-    straight = arcs.kind == LINE
-    own = np.where(straight, arcs.sigma, np.maximum(arcs.sigma, arcs.residual))
-    return StereoArcs(
-        offsets=courses.offsets.astype(np.int64),
-        points=courses.points,
-        contrast=np.where(courses.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(courses.offsets)),
-        sigma=np.hypot(own, parameters.light_sigma),
-        straight=straight,
-    )
+    return match_arcs(rig, pack_arcs(left), pack_arcs(right), depth_range, parameters)
 
 
 def match_arcs(
@@ -100,9 +86,10 @@ def match_arcs(
 ) -> StereoMatches:
     """Match the arcs of the cameras `left` and `right` of the rig, for things seen within `depth_range`."""
     rectification = rectify(rig)
-    first_row, rows = find_common_rows(rectification, left, right)
-    left_crossings = cross_rows(rectification, rectification.left, left, first_row, rows, parameters.epipolar)
-    right_crossings = cross_rows(rectification, rectification.right, right, first_row, rows, parameters.epipolar)
+    p = parameters.epipolar
+    views = ((rectification.left, left), (rectification.right, right))
+    crossed = [cross_rows(rectification, view, arcs, p.tangent_reach, p.least_rise) for view, arcs in views]
+    left_crossings, right_crossings = on_common_rows(*crossed)
     pixels = left.points[left_crossings.position.astype(np.int64)]
     camera = rectification.left.camera
     near, far = depth_range.at(pixels, camera.width, camera.height)
@@ -128,7 +115,5 @@ def match_arcs(
         reason=reason,
         left_votable=votes.left_extent >= least,
         right_votable=votes.right_extent >= least,
-        triangulated=triangulate_pairs(
-            rectification, first_row, votes, found.pair[made], (left, left_crossings), (right, right_crossings)
-        ),
+        triangulated=triangulate_pairs(rectification, left, right, (found.left[made], found.right[made]), parameters),
     )

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relmodel.columns import Columns, Ragged
 from relmodel.matching.assignment import NONE
 from relmodel.store.runs import Run
 from vision.stereo.match import StereoMatches
+from vision.stereo.triangulate import CURVES, Triangulated
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -25,7 +27,6 @@ def record_stereo(
     come after the arcs, and take no part.
     """
     votes, found, assignment = matches.votes, matches.candidates, matches.assignment
-    space = matches.triangulated
     key = {"run_id": run.id, "problem_no": problem_no}
     units = np.arange(len(assignment.label))
     run.append(
@@ -101,9 +102,21 @@ def record_stereo(
         "bound_price",
         {**key, "node_no": 0, "label_no": priced, "dual": assignment.label_dual[priced]},
     )
-    ends = {
-        f"{end}_{axis}": np.ascontiguousarray(points[:, i])
-        for end, points in (("start", space.start), ("end", space.end))
-        for i, axis in enumerate("xyz")
+    run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
+
+
+def _curves(space: Triangulated) -> Columns:
+    round_ = np.isfinite(space.conics.centre[:, 0])
+    vectors = {"start": space.start, "end": space.end}
+    axes = {"centre": space.conics.centre, "major": space.conics.major, "minor": space.conics.minor}
+    return {
+        "unit_no": space.left,
+        "curve": [CURVES[curve] for curve in space.curve],
+        "covariance": Ragged.pack(list(space.covariance)),
+        **{f"{name}_{axis}": at[:, i] for name, at in vectors.items() for i, axis in enumerate("xyz")},
+        **{
+            f"{name}_{axis}": np.ma.masked_array(at[:, i], ~round_)
+            for name, at in axes.items()
+            for i, axis in enumerate("xyz")
+        },
     }
-    run.append(connection, "triangulated_unit", {**key, "unit_no": space.left, **ends, "sigma": space.sigma})

@@ -61,9 +61,14 @@ class Rectification:
         rectified = np.stack([points[:, 0] * z / self.focal, points[:, 1] * z / self.focal, z], axis=1)
         return np.asarray(rectified @ self.rig_from_rectified[:3, :3].T + self.rig_from_rectified[:3, 3])
 
-    def depth_sigma(self, disparity: Floats, disparity_sigma: Floats) -> Floats:
-        """Standard deviation (n,) of the point along the line of sight, mm: dZ = Z^2/(f b) dd."""
-        return np.asarray(self.focal * self.baseline / disparity**2 * disparity_sigma)
+    def jacobian(self, points: Floats, disparity: Floats) -> Floats:
+        """Derivative (n, 3, 3) of what `triangulate` gives by x, y and disparity."""
+        x, y = points.T
+        unit = self.baseline / disparity
+        nothing = np.zeros_like(unit)
+        deep = -unit / disparity
+        rows = [[unit, nothing, deep * x], [nothing, unit, deep * y], [nothing, nothing, deep * self.focal]]
+        return np.asarray(self.rig_from_rectified[:3, :3] @ np.array(rows).transpose(2, 0, 1))
 
 
 def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification:

@@ -1,83 +1,221 @@
-"""Matched arcs in space."""
+"""Matched arcs as curves in space, with the covariance of both ends.
+
+What an arc shows of a part lies in a plane, but for some free curves: in rectified coordinates its disparity is affine
+in the place, d = d0 + gx x + gy y, and one fit over the rows that both arcs cross serves lines, circles, ellipses and
+free curves, level ones too, whose ends say what their few rows do not.  Besides the noise of every row, light shifts
+each arc as a whole, by more the more unlike its widths are in the two pictures: an unknown of the fit.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.stereo.epipolar import Crossings, StereoArcs, Votes
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE
+from vision.stereo.crossings import StereoArcs, cross_rows, pair_crossings
+from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification
+from vision.stereo.space_conics import Conics, fit_conics
+
+CURVES = ("line", "circle", "ellipse", "free")
 
 
 @dataclass(frozen=True)
 class Triangulated:
-    """Matched arcs in the rig's frame, mm, in the order of `left`, the arcs of the left picture.
+    """Matched arcs (k,) in the rig's frame, mm, in the order of `left`, the arcs of the left picture.
 
-    `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the left arc; `sigma` (k,): standard
-    deviation of the ends along the line of sight (the greater of the two).  The polyline between them is packed:
-    points[offsets[i] .. offsets[i + 1]] (m, 3) with `point_sigma` (m,).
+    `curve` (k,) indexes CURVES.  `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the
+    left arc; `covariance` (k, 6, 6): that of start and end, mm^2, across the curve and along it.  `conics`: the circles
+    and ellipses, NaN for other curves.
     """
 
     left: Ints
     right: Ints
+    curve: Ints
     start: Floats
     end: Floats
-    sigma: Floats
-    offsets: Ints
-    points: Floats
-    point_sigma: Floats
+    covariance: Floats
+    conics: Conics
 
 
 def triangulate_pairs(
     rectification: Rectification,
-    first_row: int,
-    votes: Votes,
-    pair: Ints,
-    left: tuple[StereoArcs, Crossings],
-    right: tuple[StereoArcs, Crossings],
+    left: StereoArcs,
+    right: StereoArcs,
+    pairs: tuple[Ints, Ints],
+    parameters: StereoParameters = DEFAULTS,
 ) -> Triangulated:
-    """Triangulate the pairs of arcs at the places `pair` among the votes, from the rows that voted for them.
+    """Triangulate the pairs of arcs (left (k,), right (k,))."""
+    p = parameters.triangulation
+    points = rectification.points(rectification.left, left.points)
+    other = rectification.points(rectification.right, right.points)
+    first, last = _common_part(left.offsets, points[:, 1], right.offsets, other[:, 1], pairs, p.row_slack)
+    ends = np.stack([first, last], axis=1)
+    kinds = np.stack([left.kind[pairs[0]], right.kind[pairs[1]]])
+    shift = np.hypot(p.light_sigma, p.width_share * (left.width[pairs[0]] - right.width[pairs[1]]))
 
-    Two straight arcs give a straight line, where the planes of sight through them meet; in rectified coordinates both
-    x along the row and disparity are then linear in the row, and are fitted so.  Other arcs are taken row by row.
-    """
-    count = votes.start[pair + 1] - votes.start[pair]
-    group = np.repeat(np.arange(len(pair)), count)
-    at = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(votes.start[pair], count)
-    i, j = votes.left_crossing[at], votes.right_crossing[at]
-    order = np.lexsort((left[1].position[i], group))
-    i, j = i[order], j[order]
+    # Slopes and height of the plane of disparity, and the arc's shift.
+    middle = 0.5 * (points[first] + points[last])
+    prior = np.zeros((len(pairs[0]), 4))
+    prior[:, :2], prior[:, 3] = p.gradient_sigma**-2, shift**-2
+    of_rows = _disparities(rectification, left, right, pairs, parameters)
+    of_ends = _end_disparities(points, other, left.offsets, right.offsets, pairs, p.end_sigma)
+    fit, spread = _fit(of_rows.joined(of_ends), middle, prior)
 
-    row = left[1].row[i].astype(float) + first_row
-    x, disparity = left[1].x[i], left[1].x[i] - right[1].x[j]
-    straight = (left[0].straight[votes.left[pair]] & right[0].straight[votes.right[pair]])[group]
-    x = np.where(straight, _linear(row, x, group, len(pair)), x)
-    disparity = np.where(straight, _linear(row, disparity, group, len(pair)), disparity)
+    at = np.concatenate([points[ends] - middle[:, None], np.ones((*ends.shape, 1)), np.zeros((*ends.shape, 1))], axis=2)
+    disparity = np.maximum(np.einsum("kej,kj->ke", at, fit), p.least_disparity)
+    tangent = _tangents(points, left.offsets[pairs[0]], left.offsets[pairs[0] + 1] - 1, ends)
+    line, curved = (kinds == LINE).all(axis=0), np.isin(kinds, (CIRCULAR, ELLIPTIC)).all(axis=0)
+    local = np.where(line | curved, p.local_sigma, p.free_sigma)[:, None]
+    of_disparity = at @ spread @ at.transpose(0, 2, 1)
+    of_disparity[:, [0, 1], [0, 1]] += (local / np.maximum(np.abs(tangent[..., 1]), p.least_rise)) ** 2
+    lateral = np.sqrt(left.sigma[pairs[0]] ** 2 + 0.5 * shift**2 + p.common_sigma**2)
+    jacobian = rectification.jacobian(points[ends].reshape(-1, 2), disparity.ravel()).reshape(-1, 2, 3, 3)
+    slope = np.einsum("kej,kj->ke", tangent, fit[:, :2])
+    placed = rectification.triangulate(points[ends].reshape(-1, 2), disparity.ravel()).reshape(-1, 2, 3)
 
-    points = rectification.triangulate(np.stack([x, row], axis=1), disparity)
-    sigma = rectification.depth_sigma(disparity, np.hypot(left[1].sigma[i], right[1].sigma[j]))
-    offsets = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
-    first, last = offsets[:-1], offsets[1:] - 1
-    return Triangulated(
-        left=votes.left[pair],
-        right=votes.right[pair],
-        start=points[first],
-        end=points[last],
-        sigma=np.maximum(sigma[first], sigma[last]),
-        offsets=offsets,
-        points=points,
-        point_sigma=sigma,
+    plane = np.column_stack([fit[:, :2], fit[:, 2] - np.einsum("kj,kj->k", fit[:, :2], middle)])
+    plane_sigma = np.sqrt(np.linalg.eigvalsh(spread[:, :2, :2])[:, -1])
+    conics = fit_conics(rectification, points, first, last, plane, plane_sigma, np.flatnonzero(curved), p)
+    is_conic = np.isfinite(conics.centre[:, 0])
+    curve = np.select(
+        [line, is_conic & conics.is_circle, is_conic],
+        [CURVES.index(name) for name in ("line", "circle", "ellipse")],
+        CURVES.index("free"),
+    )
+    covariance = _end_covariance(jacobian, of_disparity, tangent, slope, lateral, p.end_sigma)
+    return Triangulated(pairs[0], pairs[1], curve, placed[:, 0], placed[:, 1], covariance, conics)
+
+
+def _end_covariance(
+    jacobian: Floats, of_disparity: Floats, tangent: Floats, slope: Floats, lateral: Floats, end_sigma: float
+) -> Floats:
+    """Covariance (k, 6, 6) of both ends in space: what their disparities (k, 2, 2) leave open, what shifts them across
+    the arc in the left picture (k,) px, and where along it they are cut; `slope` (k, 2): of disparity along the arc."""
+    deep = jacobian[..., 2]
+    across = jacobian @ np.stack([-tangent[..., 1], tangent[..., 0], np.zeros_like(slope)], axis=2)[..., None]
+    along = jacobian @ np.concatenate([tangent, slope[..., None]], axis=2)[..., None]
+    own = lateral[:, None, None, None] ** 2 * (across @ across.transpose(0, 1, 3, 2))
+    own = own + end_sigma**2 * (along @ along.transpose(0, 1, 3, 2))
+    covariance = np.einsum("kea,kef,kfb->keafb", deep, of_disparity, deep).reshape(-1, 6, 6)
+    covariance[:, :3, :3] += own[:, 0]
+    covariance[:, 3:, 3:] += own[:, 1]
+    return np.asarray(covariance, float)
+
+
+@dataclass(frozen=True)
+class _Disparities:
+    """What the pairs show of disparity: place (m, 2) px, disparity and sigma (m,) px, and `shift` (m,), by how much a
+    shift of the arc by 1 px towards the bright side changes it."""
+
+    pair: Ints
+    place: Floats
+    disparity: Floats
+    sigma: Floats
+    shift: Floats
+
+    def joined(self, other: _Disparities) -> _Disparities:
+        """These and others of the same pairs."""
+        both = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+        return _Disparities(*(np.concatenate(columns) for columns in both))
+
+
+def _disparities(
+    rectification: Rectification, left: StereoArcs, right: StereoArcs, pairs: tuple[Ints, Ints], p: StereoParameters
+) -> _Disparities:
+    """Those of the rows that both arcs of a pair cross."""
+    t = p.triangulation
+    crossings = [
+        cross_rows(rectification, view, arcs, t.tangent_reach, t.least_rise)
+        for view, arcs in ((rectification.left, left), (rectification.right, right))
+    ]
+    pair, i, j = pair_crossings(crossings[0], crossings[1], pairs, p.epipolar)
+    a, b = (side.take(k) for side, k in zip(crossings, (i, j), strict=True))
+    # The sigma of an arc is that of all its points together: a row is as much less sure as there are points.
+    points = [np.diff(arcs.offsets)[c.arc] for arcs, c in ((left, a), (right, b))]
+    sigma = np.hypot(a.sigma * np.sqrt(points[0]), b.sigma * np.sqrt(points[1]))
+    return _Disparities(pair, np.column_stack([a.x, a.row]), a.x - b.x, sigma, np.sign(a.contrast) / np.cos(a.angle))
+
+
+def _end_disparities(
+    points: Floats, other: Floats, offsets: Ints, other_offsets: Ints, pairs: tuple[Ints, Ints], end_sigma: float
+) -> _Disparities:
+    """Those of the ends of the arcs, as sure as the arcs are of one extent, two a pair."""
+    a = points[np.stack([offsets[pairs[0]], offsets[pairs[0] + 1] - 1], axis=1)]
+    b = other[np.stack([other_offsets[pairs[1]], other_offsets[pairs[1] + 1] - 1], axis=1)]
+    against = np.einsum("kj,kj->k", a[:, 1] - a[:, 0], b[:, 1] - b[:, 0]) < 0
+    b = np.where(against[:, None, None], b[:, ::-1], b)
+    extent = np.linalg.norm(a[:, 1] - a[:, 0], axis=1) - np.linalg.norm(b[:, 1] - b[:, 0], axis=1)
+    sigma = np.sqrt(2 * end_sigma**2 + extent[:, None] ** 2 + (a[..., 1] - b[..., 1]) ** 2)
+    count = len(pairs[0])
+    return _Disparities(
+        np.repeat(np.arange(count), 2),
+        a.reshape(-1, 2),
+        (a[..., 0] - b[..., 0]).ravel(),
+        sigma.ravel(),
+        np.zeros(2 * count),
     )
 
 
-def _linear(t: Floats, value: Floats, group: Ints, groups: int) -> Floats:
-    """Least-squares line value(t) of each group, at each t; a group of one t keeps its mean."""
-    n = np.bincount(group, minlength=groups)
-    mean_t = np.bincount(group, t, groups) / np.maximum(n, 1)
-    mean = np.bincount(group, value, groups) / np.maximum(n, 1)
-    dt = t - mean_t[group]
-    spread = np.bincount(group, dt * dt, groups)
-    slope = np.bincount(group, dt * (value - mean[group]), groups) / np.where(spread > 0, spread, 1.0)
-    return np.asarray(mean[group] + slope[group] * dt)
+def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Floats]:
+    """Least squares of each pair: slopes of disparity along x and y, disparity at the middle (k, 2) and shift, (k, 4),
+    and their covariance (k, 4, 4), under the precisions `prior` (k, 4) of values about 0.
+
+    Where the residuals are larger than sigma, they count instead.
+    """
+    k, group, value, sigma = len(prior), seen.pair, seen.disparity, seen.sigma
+    design = np.column_stack([seen.place - middle[group], np.ones(len(group)), seen.shift])
+    weight = sigma**-2.0
+    fit, spread = np.zeros((k, 4)), np.zeros((k, 4, 4))
+    count = np.bincount(group, minlength=k)
+    for _ in range(_ROUNDS):
+        normal = np.zeros((k, 4, 4))
+        right = np.zeros((k, 4))
+        for a in range(4):
+            right[:, a] = np.bincount(group, weight * design[:, a] * value, k)
+            for b in range(4):
+                normal[:, a, b] = np.bincount(group, weight * design[:, a] * design[:, b], k)
+        normal[:, np.arange(4), np.arange(4)] += prior
+        spread = np.asarray(np.linalg.inv(normal), float)
+        fit = np.einsum("kab,kb->ka", spread, right)
+        residual = (value - np.einsum("ma,ma->m", design, fit[group])) ** 2 / sigma**2
+        excess = np.bincount(group, residual, k) / np.maximum(count - 3, 1)
+        # One row among many that is off far more than the others, where arcs run together, is weighed down.
+        scale = np.maximum(excess, 1.0)[group]
+        weight = 1.0 / (sigma**2 * scale * (1.0 + residual / scale / _OUTLIER**2))
+    return fit, spread
+
+
+_ROUNDS = 3
+_OUTLIER = 2.0  # sigmas from which a row counts less (Cauchy's weight)
+
+
+def _common_part(
+    offsets: Ints, y: Floats, other_offsets: Ints, other_y: Floats, pairs: tuple[Ints, Ints], slack: float
+) -> tuple[Ints, Ints]:
+    """First and last point (k,) of each left arc on the rows that the right arc reaches; of all, where on none."""
+    low = np.minimum.reduceat(other_y, other_offsets[:-1])[pairs[1]] - slack
+    high = np.maximum.reduceat(other_y, other_offsets[:-1])[pairs[1]] + slack
+    first, end = offsets[pairs[0]], offsets[pairs[0] + 1]
+    count = end - first
+    group = np.repeat(np.arange(len(first)), count)
+    at = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + first[group]
+    inside = (y[at] >= low[group]) & (y[at] <= high[group])
+    lowest, highest = end.copy(), first - 1
+    np.minimum.at(lowest, group[inside], at[inside])
+    np.maximum.at(highest, group[inside], at[inside])
+    some = highest >= lowest
+    return np.where(some, lowest, first), np.where(some, highest, end - 1)
+
+
+def _tangents(points: Floats, first: Ints, last: Ints, at: Ints) -> Floats:
+    """Unit tangents (k, 2, 2) of polylines at two of their points each, by chords of up to `_CHORD` points."""
+    a = np.maximum(at - _CHORD, first[:, None])
+    b = np.minimum(at + _CHORD, last[:, None])
+    chord = points[b] - points[a]
+    return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=2, keepdims=True), 1e-9))
+
+
+_CHORD = 6

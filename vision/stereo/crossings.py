@@ -1,0 +1,183 @@
+"""Arcs of a picture in the rows of the rectified pair: where they cross which row, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.extraction.primitives import Primitives
+from vision.stereo.parameters import EpipolarParameters
+from vision.stereo.rectification import Rectification, View
+
+
+@dataclass(frozen=True)
+class StereoArcs:
+    """What stereo takes of the arcs of one picture: their polylines, packed, and what is known of each.
+
+    Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
+    step there, grey levels, positive where the bright side lies left of the walk.  Of each arc (n,): `kind`, an index
+    of `vision.extraction.arcs.KINDS`; `sigma`, lateral standard deviation of the arc as a whole, px; `width`, of the
+    blurred step, px.
+    """
+
+    offsets: Ints
+    points: Floats
+    contrast: Floats
+    kind: Ints
+    sigma: Floats
+    width: Floats
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+
+def pack_arcs(picture: Primitives) -> StereoArcs:
+    """The arcs of a picture as stereo takes them."""
+    arcs, courses = picture.arcs, picture.courses
+    return StereoArcs(
+        offsets=courses.offsets.astype(np.int64),
+        points=courses.points,
+        contrast=np.where(courses.bright_left, 1.0, -1.0) * np.repeat(arcs.contrast, np.diff(courses.offsets)),
+        kind=arcs.kind.astype(np.int64),
+        sigma=arcs.sigma,
+        width=arcs.width,
+    )
+
+
+@dataclass(frozen=True)
+class Crossings:
+    """Where arcs cross whole rows of the rectified pair, ordered by row and x, columns of one length.
+
+    x px; `angle` rad from the vertical (dx/dy = tan); `contrast` grey levels, positive where the right-hand side
+    (greater x) is bright; `sigma` px along the row, of the arc as a whole; `position`: index of the arc's point before
+    the crossing, plus the share of the way to the next.
+    """
+
+    arc: Ints
+    row: Ints
+    x: Floats
+    angle: Floats
+    contrast: Floats
+    sigma: Floats
+    position: Floats
+
+    def __len__(self) -> int:
+        return len(self.arc)
+
+    def take(self, which: Ints | Bools) -> Crossings:
+        """The crossings that `which` selects."""
+        return Crossings(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
+
+
+def cross_rows(rectification: Rectification, view: View, arcs: StereoArcs, reach: int, least_rise: float) -> Crossings:
+    """Crossings of the arcs of one picture with the rows; see `row_crossings`."""
+    points = rectification.points(view, arcs.points)
+    arc, row, at = row_crossings(arcs.offsets, points[:, 0], points[:, 1], reach, least_rise)
+    order = np.lexsort((at[:, 0], row))
+    arc, row, at = arc[order], row[order], at[order]
+    x, slope, rise, position = at.T
+    # Walking down the picture (rise > 0) the left-hand side is that of greater x.
+    return Crossings(
+        arc=arc,
+        row=row,
+        x=np.ascontiguousarray(x),
+        angle=np.arctan(slope),
+        contrast=arcs.contrast[position.astype(np.int64)] * np.sign(rise),
+        sigma=arcs.sigma[arc] / np.abs(rise),
+        position=np.ascontiguousarray(position),
+    )
+
+
+def on_common_rows(left: Crossings, right: Crossings) -> tuple[Crossings, Crossings]:
+    """Those on rows that arcs of both pictures reach."""
+    if len(left) == 0 or len(right) == 0:
+        return left.take(np.zeros(len(left), bool)), right.take(np.zeros(len(right), bool))
+    first, last = max(left.row[0], right.row[0]), min(left.row[-1], right.row[-1])
+    kept = [(c.row >= first) & (c.row <= last) for c in (left, right)]
+    return left.take(kept[0]), right.take(kept[1])
+
+
+def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: float) -> tuple[Ints, Ints, Floats]:
+    """Where polylines cross the whole rows: (arc, row, [x, slope, rise, position]) of each crossing.
+
+    The tangent is the chord over `reach` points to both sides, within the arc; `slope` is its dx/dy, `rise` its
+    dy/length (negative where the arc runs up); crossings with |rise| below `least_rise` are left out.  `position` is
+    the index of the point before the crossing plus the share of the way to the next.
+    """
+    arc = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    p = np.flatnonzero(arc[1:] == arc[:-1])
+    a, b = np.maximum(offsets[arc[p]], p - reach), np.minimum(offsets[arc[p] + 1] - 1, p + 1 + reach)
+    dx, dy = x[b] - x[a], y[b] - y[a]
+    length = np.hypot(dx, dy)
+    # Rows in [lower, higher): a row through a point counts once, and not at all at a turning point.
+    first = np.ceil(np.minimum(y[p], y[p + 1])).astype(np.int64)
+    count = np.ceil(np.maximum(y[p], y[p + 1])).astype(np.int64) - first
+    count[(length == 0.0) | (np.abs(dy) < least_rise * length)] = 0
+    which = np.repeat(np.arange(len(p)), count)
+    row = first[which] + np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    p = p[which]
+    t = (row - y[p]) / (y[p + 1] - y[p])
+    dx, dy, length = dx[which], dy[which], length[which]
+    return arc[p], row, np.column_stack([x[p] + t * (x[p + 1] - x[p]), dx / dy, dy / length, p + t])
+
+
+def compress_contrast(contrast: Floats, scale: float) -> Floats:
+    """Contrast on a scale on which its logarithm counts and its sign stays; steps below `scale` grey count little."""
+    return np.asarray(np.arcsinh(contrast / scale))
+
+
+def pair_crossings(
+    left: Crossings, right: Crossings, pairs: tuple[Ints, Ints], p: EpipolarParameters
+) -> tuple[Ints, Ints, Ints]:
+    """Which crossings of two arcs are one: (pair, left crossing, right crossing), ordered by pair and left crossing.
+
+    pairs: left and right arcs (k,).  Where arcs cross a row more than once, those that are most alike, each the best of
+    the other, by angle and contrast.
+    """
+    rows = (
+        int(
+            max(left.row.max(initial=0), right.row.max(initial=0))
+            - min(left.row.min(initial=0), right.row.min(initial=0))
+        )
+        + 1
+    )
+    least = min(left.row.min(initial=0), right.row.min(initial=0))
+    pair, i = _of_arcs(left.arc, pairs[0])
+    other, j = _of_arcs(right.arc, pairs[1])
+    key, other_key = pair * rows + left.row[i] - least, other * rows + right.row[j] - least
+    order = np.argsort(other_key, kind="stable")
+    j, other_key = j[order], other_key[order]
+    first = np.searchsorted(other_key, key)
+    a, at = _expand(first, np.searchsorted(other_key, key, side="right"))
+    pair, i, j = pair[a], i[a], j[at]
+    unlike = ((left.angle[i] - right.angle[j]) / p.angle_sigma) ** 2
+    steps = [compress_contrast(c, p.contrast_scale) for c in (left.contrast[i], right.contrast[j])]
+    unlike += ((steps[0] - steps[1]) / p.contrast_sigma) ** 2
+    best = _is_least(pair * len(left) + i, unlike) & _is_least(pair * len(right) + j, unlike)
+    pair, i, j = pair[best], i[best], j[best]
+    order = np.lexsort((i, pair))
+    return pair[order], i[order], j[order]
+
+
+def _of_arcs(arc: Ints, wanted: Ints) -> tuple[Ints, Ints]:
+    """Crossings of each of the wanted arcs (k,): (which of the wanted, crossing)."""
+    order = np.argsort(arc, kind="stable")
+    k, at = _expand(*(np.searchsorted(arc[order], wanted, side=side) for side in ("left", "right")))
+    return k, order[at]
+
+
+def _expand(first: Ints, end: Ints) -> tuple[Ints, Ints]:
+    """(k, n) for each n of first[k] .. end[k]."""
+    count = end - first
+    k = np.repeat(np.arange(len(first)), count)
+    return k, np.arange(len(k)) - np.repeat(np.cumsum(count) - count, count) + first[k]
+
+
+def _is_least(key: Ints, value: Floats) -> Bools:
+    """Whether each value is the least of its key, one of each."""
+    order = np.lexsort((value, key))
+    least = np.zeros(len(key), bool)
+    least[order[np.flatnonzero(np.diff(key[order], prepend=-1))]] = True
+    return least
