@@ -80,18 +80,23 @@ class Siblings:
     """How the arcs of two pictures correspond.
 
     agreed (left arcs, right arcs): points of the left arc that the right arc shows too; left_size, right_size: points
-    of each arc; real (left arcs,): whether at least 60 % of its points lie on visible edges.
+    of each arc; left_known, right_known: those that lie on visible edges; real (left arcs,): whether 60 % of them do.
     """
 
     agreed: Ints
     left_size: Ints
     right_size: Ints
-    real: Bools
+    left_known: Ints
+    right_known: Ints
+
+    @property
+    def real(self) -> Bools:
+        return np.asarray(self.left_known >= 0.6 * self.left_size, bool)
 
     def right(self, left: Ints, right: Ints) -> Bools:
-        """Whether pairs of arcs show the same edge, at half of the points of the shorter one."""
-        shorter = np.minimum(self.left_size[left], self.right_size[right])
-        return np.asarray(self.agreed[left, right] >= 0.5 * shorter, bool)
+        """Whether pairs of arcs show the same edge, at half of what is known of the shorter one."""
+        shorter = np.minimum(self.left_known[left], self.right_known[right])
+        return np.asarray((self.agreed[left, right] >= 0.5 * shorter) & (shorter > 0), bool)
 
     def possible(self, longer: bool = True) -> Bools:
         """Left arcs on edges that have a sibling: one that shares half of the longer arc, or else of the shorter."""
@@ -124,5 +129,5 @@ def find_siblings(pair: RenderedPair, left: StereoArcs, right: StereoArcs) -> Si
     agreed = np.zeros((len(left), len(right)), np.int64)
     np.add.at(agreed, (own["left"][key // len(right)], key % len(right)), 1)
     size = {n: np.diff(arcs[n].offsets) for n in NAMES}
-    real = np.bincount(own["left"][on["left"]], minlength=len(left)) >= 0.6 * size["left"]
-    return Siblings(agreed, size["left"], size["right"], real)
+    known = {n: np.bincount(own[n][on[n]], minlength=len(arcs[n])) for n in NAMES}
+    return Siblings(agreed, size["left"], size["right"], known["left"], known["right"])
