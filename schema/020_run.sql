@@ -9,7 +9,7 @@ CREATE TABLE run (
     host TEXT NOT NULL,
     process BIGINT NOT NULL,
     began_at TIMESTAMPTZ NOT NULL,
-    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'inspect', 'set'))
+    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'stereo', 'inspect', 'set'))
 );
 COMMENT ON TABLE run IS 'One execution that writes: a load, a world, an index, an inspection, an attribute that a person sets. What happened in it is in run_event.';
 COMMENT ON COLUMN run.id IS 'identity of the run';

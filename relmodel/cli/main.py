@@ -34,6 +34,7 @@ VERBS = (
     "find",
     "index",
     "extract",
+    "stereo",
     "inspect",
     "runs",
     "schema",

@@ -33,7 +33,7 @@ from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
 from vision.localisation.stored_scene import StoredScene, read_scene
 from vision.matching.workspace import open_workspace
-from vision.stereo.match import StereoMatches, match_stereo
+from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
 
 # The kernels of an inspection.
@@ -143,6 +143,7 @@ def inspect(
     cameras = whole.only(*paths)
     if right is not None:
         rectify(cameras)  # refuses a pair that cannot be matched
+        check_method(parameters.stereo.method)
     believed = read_prior(prior)
     needs = needs or read_needs(prior) or DEFAULT_NEEDS
     pictures = {
@@ -261,9 +262,11 @@ def _stereo(
     """Matches of a pair; None for one camera."""
     if len(pictures) < 2:
         return None
-    depths = predict_depth_range(
-        stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.localisation.depth_range
-    )
+    depths = None
+    if parameters.stereo_gate:
+        depths = predict_depth_range(
+            stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.localisation.depth_range
+        )
     return match_stereo(rig, pictures["left"], pictures["right"], depths, parameters.stereo)
 
 

@@ -16,6 +16,8 @@ class InspectionParameters:
     selection: SelectionParameters = field(default_factory=SelectionParameters)
     extraction: ExtractionParameters = field(default_factory=ExtractionParameters)
     stereo: StereoParameters = field(default_factory=StereoParameters)
+    stereo_gate: bool = False
+    """whether the model at the prior bounds the depths that stereo looks at"""
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
     matching: MatchingParameters = field(default_factory=MatchingParameters)
 

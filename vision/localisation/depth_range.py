@@ -8,7 +8,7 @@ from relmodel.arrays import Floats
 from vision.cameras.cameras import Rig
 from vision.localisation.parameters import DEFAULTS, DepthRangeParameters
 from vision.localisation.scene import Scene
-from vision.stereo.epipolar import DepthRange
+from vision.stereo.disparity_range import DepthRange
 
 
 def predict_depth_range(

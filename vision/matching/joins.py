@@ -13,7 +13,7 @@ from relmodel.arrays import Ints
 from relmodel.columns import Columns
 from relmodel.matching.problem import MatchingProblem, matching_problem
 from relmodel.matching.result import MatchingResult
-from relmodel.matching.solve import solve
+from relmodel.matching.solve import MODES, solve
 from relmodel.store.database import Database
 from relmodel.store.sql import query
 from vision.matching.tolerances import Tolerance
@@ -25,7 +25,7 @@ class ProblemRows:
 
     unit, label, cost (c,): candidates; null_cost (units,): what no label costs a unit, besides `null_share` of the
     weight of its relations; units, labels: how many there are; units_id, labels_id: their sets in the workspace;
-    injective: no label twice; nodes: after how many the search ends.
+    injective: no label twice; nodes: after how many the search ends; mode: of `relmodel.matching.solve`.
     """
 
     units: int
@@ -40,6 +40,7 @@ class ProblemRows:
     tolerances: Mapping[str, Tolerance]
     injective: bool
     nodes: int
+    mode: str = MODES[0]
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
         _table(pair, "unit_a", "label_a", "unit_b", "label_b"),
         injective=rows.injective,
     )
-    return Solved(problem, solve(problem, nodes=rows.nodes), dominated, tolerances)
+    return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), dominated, tolerances)
 
 
 def _strike_dominated(workspace: Database, connection: Connection, key: dict[str, int], null_cost: Ints) -> Ints:

@@ -71,6 +71,46 @@ class Crossings:
         return Crossings(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
 
+@dataclass(frozen=True)
+class Side:
+    """The arcs of one picture of a pair in its rectified rows.
+
+    points (m, 2): those of the arcs, rectified px; box (arcs, 4): least and greatest x and y of each, as x0, y0, x1,
+    y1; crossings: on rows that arcs of both pictures reach; extent (arcs,): how many of them each arc has.
+    """
+
+    arcs: StereoArcs
+    points: Floats
+    box: Floats
+    crossings: Crossings
+    extent: Ints
+
+    @property
+    def middle(self) -> Floats:
+        """(arcs, 2): the middles of the boxes."""
+        return np.asarray(0.5 * (self.box[:, :2] + self.box[:, 2:]))
+
+
+def lay_out(
+    rectification: Rectification, left: StereoArcs, right: StereoArcs, p: EpipolarParameters
+) -> tuple[Side, Side]:
+    """Both sides of a pair."""
+    both = ((rectification.left, left), (rectification.right, right))
+    crossed = [cross_rows(rectification, view, arcs, p.tangent_reach, p.least_rise) for view, arcs in both]
+    some = all(len(c) for c in crossed)
+    first, last = (max(c.row[0] for c in crossed), min(c.row[-1] for c in crossed)) if some else (0, -1)
+    sides = []
+    for (view, arcs), crossings in zip(both, crossed, strict=True):
+        points = rectification.points(view, arcs.points)
+        kept = crossings.take((crossings.row >= first) & (crossings.row <= last))
+        low, high = (
+            np.asarray(f.reduceat(points, arcs.offsets[:-1])) if len(arcs) else points for f in (np.minimum, np.maximum)
+        )
+        extent = np.bincount(kept.arc, minlength=len(arcs)).astype(np.int64)
+        sides.append(Side(arcs, points, np.hstack([low, high]), kept, extent))
+    return sides[0], sides[1]
+
+
 def cross_rows(rectification: Rectification, view: View, arcs: StereoArcs, reach: int, least_rise: float) -> Crossings:
     """Crossings of the arcs of one picture with the rows; see `row_crossings`."""
     points = rectification.points(view, arcs.points)
@@ -88,15 +128,6 @@ def cross_rows(rectification: Rectification, view: View, arcs: StereoArcs, reach
         sigma=arcs.sigma[arc] / np.abs(rise),
         position=np.ascontiguousarray(position),
     )
-
-
-def on_common_rows(left: Crossings, right: Crossings) -> tuple[Crossings, Crossings]:
-    """Those on rows that arcs of both pictures reach."""
-    if len(left) == 0 or len(right) == 0:
-        return left.take(np.zeros(len(left), bool)), right.take(np.zeros(len(right), bool))
-    first, last = max(left.row[0], right.row[0]), min(left.row[-1], right.row[-1])
-    kept = [(c.row >= first) & (c.row <= last) for c in (left, right)]
-    return left.take(kept[0]), right.take(kept[1])
 
 
 def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: float) -> tuple[Ints, Ints, Floats]:

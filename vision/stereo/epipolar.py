@@ -11,40 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.stereo.crossings import Crossings, compress_contrast
+from vision.stereo.crossings import Crossings, Side, compress_contrast
 from vision.stereo.parameters import EpipolarParameters
 
 
 @dataclass(frozen=True)
-class DepthRange:
-    """Least and greatest depth, z in the left camera's frame, mm, at which something may be seen.
-
-    Each is a number, or a map (rows, columns) that covers the left picture, coarse or fine: what the prior predicts at
-    each place, widened by what the prior leaves open.
-    """
-
-    near: float | Floats
-    far: float | Floats
-
-    def at(self, pixels: Floats, width: int, height: int) -> tuple[Floats, Floats]:
-        """Near and far (n,) at left pixels (n, 2)."""
-
-        def look_up(values: float | Floats) -> Floats:
-            grid = np.atleast_2d(np.asarray(values, float))
-            size = np.array([width, height])
-            cell = ((pixels + 0.5) / size * grid.shape[::-1]).astype(np.int64)
-            column, row = np.clip(cell, 0, np.array(grid.shape[::-1]) - 1).T
-            return np.asarray(grid[row, column])
-
-        return look_up(self.near), look_up(self.far)
-
-
-@dataclass(frozen=True)
 class Votes:
-    """Rows that matched a crossing of arc `left` to one of arc `right`, one a pair of arcs.
+    """Rows that matched a crossing of arc `left` to one of arc `right`, columns, one a pair of arcs.
 
-    `overlap`: rows that both cross; `disparity`: median over the voting rows, px.  `left_extent`, `right_extent`: how
-    often each arc of the picture crosses a row (0: it lies along the rows).
+    `overlap`: rows that both cross; `disparity`: median over the voting rows, px.
     """
 
     left: Ints
@@ -52,52 +27,44 @@ class Votes:
     votes: Ints
     overlap: Ints
     disparity: Floats
-    left_extent: Ints
-    right_extent: Ints
 
 
-def vote(
-    left: Crossings,
-    right: Crossings,
-    low: Floats,
-    high: Floats,
-    left_count: int,
-    right_count: int,
-    parameters: EpipolarParameters,
-) -> Votes:
-    """Match the crossings of each row and count the votes; `low`, `high`: disparities each left crossing may have."""
+def vote(left: Side, right: Side, bounds: Floats, parameters: EpipolarParameters) -> Votes:
+    """Match the crossings of each row and count the votes; `bounds` (n, 2): disparities each left crossing may have."""
     from vision.stereo import epipolar_kernels
 
-    rows = np.arange(
-        min(left.row.min(initial=0), right.row.min(initial=0)),
-        max(left.row.max(initial=0), right.row.max(initial=0)) + 2,
-    )
-    start = [np.searchsorted(c.row, rows).astype(np.int64) for c in (left, right)]
-    columns = [
-        np.column_stack([c.x, c.angle, compress_contrast(c.contrast, parameters.contrast_scale)]) for c in (left, right)
-    ]
-    match = match_rows(start[0], columns[0], np.column_stack([low, high]), start[1], columns[1], parameters)
+    a, b = left.crossings, right.crossings
+    starts, columns = index_rows(a, b), [describe(c, parameters) for c in (a, b)]
+    match = match_rows(starts[0], columns[0], bounds, starts[1], columns[1], parameters)
     i = np.flatnonzero(match >= 0)
     j = match[i]
-    order = np.lexsort((left.row[i], right.arc[j], left.arc[i]))
+    order = np.lexsort((a.row[i], b.arc[j], a.arc[i]))
     i, j = i[order], j[order]
-    pair = left.arc[i] * max(right_count, 1) + right.arc[j]
+    pair = a.arc[i] * max(len(right.arcs), 1) + b.arc[j]
     _, first, votes = np.unique(pair, return_index=True, return_counts=True)
-    first_vote = np.append(first, len(pair)).astype(np.int64)
-    pair_left, pair_right = left.arc[i[first]], right.arc[j[first]]
-    left_start, left_row, left_extent = _by_arc(left, left_count)
-    right_start, right_row, right_extent = _by_arc(right, right_count)
+    pair_left, pair_right = a.arc[i[first]], b.arc[j[first]]
     overlap = np.zeros(len(pair_left), np.int64)
-    epipolar_kernels.common_rows(pair_left, pair_right, left_start, left_row, right_start, right_row, overlap)
+    epipolar_kernels.common_rows(pair_left, pair_right, *_rows_by_arc(left), *_rows_by_arc(right), overlap)
     return Votes(
         left=pair_left,
         right=pair_right,
         votes=votes.astype(np.int64),
         overlap=overlap,
-        disparity=_group_medians(left.x[i] - right.x[j], first_vote),
-        left_extent=left_extent,
-        right_extent=right_extent,
+        disparity=_group_medians(a.x[i] - b.x[j], np.append(first, len(pair)).astype(np.int64)),
     )
+
+
+def index_rows(left: Crossings, right: Crossings) -> list[Ints]:
+    """Where the crossings of each row begin in both, and where the last ends: (rows + 1,) each."""
+    ends = [np.array([c.row[0], c.row[-1]]) for c in (left, right) if len(c)]
+    span = np.concatenate([*ends, np.zeros(0, np.int64)])
+    rows = np.arange(span.min(), span.max() + 2) if len(span) else np.zeros(1, np.int64)
+    return [np.searchsorted(c.row, rows).astype(np.int64) for c in (left, right)]
+
+
+def describe(crossings: Crossings, p: EpipolarParameters) -> Floats:
+    """x, angle and compressed contrast (n, 3), as the kernels compare them."""
+    return np.column_stack([crossings.x, crossings.angle, compress_contrast(crossings.contrast, p.contrast_scale)])
 
 
 def match_rows(
@@ -126,11 +93,10 @@ def match_rows(
     return match
 
 
-def _by_arc(crossings: Crossings, count: int) -> tuple[Ints, Ints, Ints]:
-    """Start of each arc's crossings, their rows ascending within the arc, and how many each arc has."""
-    order = np.argsort(crossings.arc, kind="stable")
-    extent = np.bincount(crossings.arc, minlength=count).astype(np.int64)
-    return np.concatenate([[0], np.cumsum(extent)]).astype(np.int64), crossings.row[order], extent
+def _rows_by_arc(side: Side) -> tuple[Ints, Ints]:
+    """Start of each arc's crossings, and their rows, ascending within the arc."""
+    order = np.argsort(side.crossings.arc, kind="stable")
+    return np.concatenate([[0], np.cumsum(side.extent)]).astype(np.int64), side.crossings.row[order]
 
 
 def _group_medians(values: Floats, start: Ints) -> Floats:

@@ -93,3 +93,33 @@ def common_rows(
             out[k] += before == 0
             i += before <= 0
             j += before >= 0
+
+
+@kernel("void(i8[::1], i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8[:, ::1], f8, f8, f8, i8[:, ::1])")
+def count_alike(
+    left_start: Ints,
+    left_arc: Ints,
+    left: Floats,
+    bounds: Floats,
+    right_start: Ints,
+    right_arc: Ints,
+    right: Floats,
+    angle_sigma: float,
+    contrast_sigma: float,
+    most: float,
+    count: Ints,
+) -> None:
+    """Add to `count` (left arcs, right arcs), for each pair of arcs, the pairs of their crossings of one row whose
+    squared differences in sigmas are `most` at most.
+
+    Rows, crossings and bounds are those of `match_rows`; `left_arc`, `right_arc`: the arcs of the crossings.
+    """
+    for row in range(len(left_start) - 1):
+        for i in range(left_start[row], left_start[row + 1]):
+            for j in range(right_start[row], right_start[row + 1]):
+                d = left[i, 0] - right[j, 0]
+                if d < bounds[i, 0] or d > bounds[i, 1]:
+                    continue
+                e = (left[i, 1] - right[j, 1]) / angle_sigma
+                c = (left[i, 2] - right[j, 2]) / contrast_sigma
+                count[left_arc[i], right_arc[j]] += e * e + c * c <= most

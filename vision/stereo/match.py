@@ -1,119 +1,171 @@
-"""Stereo by arcs: steps 1 and 2 of Pong's matcher, and the matched arcs in space.
-
-Step 3, the relational distance over arcs and regions together, starts from what step 2 leaves: `select_candidates` with
-their similarity S, whose unary cost there is round(2 (1 - S))."""
+"""Stereo by arcs and regions, without a model: candidates by the epipolar geometry, relations on both sides, the
+labelling that keeps them, and the matched arcs in space."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
-from relmodel.arrays import Bools, Ints
-from relmodel.matching.assignment import Assignment
+from relmodel.arrays import Ints
+from relmodel.columns import Columns
+from relmodel.errors import UsageError
+from relmodel.matching.problem import NONE
+from relmodel.matching.solve import MODES
+from relmodel.matching.star import MODE as STAR
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
-from vision.stereo.crossings import StereoArcs, cross_rows, on_common_rows, pack_arcs
-from vision.stereo.epipolar import DepthRange, Votes, vote
+from vision.matching.joins import ProblemRows, Solved, put_relations, solve_rows
+from vision.matching.tolerances import TOLERANCES
+from vision.matching.workspace import open_workspace
+from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
+from vision.stereo.disparity_range import DepthRange, estimate_range, range_of_depths
+from vision.stereo.epipolar import Votes, vote
+from vision.stereo.evidence import Candidates, compare_arcs, join
 from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
-from vision.stereo.segments import Candidates, assign, select_candidates
+from vision.stereo.regions import StereoRegions, compare_regions, pack_regions
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
+
+METHODS = ("pong", "relational", "star")
+PONG, RELATIONAL, STARS = METHODS
+
+
+@dataclass(frozen=True)
+class StereoPicture:
+    """What stereo takes of one picture: arcs, regions, and the relations among them, as columns of unit_relation."""
+
+    arcs: StereoArcs
+    regions: StereoRegions
+    relations: Columns
 
 
 @dataclass(frozen=True)
 class StereoMatches:
-    """What stereo found; arcs bear the numbers of their extractions.
+    """What stereo found.  Units: the arcs of the left picture by number, then its regions; labels: those of the right.
 
-    `assignment.label` (left arcs,) is the right arc of each left one, -1 for none, `reason` says why: matched,
-    no_candidate, null_cheaper or taken.  `left_votable`, `right_votable`: arcs that cross epipolar rows; the others lie
-    along them or outside what both pictures show, and stereo says nothing about them.
+    votes: of epipolar rows, of the method `pong` alone; solved: the problem with its proof; arcs, regions: how many
+    there are in the left and the right picture; extents: how many rows each arc crosses that both pictures show.
     """
 
     parameters: StereoParameters
     rectification: Rectification
-    votes: Votes
-    candidates: Candidates
-    assignment: Assignment
-    reason: npt.NDArray[np.str_]
-    left_votable: Bools
-    right_votable: Bools
+    votes: Votes | None
+    solved: Solved
+    arcs: tuple[int, int]
+    regions: tuple[int, int]
+    extents: tuple[Ints, Ints]
     triangulated: Triangulated
 
     @property
-    def left_unmatched(self) -> Bools:
-        """Left arcs that should have found a counterpart and did not: highlights, texture, what one camera alone sees.
-
-        A fragment whose rows vote for an arc that goes to another fragment has a counterpart, though no partner.
-        """
-        return self._unmatched(self.votes.left, self.votes.left_extent, self.assignment.label >= 0, self.left_votable)
+    def arc_label(self) -> Ints:
+        """(left arcs,): the right arc of each, -1 for none."""
+        return self.solved.result.label[: self.arcs[0]]
 
     @property
-    def right_unmatched(self) -> Bools:
-        """Right arcs that should have found a counterpart and did not."""
-        taken = np.zeros(len(self.right_votable), bool)
-        taken[self.assignment.label[self.assignment.label >= 0]] = True
-        return self._unmatched(self.votes.right, self.votes.right_extent, taken, self.right_votable)
+    def region_label(self) -> Ints:
+        """(left regions,): the right region of each, -1 for none."""
+        label = self.solved.result.label[self.arcs[0] :]
+        return np.where(label == NONE, NONE, label - self.arcs[1])
 
-    def _unmatched(self, arc: Ints, extent: Ints, matched: Bools, votable: Bools) -> Bools:
-        most = np.zeros(len(extent), np.int64)
-        np.maximum.at(most, arc, self.votes.votes)
-        return votable & ~matched & (2 * most < extent)
+
+def check_method(method: str) -> None:
+    """Raises UsageError for a method that is none."""
+    if method not in METHODS:
+        raise UsageError(f"no method of stereo is called {method!r}: there are {', '.join(METHODS)}")
+
+
+def pack_picture(picture: Primitives) -> StereoPicture:
+    """A picture as stereo takes it."""
+    return StereoPicture(pack_arcs(picture), pack_regions(picture), picture.relations)
 
 
 def match_stereo(
     rig: Rig,
     left: Primitives,
     right: Primitives,
-    depth_range: DepthRange,
+    depth_range: DepthRange | None = None,
     parameters: StereoParameters = DEFAULTS,
+    cameras: tuple[str, str] = ("left", "right"),
 ) -> StereoMatches:
-    """Match the arcs of two extractions: pictures of the cameras `left` and `right` of the rig, taken together.
+    """Match the primitives of two pictures, taken together by the two `cameras` of the rig.
 
-    `depth_range` bounds how far off the things seen may be; maps from a predicted view match more, and more rightly,
-    than two numbers.  Raises InputError where the cameras make no stereo pair.
+    depth_range: how far off the things seen may be, where something is known of it; else the pair itself says.  Raises
+    InputError where the cameras make no stereo pair, UsageError for a method that is none.
     """
-    return match_arcs(rig, pack_arcs(left), pack_arcs(right), depth_range, parameters)
+    return match_pictures(rig, pack_picture(left), pack_picture(right), depth_range, parameters, cameras)
 
 
-def match_arcs(
+def match_pictures(
     rig: Rig,
-    left: StereoArcs,
-    right: StereoArcs,
-    depth_range: DepthRange,
+    left: StereoPicture,
+    right: StereoPicture,
+    depth_range: DepthRange | None = None,
     parameters: StereoParameters = DEFAULTS,
+    cameras: tuple[str, str] = ("left", "right"),
 ) -> StereoMatches:
-    """Match the arcs of the cameras `left` and `right` of the rig, for things seen within `depth_range`."""
-    rectification = rectify(rig)
-    p = parameters.epipolar
-    views = ((rectification.left, left), (rectification.right, right))
-    crossed = [cross_rows(rectification, view, arcs, p.tangent_reach, p.least_rise) for view, arcs in views]
-    left_crossings, right_crossings = on_common_rows(*crossed)
-    pixels = left.points[left_crossings.position.astype(np.int64)]
-    camera = rectification.left.camera
-    near, far = depth_range.at(pixels, camera.width, camera.height)
-    votes = vote(
-        left_crossings,
-        right_crossings,
-        rectification.disparity(pixels, far),
-        rectification.disparity(pixels, near),
-        len(left),
-        len(right),
-        parameters.epipolar,
-    )
-    found = select_candidates(votes, parameters.segments)
-    assignment, reason = assign(found, len(left), len(right), parameters.segments)
-    made = assignment.label[found.left] == found.right
-    least = parameters.segments.least_votes
+    """As `match_stereo`."""
+    check_method(parameters.method)
+    rectification = rectify(rig, *cameras)
+    sides = lay_out(rectification, left.arcs, right.arcs, parameters.epipolar)
+    if depth_range is None:
+        seen = estimate_range(rectification, *sides, parameters.range, parameters.epipolar)
+    else:
+        seen = range_of_depths(rectification, sides[0], depth_range)
+    votes = vote(*sides, seen.of_crossings, parameters.epipolar)
+    arcs = compare_arcs(*sides, seen, votes, parameters.epipolar, parameters.evidence)
+    regions = compare_regions(rectification, left.regions, right.regions, seen, votes, parameters.regions)
+    solved = _solve(left, right, arcs, regions, parameters)
+    label = solved.result.label[: len(left.arcs)]
+    matched = np.flatnonzero(label != NONE)
     return StereoMatches(
         parameters=parameters,
         rectification=rectification,
-        votes=votes,
-        candidates=found,
-        assignment=assignment,
-        reason=reason,
-        left_votable=votes.left_extent >= least,
-        right_votable=votes.right_extent >= least,
-        triangulated=triangulate_pairs(rectification, left, right, (found.left[made], found.right[made]), parameters),
+        votes=votes if parameters.method == PONG else None,
+        solved=solved,
+        arcs=(len(left.arcs), len(right.arcs)),
+        regions=(len(left.regions), len(right.regions)),
+        extents=(sides[0].extent, sides[1].extent),
+        triangulated=triangulate_pairs(rectification, left.arcs, right.arcs, (matched, label[matched]), parameters),
     )
+
+
+def _solve(
+    left: StereoPicture, right: StereoPicture, arcs: Candidates, regions: Candidates, parameters: StereoParameters
+) -> Solved:
+    """Step 3: the relational distance over arcs and regions together, by the method."""
+    p, bare = parameters.assignment, parameters.method != PONG
+    if bare:
+        arcs, regions = (replace(found, price=np.zeros(len(found.price))) for found in (arcs, regions))
+    else:
+        arcs = arcs.take_best(p.most_candidates, np.inf)
+        regions = regions.take_best(p.most_candidates, np.inf)
+    null = np.repeat([0.0, 0.0] if bare else [p.arc_null, p.region_null], [len(left.arcs), len(left.regions)])
+    both = join(arcs, Candidates(regions.left + len(left.arcs), regions.right + len(right.arcs), regions.price))
+    share = p.bare_relation_share if bare else p.relation_share
+    with open_workspace() as workspace, workspace.write() as connection:
+        put_relations(workspace, connection, 0, left.relations)
+        put_relations(workspace, connection, 1, right.relations)
+        return solve_rows(
+            workspace,
+            connection,
+            0,
+            ProblemRows(
+                units=len(null),
+                labels=len(right.arcs) + len(right.regions),
+                units_id=0,
+                labels_id=1,
+                unit=both.left,
+                label=both.right,
+                cost=np.rint(p.scale * both.price).astype(np.int64),
+                null_cost=np.rint(p.scale * null).astype(np.int64),
+                null_share=p.bare_null_share if bare else p.null_share,
+                tolerances={
+                    kind: replace(t, weight=max(1, round(share * p.scale / 4 * t.weight)))
+                    for kind, t in TOLERANCES.items()
+                },
+                injective=True,
+                nodes=p.nodes,
+                mode=STAR if parameters.method == STARS else MODES[0],
+            ),
+        )

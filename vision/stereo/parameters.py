@@ -23,19 +23,114 @@ class EpipolarParameters:
     """standard deviation of the difference of contrasts on that scale"""
     skip: float = 2.0
     """price of a crossing left unmatched"""
+    least_rows: int = 3
+    """rows that an arc must cross, and a pair share, to be told by them"""
     layers: int = 2
     """how often what could not keep the order along a row is matched again; the second lifts the recall on random
     wireframes, where order means little, from .86 to .96"""
 
 
 @dataclass(frozen=True)
-class SegmentParameters:
-    """How votes become pairs of arcs."""
+class RangeParameters:
+    """How a pair shows by itself which disparities are to be looked at."""
 
-    least_votes: int = 3
-    """rows that a pair needs to be looked at"""
-    null_cost: float = 0.7
-    """price of an arc without partner, where a pair costs 1 - S; a pair below S = 1 - null_cost is never made"""
+    nearest_baselines: float = 1.0
+    """baselines from the cameras, along their view, from which on things are looked for"""
+    rounds: int = 2
+    """how often the range is narrowed about each place"""
+    least_votes: int = 8
+    """rows that a pair of arcs needs to be trusted"""
+    least_share: float = 0.5
+    """share of the longer arc's rows that a pair needs to be trusted"""
+    ways: int = 3
+    """clusters of disparities, at most, that are looked into"""
+    cluster_ratio: float = 1.4
+    """of the greatest to the middle disparity of a cluster"""
+    widest_ratio: float = 2.0
+    """of the greatest to the middle disparity of the range, and of the middle to the least"""
+    neighbours: int = 15
+    """trusted pairs that say what disparities there are about a place"""
+    cut: float = 0.1
+    """share of the neighbours that is left out at both ends of the range"""
+    margin: float = 25.0
+    """px by which the range is widened"""
+
+
+@dataclass(frozen=True)
+class EvidenceParameters:
+    """What speaks against a pair of arcs, nats, and which pairs are priced at all.
+
+    Prices: logistic regression on the candidates of seven rendered pairs (A0, A2, A4, A6, B0, C0, C2), right against
+    wrong by the truth of rendering; on seven others they tell right from wrong with an area under the curve of .945.
+    """
+
+    most_unlike: float = 8.0
+    """squared sigmas of angle and contrast by which alike crossings may differ"""
+    least_alike: float = 0.3
+    """share of the shorter arc's rows on which the two must be alike"""
+    unvoted_of_shorter: float = 3.3
+    """nats for no vote of the shorter arc's rows"""
+    unvoted_of_longer: float = 1.7
+    """nats for no vote of the longer arc's rows"""
+    width: float = 1.3
+    """nats a px of difference of the widths"""
+    end: float = 0.4
+    """nats a unit of log(1 + px) between the rows of the ends that agree better"""
+    level_rows: float = 3.0
+    """px by which level arcs may lie on other rows, besides what their heights allow"""
+    level_contrast: float = 0.5
+    """nats a squared sigma of contrast, of level arcs; as the following"""
+    level_length: float = 0.65
+    """nats a unit of the logarithm of the ratio of the lengths"""
+    level_width: float = 1.7
+    """nats a px of difference of the widths"""
+    level_end: float = 2.3
+    """nats a unit of log(1 + px) between the rows of the ends that agree better"""
+    level_more: float = -0.3
+    """nats that level candidates start with, against others: they are right more often"""
+
+
+@dataclass(frozen=True)
+class RegionEvidenceParameters:
+    """What speaks against a pair of regions, nats; found as the prices of arcs, area under the curve .960."""
+
+    least_rows: float = 0.5
+    """share of the rows of both that a pair must have in common to be priced"""
+    rows: float = 4.6
+    """nats for no common row"""
+    area: float = 2.3
+    """nats a unit of the logarithm of the ratio of the areas"""
+    mean: float = 0.03
+    """nats a grey level of difference of the means"""
+    unvoted_of_fewer: float = 2.5
+    """nats for no vote between the bounding arcs, against the votes of the region that has fewer"""
+    unvoted_of_more: float = 1.5
+    """the same against the votes of the other"""
+
+
+@dataclass(frozen=True)
+class AssignmentParameters:
+    """How prices and relations become labels."""
+
+    scale: int = 8
+    """integer cost of a nat"""
+    most_candidates: int = 8
+    """cheapest labels of a unit that are kept, where they have a price"""
+    arc_null: float = 1.8
+    """nats for an arc without partner: a pair of this price is right with odds of 10"""
+    region_null: float = 2.0
+    """nats for a region without partner: a pair of this price is right with odds of 4"""
+    relation_share: float = 0.1
+    """share of the weight of a relation (`vision.matching.tolerances`) that counts besides prices: the relations of one
+    unit tell much the same over and over"""
+    null_share: float = 0.7
+    """share of the weight of its relations that a unit without partner pays: so much a partner may leave unconfirmed"""
+    bare_relation_share: float = 0.25
+    """relation_share where nothing has a price"""
+    bare_null_share: float = 0.7
+    """null_share where nothing has a price"""
+    nodes: int = 20
+    """of the search, after which it ends with what it has proved"""
 
 
 @dataclass(frozen=True)
@@ -81,10 +176,15 @@ class TriangulationParameters:
 
 @dataclass(frozen=True)
 class StereoParameters:
-    """What a stereo match depends on besides arcs, rig and depths, a field a step."""
+    """What a stereo match depends on besides pictures, rig and depths: the method (`vision.stereo.match.METHODS`), and
+    a field a step."""
 
+    method: str = "pong"
     epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
-    segments: SegmentParameters = field(default_factory=SegmentParameters)
+    range: RangeParameters = field(default_factory=RangeParameters)
+    evidence: EvidenceParameters = field(default_factory=EvidenceParameters)
+    regions: RegionEvidenceParameters = field(default_factory=RegionEvidenceParameters)
+    assignment: AssignmentParameters = field(default_factory=AssignmentParameters)
     triangulation: TriangulationParameters = field(default_factory=TriangulationParameters)
 
 

@@ -55,6 +55,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same of its rotation (default: 0.5)"
     )
+    parser.add_argument(
+        "--stereo-method", default="pong", metavar="METHOD", help="how the pair is matched: pong, relational or star"
+    )
+    parser.add_argument(
+        "--stereo-gate", action="store_true", help="let the model at the prior bound the depths of stereo"
+    )
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
@@ -63,11 +69,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from dataclasses import replace
+
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
     from relmodel.world.correction import Carrier
     from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, inspect
+    from vision.inspection.parameters import DEFAULTS
 
     needs = None if args.needs is None else parse_needs(args.needs, "--needs")
     if not (args.base_sigma_mm > 0 and args.base_sigma_deg > 0):
@@ -88,6 +97,11 @@ def run(args: argparse.Namespace) -> int:
             carrier=carrier,
             keep_images=not args.no_keep_images,
             overlay=args.overlay,
+            parameters=replace(
+                DEFAULTS,
+                stereo=replace(DEFAULTS.stereo, method=args.stereo_method),
+                stereo_gate=args.stereo_gate,
+            ),
         )
     print_answer(answer, args.format)
     return 0 if answer.verdict == "accepted" else 1

@@ -11,11 +11,13 @@ import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.spatial import cKDTree
 
-from relmodel.arrays import Bools, Bytes, Floats, Ints
+from relmodel.arrays import Bools, Bytes, Floats, Ints, Ints32
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
+from vision.extraction.primitives import RegionColumns
 from vision.stereo.crossings import StereoArcs
-from vision.stereo.epipolar import DepthRange
+from vision.stereo.disparity_range import DepthRange
+from vision.stereo.triangulate import Triangulated
 
 NAMES = ("left", "right")
 ON_EDGE = 2.0  # px from an arc's point to a visible edge that it lies on
@@ -131,3 +133,87 @@ def find_siblings(pair: RenderedPair, left: StereoArcs, right: StereoArcs) -> Si
     size = {n: np.diff(arcs[n].offsets) for n in NAMES}
     known = {n: np.bincount(own[n][on[n]], minlength=len(arcs[n])) for n in NAMES}
     return Siblings(agreed, size["left"], size["right"], known["left"], known["right"])
+
+
+def measure_ends(pair: RenderedPair, left: StereoArcs, space: Triangulated, wanted: Ints) -> Floats:
+    """Mahalanobis distance squared (arcs, 2) of both ends across the true edge, of the left arcs `wanted`.
+
+    Of the sharp edges that run within 2 px of 40 % of an arc, the one that speaks best for it, at the place that is
+    seen where the end is; NaN where there is none.  Across: two degrees of freedom, whatever lies along the edge.
+    """
+    edges = pair.edges["left"]
+    tree, out = cKDTree(edges.uv), np.full((len(space.left), 2), np.nan)
+    focal = pair.rig.cameras["left"].matrix[0, 0]
+    for k in np.flatnonzero(np.isin(space.left, wanted)).tolist():
+        own = left.points[left.offsets[space.left[k]] : left.offsets[space.left[k] + 1]]
+        beside = [np.unique(edges.edge[hits]) for hits in tree.query_ball_point(own, ON_EDGE)]
+        edge, count = np.unique(np.concatenate(beside), return_counts=True)
+        for number in edge[(count >= 0.4 * len(own)) & (edge < SILHOUETTE)]:
+            points = edges.points[edges.edge == number]
+            for n, end in enumerate((space.start[k], space.end[k])):
+                seen = np.linalg.norm(points[:, :2] / points[:, 2:] - end[:2] / end[2], axis=1) * focal
+                nearest = points[np.argmin(seen)]
+                about = points[np.linalg.norm(points - nearest, axis=1) < 4.0]
+                if seen.min() > 2 * ON_EDGE or len(about) < 2:
+                    continue
+                way = np.linalg.svd(about - about.mean(axis=0))[2][0]
+                across = np.linalg.svd(way[None])[2][1:]
+                off = across @ (end - nearest)
+                spread = across @ space.covariance[k, 3 * n : 3 * n + 3, 3 * n : 3 * n + 3] @ across.T
+                out[k, n] = np.fmin(out[k, n], off @ np.linalg.solve(spread, off))
+    return out
+
+
+@dataclass(frozen=True)
+class RegionSiblings:
+    """How the regions of two pictures correspond: overlap (left regions, right regions), intersection over union of
+    what the left picture shows; known (left regions,): whether the truth has depths of half of it."""
+
+    overlap: Floats
+    known: Bools
+
+    def right(self, left: Ints, right: Ints) -> Bools:
+        """Whether pairs of regions are one: they overlap by 40 %."""
+        return np.asarray(self.overlap[left, right] >= LEAST_OVERLAP, bool)
+
+    @property
+    def possible(self) -> Bools:
+        """Left regions that have a sibling."""
+        return np.asarray(self.known & (self.overlap >= LEAST_OVERLAP).any(axis=1), bool)
+
+
+LEAST_OVERLAP = 0.4
+_STEP = 3  # every third pixel each way
+
+
+def find_region_siblings(pair: RenderedPair, left: RegionColumns, right: RegionColumns) -> RegionSiblings:
+    """Carry the pixels of the left regions over by their depth."""
+    y, x = np.mgrid[0 : pair.depth.shape[0] : _STEP, 0 : pair.depth.shape[1] : _STEP].reshape(2, -1)
+    depth = pair.depth[y, x]
+    y, x, depth = y[depth > 0], x[depth > 0], depth[depth > 0]
+    rays = np.column_stack([x, y, np.ones(len(x))]) @ np.linalg.inv(pair.rig.cameras["left"].matrix).T
+    camera = pair.rig.cameras["right"]
+    seen, _ = camera.project(apply(inverse(pair.rig.rig_from_camera["right"]), rays * depth[:, None]))
+    u, v = np.rint(seen).astype(np.int64).T
+    inside = (u >= 0) & (v >= 0) & (u < camera.width) & (v < camera.height)
+    a = _label(left, pair.depth.shape)[y, x]
+    b = np.full(len(a), -1)
+    b[inside] = _label(right, (camera.height, camera.width))[v[inside], u[inside]]
+    sizes = [np.bincount(of[of >= 0], minlength=len(side)) for of, side in ((a, left), (b, right))]
+    shared = np.zeros((len(left), len(right)))
+    both = (a >= 0) & (b >= 0)
+    np.add.at(shared, (a[both], b[both]), 1)
+    union = sizes[0][:, None] + sizes[1] - shared
+    return RegionSiblings(shared / np.maximum(union, 1), sizes[0] * _STEP**2 >= 0.5 * left.area)
+
+
+def _label(regions: RegionColumns, shape: tuple[int, ...]) -> Ints32:
+    """Label image of the regions, by their outlines, the larger ones first; -1 for none."""
+    image = np.full(shape, -1, np.int32)
+    for region in np.argsort(-regions.area).tolist():
+        rings = [
+            regions.outline[regions.ring_offsets[j] : regions.ring_offsets[j + 1]].astype(np.int32)
+            for j in np.flatnonzero(regions.ring_region == region)
+        ]
+        cv2.drawContours(image, rings, -1, region, cv2.FILLED)
+    return image

@@ -12,6 +12,8 @@ from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
 from vision.stereo.crossings import StereoArcs
+from vision.stereo.match import StereoPicture
+from vision.stereo.regions import StereoRegions
 
 DISTORTION = np.array([-0.12, 0.05, 0.001, -0.0005, -0.01])
 
@@ -45,6 +47,18 @@ def segment(a: npt.ArrayLike, b: npt.ArrayLike, count: int = 150) -> Floats:
 def circle(centre: npt.ArrayLike, radius: float, count: int = 240) -> Floats:
     t = np.linspace(0, 2 * np.pi, count)
     return np.asarray(centre, float) + radius * np.stack([np.cos(t), np.sin(t), 0.2 * np.cos(t)], axis=1)
+
+
+def picture_of(arcs: StereoArcs) -> StereoPicture:
+    """A picture with these arcs, no regions and no relations."""
+    none = np.zeros(0, np.int64)
+    regions = StereoRegions(none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), none, none)
+    relations = {
+        "kind": np.zeros(0, object),
+        **dict.fromkeys(("unit_a", "unit_b"), np.zeros(0, np.int32)),
+        **dict.fromkeys(("distance", "distance_sigma", "angle", "angle_sigma"), np.zeros(0)),
+    }
+    return StereoPicture(arcs, regions, relations)
 
 
 @dataclass(frozen=True)

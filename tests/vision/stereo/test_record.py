@@ -9,9 +9,9 @@ import pytest
 
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
-from tests.vision.stereo.scenes import toed_in_rig, wireframe_scene
-from vision.stereo.epipolar import DepthRange
-from vision.stereo.match import StereoMatches, match_arcs
+from tests.vision.stereo.scenes import picture_of, toed_in_rig, wireframe_scene
+from vision.stereo.disparity_range import DepthRange
+from vision.stereo.match import StereoMatches, match_pictures
 from vision.stereo.record import record_stereo
 
 PROBLEM = 3
@@ -21,7 +21,7 @@ PROBLEM = 3
 def found() -> StereoMatches:
     rig = toed_in_rig()
     scene = wireframe_scene(rig, 4)
-    return match_arcs(rig, scene.left, scene.right, DepthRange(520.0, 800.0))
+    return match_pictures(rig, picture_of(scene.left), picture_of(scene.right), DepthRange(520.0, 800.0))
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
     with Store.open(new_store("duckdb")) as store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             sets = []
-            for n, count in ((1, len(found.left_votable)), (2, len(found.right_votable))):
+            for n, count in ((1, found.arcs[0]), (2, found.arcs[1])):
                 run.append(
                     connection,
                     "image",
@@ -84,14 +84,20 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
             table = store.table(name)
             tables[name] = connection.execute(table.select().where(table.c.run_id == run_id)).mappings().all()
     label = {r["unit_no"]: -1 if r["label_no"] is None else r["label_no"] for r in tables["assignment"]}
-    assert [label[u] for u in range(len(label))] == found.assignment.label.tolist()
-    assert {r["unit_no"]: r["reason"] for r in tables["assignment"]} == dict(enumerate(found.reason.tolist()))
-    assert len(tables["candidate"]) == len(found.candidates.left)
-    assert {r["null_cost"] for r in tables["assignment"]} == {found.parameters.segments.null_cost}
+    assert [label[u] for u in range(len(label))] == found.arc_label.tolist()
+    assert len(tables["candidate"]) == found.solved.problem.candidates
+    assert found.votes is not None
     assert sum(r["votes"] for r in tables["vote"]) == found.votes.votes.sum()
     ends = {r["unit_no"]: [r["start_x"], r["start_y"], r["start_z"]] for r in tables["triangulated_unit"]}
     space = found.triangulated
     np.testing.assert_array_equal([ends[u] for u in space.left.tolist()], space.start)
+    covariance = {r["unit_no"]: r["covariance"] for r in tables["triangulated_unit"]}
+    np.testing.assert_array_equal(
+        [covariance[u] for u in space.left.tolist()], space.covariance.reshape(len(space.left), 36)
+    )
+    curve = {r["unit_no"]: (r["curve"], r["centre_x"] is None) for r in tables["triangulated_unit"]}
+    assert {bare for name, bare in curve.values() if name in ("line", "free")} == {True}
+    assert {bare for name, bare in curve.values() if name in ("circle", "ellipse")} == {False}
 
 
 @pytest.mark.parametrize(
@@ -101,8 +107,8 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
             "UPDATE assignment SET label_no = NULL, reason = 'null_cheaper' WHERE label_no = {label}",
             "the cost of a decision",
         ),
-        ("UPDATE assignment SET cost = cost + 0.1 WHERE unit_no = {unit}", "the cost of a decision"),
-        ("UPDATE problem SET cost = cost + 0.1", "the cost of the problem"),
+        ("UPDATE assignment SET cost = cost + 1 WHERE unit_no = {unit}", "the cost of a decision"),
+        ("UPDATE problem SET cost = cost + 1", "the cost of the problem"),
         (
             "UPDATE assignment SET label_no = {label}, reason = 'matched' WHERE label_no = {other}",
             "a label is taken twice",
@@ -113,8 +119,8 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
             "a unit has no decision",
         ),
         ("UPDATE candidate SET cost = cost - 1 WHERE unit_no = {unit} AND label_no = {label}", "the bound of a node"),
-        ("UPDATE search_node SET bound = bound + 0.2", "the bound of a node"),
-        ("UPDATE problem SET bound = bound + 0.2", "the bound of the problem"),
+        ("UPDATE search_node SET bound = bound + 2", "the bound of a node"),
+        ("UPDATE problem SET bound = bound + 2", "the bound of the problem"),
         (
             "INSERT INTO bound_price SELECT run_id, problem_no, 0, 9999, 0.5 FROM problem",
             "a label has a positive dual, or one where it may be taken twice",
@@ -125,8 +131,8 @@ def test_the_checks_see_through_damaged_rows(
     recorded: tuple[Store, int], found: StereoMatches, damage: str, sign: str
 ) -> None:
     store, _ = recorded
-    unit, second = np.flatnonzero(found.assignment.label >= 0)[:2]
-    label, other = found.assignment.label[[unit, second]]
+    unit, second = np.flatnonzero(found.arc_label >= 0)[:2]
+    label, other = found.arc_label[[unit, second]]
     with store.engine.connect() as connection:
         connection.exec_driver_sql(damage.format(unit=unit, label=label, other=other))
         said = {

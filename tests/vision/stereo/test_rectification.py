@@ -11,7 +11,7 @@ from relmodel.errors import InputError
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from tests.vision.stereo.scenes import pixels, toed_in_rig
 from vision.cameras.cameras import Rig
-from vision.stereo.epipolar import DepthRange
+from vision.stereo.disparity_range import DepthRange
 from vision.stereo.rectification import rectify
 
 

@@ -1,0 +1,132 @@
+"""Which disparities are looked at, and where: as a prior says, or as the pair itself shows.
+
+Without a prior every depth from the camera to infinity is open at first.  Pairs of arcs that rows agree on best then
+say how far off things are about them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats
+from vision.stereo.crossings import Side
+from vision.stereo.epipolar import Votes, vote
+from vision.stereo.parameters import EpipolarParameters, RangeParameters
+from vision.stereo.rectification import Rectification
+
+
+@dataclass(frozen=True)
+class DepthRange:
+    """Least and greatest depth, z in the left camera's frame, mm, at which something may be seen.
+
+    Each is a number, or a map (rows, columns) that covers the left picture, coarse or fine: what the prior predicts at
+    each place, widened by what the prior leaves open.
+    """
+
+    near: float | Floats
+    far: float | Floats
+
+    def at(self, pixels: Floats, width: int, height: int) -> tuple[Floats, Floats]:
+        """Near and far (n,) at left pixels (n, 2)."""
+
+        def look_up(values: float | Floats) -> Floats:
+            grid = np.atleast_2d(np.asarray(values, float))
+            size = np.array([width, height])
+            cell = ((pixels + 0.5) / size * grid.shape[::-1]).astype(np.int64)
+            column, row = np.clip(cell, 0, np.array(grid.shape[::-1]) - 1).T
+            return np.asarray(grid[row, column])
+
+        return look_up(self.near), look_up(self.far)
+
+
+@dataclass(frozen=True)
+class DisparityRange:
+    """Least and greatest disparity, px: at each left crossing (n, 2), and of each left arc (arcs, 2)."""
+
+    of_crossings: Floats
+    of_arcs: Floats
+
+
+def range_of_depths(rectification: Rectification, left: Side, depths: DepthRange) -> DisparityRange:
+    """What a range of depths allows."""
+    camera = rectification.left.camera
+
+    def at(pixels: Floats) -> Floats:
+        near, far = depths.at(pixels, camera.width, camera.height)
+        return np.column_stack([rectification.disparity(pixels, far), rectification.disparity(pixels, near)])
+
+    middle = left.arcs.points[(left.arcs.offsets[:-1] + left.arcs.offsets[1:]) // 2]
+    return DisparityRange(at(left.arcs.points[left.crossings.position.astype(np.int64)]), at(middle))
+
+
+def estimate_range(
+    rectification: Rectification, left: Side, right: Side, p: RangeParameters, epipolar: EpipolarParameters
+) -> DisparityRange:
+    """What the pair itself shows: about each place the disparities of the pairs of arcs nearest to it, widened.
+
+    A repeated pattern can be laid over itself in several ways: of those that rows show first, that is taken which most
+    pairs of arcs then agree on.
+    """
+    at = np.column_stack([left.crossings.x, left.crossings.row])
+    most = rectification.focal / p.nearest_baselines
+
+    def look(bounds: Floats) -> tuple[Floats, Floats]:
+        """Places and disparities of the trusted pairs."""
+        votes = vote(left, right, bounds, epipolar)
+        sure = _trusted(votes, left, right, p)
+        return left.middle[votes.left[sure]], votes.disparity[sure]
+
+    def all_over(low: float, high: float) -> list[Floats]:
+        return [np.tile([low, high], (len(places), 1)) for places in (at, left.middle)]
+
+    found = DisparityRange(*all_over(0.0, most))
+    ways = _clusters(look(found.of_crossings)[1], p)
+    if not ways:
+        return found
+    pairs = [len(look(all_over(way / p.cluster_ratio, way * p.cluster_ratio)[0])[0]) for way in ways]
+    way = ways[int(np.argmax(pairs))]
+    least, most = way / p.widest_ratio, min(way * p.widest_ratio, most)
+    found = DisparityRange(*all_over(least, most))
+    for _ in range(p.rounds):
+        place, disparity = look(found.of_crossings)
+        if len(place) < p.neighbours:
+            return found
+        found = DisparityRange(*(np.clip(_around(x, place, disparity, p), least, most) for x in (at, left.middle)))
+    return found
+
+
+def _clusters(disparity: Floats, p: RangeParameters) -> list[float]:
+    """Middles of the densest clusters of disparities, the densest first, none in another's reach."""
+    log = np.sort(np.log(np.maximum(disparity, 1e-3)))
+    reach = np.log(p.cluster_ratio)
+    found: list[float] = []
+    while len(log) and len(found) < p.ways:
+        first = int(np.argmax(np.searchsorted(log, log + reach, side="right") - np.arange(len(log))))
+        middle = float(log[first] + 0.5 * reach)
+        found.append(float(np.exp(middle)))
+        log = log[np.abs(log - middle) > reach]
+    return found
+
+
+def _trusted(votes: Votes, left: Side, right: Side, p: RangeParameters) -> Bools:
+    """Pairs of arcs that most of the longer one's rows vote for, more than for any other pair of either."""
+    longer = np.maximum(left.extent[votes.left], right.extent[votes.right])
+    best = [np.zeros(len(side.arcs), np.int64) for side in (left, right)]
+    np.maximum.at(best[0], votes.left, votes.votes)
+    np.maximum.at(best[1], votes.right, votes.votes)
+    most = (votes.votes == best[0][votes.left]) & (votes.votes == best[1][votes.right])
+    return np.asarray(most & (votes.votes >= p.least_votes) & (votes.votes >= p.least_share * longer))
+
+
+def _nearest(at: Floats, place: Floats, disparity: Floats, count: int) -> Floats:
+    from scipy.spatial import cKDTree
+
+    return np.asarray(disparity[cKDTree(place).query(at, count)[1]])
+
+
+def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) -> Floats:
+    near = np.sort(_nearest(at, place, disparity, p.neighbours), axis=1)
+    cut = int(p.cut * p.neighbours)
+    return np.column_stack([near[:, cut] - p.margin, near[:, p.neighbours - 1 - cut] + p.margin])

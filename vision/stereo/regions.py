@@ -1,0 +1,104 @@
+"""Regions of both pictures: which may be one, and what speaks against it.
+
+Pong's second step for regions: what their bounding arcs vote for, area and mean intensity; and, as rows are shared,
+from which row to which they reach.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Floats, Ints
+from vision.extraction.primitives import Primitives
+from vision.stereo.disparity_range import DisparityRange
+from vision.stereo.epipolar import Votes
+from vision.stereo.evidence import Candidates
+from vision.stereo.parameters import RegionEvidenceParameters
+from vision.stereo.rectification import Rectification, View
+
+
+@dataclass(frozen=True)
+class StereoRegions:
+    """What stereo takes of the regions of one picture: outlines (m, 2), px, of region `owner` (m,); centroid (n, 2);
+    area, px, and mean grey (n,); border_region, border_arc (b,): arcs that bound regions."""
+
+    owner: Ints
+    outline: Floats
+    centroid: Floats
+    area: Floats
+    mean: Floats
+    border_region: Ints
+    border_arc: Ints
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+def pack_regions(picture: Primitives) -> StereoRegions:
+    """The regions of a picture as stereo takes them."""
+    regions = picture.regions
+    return StereoRegions(
+        owner=np.repeat(regions.ring_region, np.diff(regions.ring_offsets)),
+        outline=regions.outline.astype(float),
+        centroid=np.column_stack([regions.centroid_x, regions.centroid_y]),
+        area=regions.area,
+        mean=regions.mean,
+        border_region=regions.border_region,
+        border_arc=regions.border_arc,
+    )
+
+
+def compare_regions(
+    rectification: Rectification,
+    left: StereoRegions,
+    right: StereoRegions,
+    seen: DisparityRange,
+    votes: Votes,
+    p: RegionEvidenceParameters,
+) -> Candidates:
+    """The pairs of regions that share most of their rows and are moved as arcs about them may be, priced."""
+    top, bottom = _rows(rectification, rectification.left, left)
+    other_top, other_bottom = _rows(rectification, rectification.right, right)
+    shared = np.minimum(bottom[:, None], other_bottom) - np.maximum(top[:, None], other_top)
+    share = shared / np.maximum(np.maximum(bottom[:, None], other_bottom) - np.minimum(top[:, None], other_top), 1.0)
+    x = rectification.points(rectification.left, left.centroid)[:, 0]
+    moved = x[:, None] - rectification.points(rectification.right, right.centroid)[:, 0]
+    low, high = np.full(len(left), np.inf), np.full(len(left), -np.inf)
+    np.minimum.at(low, left.border_region, seen.of_arcs[left.border_arc, 0])
+    np.maximum.at(high, left.border_region, seen.of_arcs[left.border_arc, 1])
+    i, j = np.nonzero((share >= p.least_rows) & (moved >= low[:, None]) & (moved <= high[:, None]))
+    price = p.rows * (1 - share[i, j]) + p.area * np.abs(np.log(left.area[i] / right.area[j]))
+    price += p.mean * np.abs(left.mean[i] - right.mean[j])
+    voted, of_left, of_right = _border_votes(left, right, votes)
+    fewer = np.maximum(np.minimum(of_left[i], of_right[j]), 1)
+    more = np.maximum(np.maximum(of_left[i], of_right[j]), 1)
+    price += p.unvoted_of_fewer * (1 - voted[i, j] / fewer) + p.unvoted_of_more * (1 - voted[i, j] / more)
+    return Candidates(i, j, np.asarray(price))
+
+
+def _rows(rectification: Rectification, view: View, regions: StereoRegions) -> tuple[Floats, Floats]:
+    """First and last rectified row of each region."""
+    y = rectification.points(view, regions.outline)[:, 1]
+    top, bottom = np.full(len(regions), np.inf), np.full(len(regions), -np.inf)
+    np.minimum.at(top, regions.owner, y)
+    np.maximum.at(bottom, regions.owner, y)
+    return top, bottom
+
+
+def _border_votes(left: StereoRegions, right: StereoRegions, votes: Votes) -> tuple[Floats, Floats, Floats]:
+    """Votes of the arcs that bound a left region for those that bound a right one (left regions, right regions), and
+    all votes of the arcs that bound each region."""
+    from scipy.sparse import coo_array
+
+    arcs = [int(max(column.max(initial=-1), of.max(initial=-1))) + 1 for column, of in (
+        (votes.left, left.border_arc), (votes.right, right.border_arc))]  # fmt: skip
+    borders = []
+    for side, count in ((left, arcs[0]), (right, arcs[1])):
+        key = np.unique(side.border_region * max(count, 1) + side.border_arc)
+        of = (key // max(count, 1), key % max(count, 1))
+        borders.append(coo_array((np.ones(len(key)), of), shape=(len(side), count)).tocsr())
+    cast = coo_array((votes.votes.astype(float), (votes.left, votes.right)), shape=(arcs[0], arcs[1])).tocsr()
+    voted = (borders[0] @ cast @ borders[1].T).toarray()
+    return voted, borders[0] @ np.asarray(cast.sum(axis=1)), borders[1] @ np.asarray(cast.sum(axis=0))
