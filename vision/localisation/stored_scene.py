@@ -23,6 +23,7 @@ class StoredScene:
 
     occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order.
     arc_no (a,): `arc_no` in the part's shape of each of the scene's arcs; surface_no (s,) likewise.
+    arc_surfaces (a, 2): the scene's surfaces on either side of each arc, -1 for none.
     sample_parameter (n,): where on its arc each of the scene's samples lies.
     features: shape_id, feature_no, name and surface_no, a row for each surface of a feature, in this order.
     """
@@ -34,6 +35,7 @@ class StoredScene:
     shape_id: Ints
     arc_no: Ints
     surface_no: Ints
+    arc_surfaces: Ints
     sample_parameter: Floats
     features: dict[str, NDArray[Any]]
 
@@ -91,6 +93,7 @@ def read_scene(store: Store, connection: Connection, world_id: int, among: Seque
         parts["shape_id"].astype(np.int64),
         arc["arc_no"],
         mesh["surface_no"],
+        _number_surfaces(mesh, arc),
         arc["parameter"],
         store.columns(connection, "scene_features", shape_ids=shapes),
     )
@@ -148,6 +151,17 @@ def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
 def _or_none(numbers: NDArray[Any]) -> Ints:
     """Whole numbers, -1 for NULL."""
     return np.array([-1 if n is None or n != n else int(n) for n in numbers.tolist()], np.int64)
+
+
+def _number_surfaces(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> Ints:
+    """The scene's surfaces (a, 2) beside each arc, which names them by their numbers in the part's shape."""
+    # Occurrence and number as one key; -1 lies below all.
+    width = int(max(mesh["surface_no"].max(initial=0), arc["arc_surfaces"].max(initial=0))) + 2
+    keys = mesh["surface_occurrence"] * width + mesh["surface_no"] + 1
+    wanted = arc["arc_occurrence"][:, None] * width + arc["arc_surfaces"] + 1
+    order = np.argsort(keys, kind="stable")
+    at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+    return np.where(keys[order][at] == wanted, order[at], -1).astype(np.int64)
 
 
 def _find_components(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:

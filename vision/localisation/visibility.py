@@ -18,7 +18,8 @@ class VisibleArcs:
     distortion, px per mm across the line of sight, and the length in the picture that each stands for.
 
     `arc` counts the scene's arcs first; a silhouette of surface s is arc `len(arc_occurrence) + s`.  `sample` is the
-    index of the scene's sample, -1 for a silhouette's.
+    index of the scene's sample, -1 for a silhouette's.  `normal_a`, `normal_b` (n, 3): of the two faces in the world, of
+    a silhouette twice the same.
     """
 
     point: Floats
@@ -30,6 +31,8 @@ class VisibleArcs:
     direction: Floats
     scale: Floats
     length_px: Floats
+    normal_a: Floats
+    normal_b: Floats
 
     def take(self, rows: Ints | Bools) -> VisibleArcs:
         return VisibleArcs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
@@ -77,18 +80,17 @@ def find_visible_arcs(
         direction=direction,
         scale=camera.matrix[0, 0] / ((point - eye) @ world_from_camera[:3, 2]),
         length_px=along * np.concatenate([scene.sample_length[reference], outline.length[inside]]),
+        normal_a=np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]]),
+        normal_b=np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]]),
     )
-    normal = np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]])
-    other = np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]])
     if count is not None and len(arcs.arc):
         passed = np.cumsum(arcs.length_px)
         marks = (np.arange(count) + 0.5) * (passed[-1] / count)
         rows, times = np.unique(np.minimum(np.searchsorted(passed, marks), len(passed) - 1), return_counts=True)
         arcs = replace(arcs.take(rows), length_px=times * (passed[-1] / count))
-        normal, other = normal[rows], other[rows]
-    seen = _free(scene, arcs.point, _unit(normal + other), eye, p.visibility.ray_offset_mm)
+    seen = _free(scene, arcs.point, _unit(arcs.normal_a + arcs.normal_b), eye, p.visibility.ray_offset_mm)
     to_eye = _unit(eye - arcs.point)
-    for n in (normal, other):
+    for n in (arcs.normal_a, arcs.normal_b):
         left = np.flatnonzero(~seen & (np.einsum("ij,ij->i", n, to_eye) > 0))
         seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye, p.visibility.ray_offset_mm)
     return arcs.take(seen)

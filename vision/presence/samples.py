@@ -1,0 +1,161 @@
+"""The predicted edges of all cameras as samples, and the edge elements of the pictures along their normals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.cameras.cameras import Rig
+from vision.localisation.localise import Localisation
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.stored_scene import StoredScene
+from vision.localisation.views import SMOOTH, ViewArcs, propagate_pose_sigma
+from vision.presence.parameters import SampleParameters
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples of visible sharp arcs and silhouettes in all cameras, as columns, run by run.
+
+    camera: number in the rig; run: counted over all cameras; kind: index of views.KINDS; arc: as views count arcs;
+    surface (n, 2): the scene's surfaces beside it, -1 for none; point (n, 3): in the world; pixel, direction (n, 2):
+    in the camera without distortion; normal (n, 2, 3): outward, of the two surfaces in the world; px_per_mm (n, 2): how
+    far along the image normal (-dy, dx) the sample moves where the surface moves outward; length_px; pose_sigma: px
+    along the image normal; front (n, 2): which of the two surfaces face the camera.
+    """
+
+    camera: Ints
+    run: Ints
+    kind: NDArray[np.int8]
+    arc: Ints
+    surface: Ints
+    point: Floats
+    pixel: Floats
+    direction: Floats
+    normal: Floats
+    px_per_mm: Floats
+    length_px: Floats
+    pose_sigma: Floats
+    front: Bools
+
+    @property
+    def run_count(self) -> int:
+        return int(self.run.max(initial=-1)) + 1
+
+    def take(self, rows: Ints | Bools) -> Samples:
+        return Samples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+
+def collect_samples(stored: StoredScene, rig: Rig, found: Localisation) -> Samples:
+    """The samples at the best pose of a localisation, which has one."""
+    assert found.best is not None
+    pieces: list[Samples] = []
+    runs = 0
+    for number, name in enumerate(rig.cameras):
+        view = found.views[name].arcs
+        sigma = propagate_pose_sigma(found.best, number, view.samples)
+        piece = _of_view(stored, rig, number, found.best.world_from_rig, view, sigma)
+        _, run = np.unique(piece.run, return_inverse=True)
+        pieces.append(replace(piece, run=runs + run.ravel()))
+        runs += piece_runs(run)
+    return Samples(
+        *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in Samples.__dataclass_fields__)
+    )
+
+
+def piece_runs(run: Ints) -> int:
+    return int(run.max(initial=-1)) + 1
+
+
+def _of_view(
+    stored: StoredScene, rig: Rig, number: int, world_from_rig: Floats, view: ViewArcs, sigma: Floats
+) -> Samples:
+    name = list(rig.cameras)[number]
+    pose = world_from_rig @ rig.rig_from_camera[name]
+    seen, arcs = view.samples, len(stored.scene.arc_occurrence)
+    silhouette = seen.arc >= arcs
+    surface = np.where(
+        silhouette[:, None],
+        np.stack([seen.arc - arcs, np.full(len(seen.arc), -1)], axis=1),
+        stored.arc_surfaces[np.where(silhouette, 0, seen.arc)],
+    )
+    normal = np.stack([seen.normal_a, seen.normal_b], axis=1)
+    image_normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
+    in_camera = (seen.point - pose[:3, 3]) @ pose[:3, :3]
+    way = normal @ pose[:3, :3]
+    flow = (way[..., :2] - way[..., 2:] * (in_camera[:, None, :2] / in_camera[:, None, 2:])) / in_camera[:, 2, None, None]
+    flow = flow @ rig.cameras[name].matrix[:2, :2].T
+    whole = Samples(
+        camera=np.full(len(seen.arc), number),
+        run=view.run,
+        kind=view.kind[view.run],
+        arc=seen.arc,
+        surface=surface,
+        point=seen.point,
+        pixel=seen.pixel,
+        direction=seen.direction,
+        normal=normal,
+        px_per_mm=np.einsum("nki,ni->nk", flow, image_normal),
+        length_px=seen.length_px,
+        pose_sigma=sigma,
+        front=np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0,
+    )
+    return whole.take(whole.kind != SMOOTH)
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Edge elements on the normals of samples, as columns, sample by sample: `first` (samples + 1,) says where each
+    sample's begin.
+
+    sample; element: index in its picture's, plus those of the cameras before; offset: px along the image normal, the
+    camera's response shift taken off; contrast: grey; polarity: 1 where it is brighter along the image normal, else -1.
+    """
+
+    first: Ints
+    sample: Ints
+    element: Ints
+    offset: Floats
+    contrast: Floats
+    polarity: Floats
+
+
+def find_beside(samples: Samples, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters) -> Beside:
+    """The elements beside all samples; response_px (c,): how far each camera moves an edge of the whole range of grey
+    toward its dark side."""
+    from vision.presence import beside_kernels
+
+    limits = np.array([p.reach_px, p.min_cosine, p.max_beside_px])
+    pieces, counts, elements = [], [], 0
+    for number, index in enumerate(indexes):
+        rows = np.flatnonzero(samples.camera == number)
+        edges = index.edges
+        first = np.zeros(len(rows) + 1, np.int64)
+        offset, element = np.zeros(0), np.zeros(0, np.int64)
+        for _ in range(2):
+            beside_kernels.list_elements(
+                np.ascontiguousarray(samples.pixel[rows]), np.ascontiguousarray(samples.direction[rows]), limits,
+                edges.position, edges.normal, index.start, index.order, np.array([index.columns, index.rows]),
+                edges.low, first, offset, element,
+            )  # fmt: skip
+            if not len(offset):
+                counts.append(first[1:].copy())
+                first = np.concatenate([[0], np.cumsum(first[1:])])
+                offset, element = np.zeros(first[-1]), np.zeros(first[-1], np.int64)
+                if not len(offset):
+                    break
+        sample = np.repeat(rows, counts[-1])
+        direction = samples.direction[sample]
+        polarity = np.sign(edges.normal[element, 1] * direction[:, 0] - edges.normal[element, 0] * direction[:, 1])
+        contrast = np.abs(edges.contrast[element])
+        # An edge is seen toward its dark side: the true one lies toward the bright.
+        offset = offset + polarity * contrast / edges.grey_range * response_px[number]
+        pieces.append((sample, elements + element, offset, contrast, polarity))
+        elements += len(edges.position)
+    columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
+    # Samples stand camera by camera, so that theirs do as well.
+    first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
+    return Beside(first, *columns)
