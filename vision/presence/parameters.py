@@ -17,10 +17,75 @@ class SampleParameters:
 
 
 @dataclass(frozen=True)
+class SupportParameters:
+    """When an edge element supports a predicted edge, and what chance would do."""
+
+    tolerance_px: float = 2.0
+    """px along the normal: pose, model and edges err by less together"""
+    tie_px: float = 0.5
+    """px by which another predicted edge must be nearer to take an element: edges that coincide share theirs"""
+    crowded_px: float = 3.5
+    """px within which parallel edges are not told apart: the extraction's operator is as wide"""
+    crowded_cosine: float = cos(radians(30))
+    """cosine of the angle within which edges count as parallel there"""
+    beside_px: tuple[float, ...] = (-13.0, -10.0, -7.0, 7.0, 10.0, 13.0)
+    """px along the normal: where chance is counted, clear of the edge itself"""
+
+
+@dataclass(frozen=True)
+class SideParameters:
+    """Where the model is looked at beside predicted edges."""
+
+    step_px: float = 3.0
+    """px off the edge, to clear its tessellation"""
+    spacing_px: float = 6.0
+    """px along an edge between places"""
+
+
+@dataclass(frozen=True)
+class RunParameters:
+    """How likely predicted edges show, and what a found share says."""
+
+    stretch_px: float = 20.0
+    """px of an edge that count as one observation: nearer samples see the same picture"""
+    shown: tuple[float, float] = (6.0, 0.7)
+    """beta distribution of the found share of an edge that shows: mean .9, mostly all of it"""
+    partly: float = 0.4
+    """of the edges that do not show, the share that is found in part, any share as likely; the others as by chance"""
+    stray: float = 0.1
+    """share of the places without an edge where something else is found along it, any share as likely"""
+    chance_count: float = 6.0
+    """stretches as which chance counts: texture comes in patches"""
+    chance_px: float = 60.0
+    """px of an edge at which the chance beside it weighs as much as the whole picture's"""
+    least_chance: float = 0.02
+    """share that chance finds at least"""
+    most_chance: float = 0.6
+    """share that chance finds at most"""
+    least_shows: float = 0.05
+    """least probability that an edge shows"""
+    most_shows: float = 0.98
+    """most: there is no edge that cannot lack contrast"""
+    alike: float = 0.35
+    """by how much the unit normals of both sides may differ for edges to be alike, one standard deviation"""
+    background: float = 1.5
+    """how far nothing behind an edge is from a surface, in the same measure"""
+    usual_runs: float = 2.0
+    """runs as which the picture's mean counts beside the runs that are alike"""
+    most_px: float = 60.0
+    """px from which a run counts as a whole one"""
+    levels: int = 20
+    """shares at which expectations are summed"""
+
+
+@dataclass(frozen=True)
 class PresenceParameters:
     """What the evidence depends on besides pictures, model and pose, a field a stage."""
 
     samples: SampleParameters = field(default_factory=SampleParameters)
+    support: SupportParameters = field(default_factory=SupportParameters)
+    sides: SideParameters = field(default_factory=SideParameters)
+    runs: RunParameters = field(default_factory=RunParameters)
 
 
 DEFAULTS = PresenceParameters()

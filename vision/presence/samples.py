@@ -23,8 +23,10 @@ class Samples:
     camera: number in the rig; run: counted over all cameras; kind: index of views.KINDS; arc: as views count arcs;
     surface (n, 2): the scene's surfaces beside it, -1 for none; point (n, 3): in the world; pixel, direction (n, 2):
     in the camera without distortion; normal (n, 2, 3): outward, of the two surfaces in the world; px_per_mm (n, 2): how
-    far along the image normal (-dy, dx) the sample moves where the surface moves outward; length_px; pose_sigma: px
-    along the image normal; front (n, 2): which of the two surfaces face the camera.
+    far along the image normal (-dy, dx) the edge moves where that surface moves outward and the other stays, zero where
+    the two are nearly tangent; length_px; pose_sigma: px
+    along the image normal; front: how many of the two surfaces face the camera; inside: whether it lies where edges can
+    be found, off the picture's border.
     """
 
     camera: Ints
@@ -39,7 +41,8 @@ class Samples:
     px_per_mm: Floats
     length_px: Floats
     pose_sigma: Floats
-    front: Bools
+    front: Ints
+    inside: Bools
 
     @property
     def run_count(self) -> int:
@@ -49,29 +52,31 @@ class Samples:
         return Samples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
-def collect_samples(stored: StoredScene, rig: Rig, found: Localisation) -> Samples:
-    """The samples at the best pose of a localisation, which has one."""
+def collect_samples(stored: StoredScene, rig: Rig, indexes: list[EdgeIndex], found: Localisation) -> Samples:
+    """The samples at the best pose of a localisation, which has one; indexes: edges by camera, in the rig's order."""
     assert found.best is not None
     pieces: list[Samples] = []
     runs = 0
     for number, name in enumerate(rig.cameras):
         view = found.views[name].arcs
         sigma = propagate_pose_sigma(found.best, number, view.samples)
-        piece = _of_view(stored, rig, number, found.best.world_from_rig, view, sigma)
-        _, run = np.unique(piece.run, return_inverse=True)
+        piece = _of_view(stored, rig, number, indexes[number], found.best.world_from_rig, view, sigma)
+        kept, run = np.unique(piece.run, return_inverse=True)
         pieces.append(replace(piece, run=runs + run.ravel()))
-        runs += piece_runs(run)
+        runs += len(kept)
     return Samples(
         *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in Samples.__dataclass_fields__)
     )
 
 
-def piece_runs(run: Ints) -> int:
-    return int(run.max(initial=-1)) + 1
-
-
 def _of_view(
-    stored: StoredScene, rig: Rig, number: int, world_from_rig: Floats, view: ViewArcs, sigma: Floats
+    stored: StoredScene,
+    rig: Rig,
+    number: int,
+    index: EdgeIndex,
+    world_from_rig: Floats,
+    view: ViewArcs,
+    sigma: Floats,
 ) -> Samples:
     name = list(rig.cameras)[number]
     pose = world_from_rig @ rig.rig_from_camera[name]
@@ -85,7 +90,7 @@ def _of_view(
     normal = np.stack([seen.normal_a, seen.normal_b], axis=1)
     image_normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
     in_camera = (seen.point - pose[:3, 3]) @ pose[:3, :3]
-    way = normal @ pose[:3, :3]
+    way = _slide(normal, silhouette) @ pose[:3, :3]
     flow = (way[..., :2] - way[..., 2:] * (in_camera[:, None, :2] / in_camera[:, None, 2:])) / in_camera[:, 2, None, None]
     flow = flow @ rig.cameras[name].matrix[:2, :2].T
     whole = Samples(
@@ -101,9 +106,19 @@ def _of_view(
         px_per_mm=np.einsum("nki,ni->nk", flow, image_normal),
         length_px=seen.length_px,
         pose_sigma=sigma,
-        front=np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0,
+        front=(np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0).sum(axis=1),
+        inside=((seen.pixel > index.edges.low + 1) & (seen.pixel < index.edges.high - 1)).all(axis=1),
     )
     return whole.take(whole.kind != SMOOTH)
+
+
+def _slide(normal: Floats, silhouette: Bools) -> Floats:
+    """How an edge moves (n, 2, 3), mm, by each of its surfaces moving outward by one: along the other, which stays."""
+    cosine = np.einsum("ni,ni->n", normal[:, 0], normal[:, 1])
+    left = 1 - cosine**2
+    steep = (left > 0.1)[:, None, None]
+    slide = (normal - cosine[:, None, None] * normal[:, ::-1]) / np.maximum(left, 0.1)[:, None, None]
+    return np.where(silhouette[:, None, None], normal, slide * steep)
 
 
 @dataclass(frozen=True)

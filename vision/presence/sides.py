@@ -1,0 +1,48 @@
+"""What the model shows on either side of predicted edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Floats, Ints
+from vision.cameras.cameras import Rig
+from vision.localisation.scene import Scene
+from vision.presence.parameters import SideParameters
+from vision.presence.samples import Samples
+
+
+@dataclass(frozen=True)
+class Sides:
+    """What lies on either side of samples along the image normal, the side of lower pixels first.
+
+    sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for none.
+    """
+
+    sample: Ints
+    surface: Ints
+    normal: Floats
+
+
+def look_at_sides(scene: Scene, rig: Rig, world_from_rig: Floats, samples: Samples, p: SideParameters) -> Sides:
+    """What a ray on each side of an edge hits first, for samples every few pixels of every run."""
+    along = np.floor(np.cumsum(samples.length_px) / p.spacing_px)
+    some = np.flatnonzero((np.diff(along, prepend=-1) > 0) | (np.diff(samples.run, prepend=-1) != 0))
+    corner = scene.vertices[scene.triangles]
+    surface = np.full((len(some), 2), -1)
+    normal = np.zeros((len(some), 2, 3))
+    for number, (name, camera) in enumerate(rig.cameras.items()):
+        mine = np.flatnonzero(samples.camera[some] == number)
+        pose = world_from_rig @ rig.rig_from_camera[name]
+        direction = samples.direction[some[mine]]
+        across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+        for side, step in enumerate((-p.step_px, p.step_px)):
+            xy = camera.normalise(samples.pixel[some[mine]] + step * across)
+            rays = np.concatenate([xy, np.ones((len(xy), 1))], axis=1) @ pose[:3, :3].T
+            hit = scene.rays.nearest(pose[:3, 3], rays)
+            rows, hit = mine[hit >= 0], hit[hit >= 0]
+            way = np.cross(corner[hit, 1] - corner[hit, 0], corner[hit, 2] - corner[hit, 0])
+            surface[rows, side] = scene.triangle_surface[hit]
+            normal[rows, side] = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+    return Sides(some, surface, normal)

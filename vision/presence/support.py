@@ -1,0 +1,83 @@
+"""Which predicted samples the pictures support, and how many chance would support."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.parameters import SupportParameters
+from vision.presence.samples import Beside, Samples
+
+
+@dataclass(frozen=True)
+class Support:
+    """What supports the samples (n,).
+
+    found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
+    where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of the places beside it, off
+    all predicted edges, where an element lies as well; contrast: grey of the strongest that was found, 0 for none.
+    owner (of Beside): the sample nearest to the element, -1 where none lies within the tolerance.
+    """
+
+    found: Bools
+    weight: Floats
+    chance: Floats
+    contrast: Floats
+    owner: Ints
+
+
+def measure_support(samples: Samples, beside: Beside, p: SupportParameters) -> Support:
+    """What the elements beside samples say; an element supports the predicted edges of one surface only, the nearest.
+
+    Edges that share a surface, as both rims of a bore in a thin web do, may share their elements: they stand and fall
+    together.
+    """
+    n, away = len(samples.run), np.abs(beside.offset)
+    elements = int(beside.element.max(initial=-1)) + 1
+    nearest = np.full(elements, np.inf)
+    np.minimum.at(nearest, beside.element, away)
+    owner = np.zeros(elements, np.int64)
+    first = away <= nearest[beside.element]
+    owner[beside.element[first]] = beside.sample[first]
+    alien = ~share_surface(samples.surface[beside.sample], samples.surface[owner[beside.element]])
+    claimed = alien & (nearest[beside.element] < np.minimum(away - p.tie_px, p.tolerance_px))
+    own = (away <= p.tolerance_px) & ~claimed
+    found = np.zeros(n, bool)
+    found[beside.sample[own]] = True
+    contrast = np.zeros(n)
+    np.maximum.at(contrast, beside.sample[own], beside.contrast[own])
+
+    # Beside: windows as wide as the tolerance, of what no predicted edge accounts for.
+    free = nearest[beside.element] > p.tolerance_px
+    chance = np.zeros(n)
+    for place in p.beside_px:
+        seen = np.zeros(n, bool)
+        seen[beside.sample[free & (np.abs(beside.offset - place) <= p.tolerance_px)]] = True
+        chance += seen
+    weight = np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
+    taken = np.where(nearest <= p.tolerance_px, owner, -1)[beside.element]
+    return Support(found, weight, chance / len(p.beside_px), contrast, taken)
+
+
+def share_surface(a: Ints, b: Ints) -> Bools:
+    """Whether two samples (n, 2), (n, 2) lie on one surface."""
+    return np.asarray(((a[:, :, None] == b[:, None, :]) & (a[:, :, None] >= 0)).any(axis=(1, 2)))
+
+
+def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
+    """Which samples lie too near to a nearly parallel predicted edge of other surfaces to be told from it."""
+    from scipy.spatial import cKDTree
+
+    out = np.zeros(len(samples.run), bool)
+    # Cameras are told apart by a third coordinate that no picture reaches.
+    at = np.column_stack([samples.pixel, 1e6 * samples.camera])
+    i, j = cKDTree(at).query_pairs(p.crowded_px, output_type="ndarray").T
+    other = samples.arc[i] != samples.arc[j]
+    i, j = i[other], j[other]
+    parallel = np.abs(np.einsum("ni,ni->n", samples.direction[i], samples.direction[j])) > p.crowded_cosine
+    i, j = i[parallel], j[parallel]
+    alien = ~share_surface(samples.surface[i], samples.surface[j])
+    out[i[alien]] = out[j[alien]] = True
+    return out
