@@ -79,6 +79,82 @@ class RunParameters:
 
 
 @dataclass(frozen=True)
+class MovedParameters:
+    """Surfaces whose edges are sought beside their place."""
+
+    reach_mm: float = 12.0
+    """mm either way"""
+    step_mm: float = 0.5
+    """mm between the displacements tried"""
+    tolerance_px: float = 1.5
+    """px within which an edge is found at a displacement"""
+    min_px_per_mm: float = 0.25
+    """px by which an edge must move in the picture for each mm to tell anything"""
+    least_mm: float = 1.0
+    """mm: less is no change that edges tell from rounding and burr"""
+    least_px: float = 2.5
+    """px: less is not clear of the edge's own place"""
+    most_found: float = 0.6
+    """share of a surface's edges found in place from which it is not sought beside"""
+    least_found: float = 0.6
+    """share of its edges that each camera must find there"""
+    least_log_odds: float = 3.0
+    """log odds of moved against in place, for all the displacements tried"""
+    distinct_mm: float = 2.0
+    """mm by which two displacements are different ones"""
+    plateau: float = 0.3
+    """log odds within which displacements are as good as the best"""
+    shows: float = 0.8
+    """probability that an edge shows where it has moved to"""
+
+
+@dataclass(frozen=True)
+class SizeParameters:
+    """Least squares of surfaces' displacements."""
+
+    reach_px: float = 2.5
+    """px from the displacement tried within which elements count"""
+    scale_px: float = 0.7
+    """px: scale of the robust loss (Geman and McClure)"""
+    steps: int = 8
+    """steps of reweighting"""
+    stretch_px: float = 20.0
+    """px of an edge that count as one measurement: nearer samples err together"""
+    floor_px: float = 0.1
+    """px: what a measurement errs at least"""
+    systematic_px: float = 0.15
+    """px: by which all edges of a surface may be drawn alike: the camera's response is known no better"""
+    most_mean_normal: float = 0.5
+    """length of the mean of the unit normals below which a surface bends around"""
+    least_spread: float = 0.15
+    """mean square of the normals along the second direction that they span, there"""
+    least_px: float = 40.0
+    """px of edges from which a displacement is measured"""
+
+
+@dataclass(frozen=True)
+class StateParameters:
+    """From evidence to states."""
+
+    least_px: float = 30.0
+    """px of edges that can be told from others, below which nothing is decided"""
+    least_log_odds: float = 3.0
+    """log odds, either way, from which a state is more than undecided: 20 to 1"""
+    least_expected: float = 2.0
+    """log odds expected of what is there, below which missing edges say nothing"""
+    contradicted_log_odds: float = 7.0
+    """log odds against from which another thing must be there: 1000 to 1"""
+    contradicted_expected: float = 6.0
+    """log odds expected of what is there, at least, for that"""
+    contradicted_share: float = 0.35
+    """share of its edges that may be found all the same, for that"""
+    changed_sigma: float = 5.0
+    """standard deviations by which a diameter must differ, or a bore lie aside, to be another"""
+    changed_mm: float = 0.8
+    """mm likewise: less lies within what small bores and burrs err"""
+
+
+@dataclass(frozen=True)
 class PresenceParameters:
     """What the evidence depends on besides pictures, model and pose, a field a stage."""
 
@@ -86,6 +162,9 @@ class PresenceParameters:
     support: SupportParameters = field(default_factory=SupportParameters)
     sides: SideParameters = field(default_factory=SideParameters)
     runs: RunParameters = field(default_factory=RunParameters)
+    moved: MovedParameters = field(default_factory=MovedParameters)
+    sizes: SizeParameters = field(default_factory=SizeParameters)
+    states: StateParameters = field(default_factory=StateParameters)
 
 
 DEFAULTS = PresenceParameters()

@@ -1,0 +1,84 @@
+"""Sizes of features by their surfaces' displacements: diameters, thicknesses, and where single surfaces lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.items import Items
+from vision.presence.parameters import StateParameters
+from vision.presence.surfaces import Surfaces
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Measured sizes of items, as columns: item; what: diameter, thickness, offset (how far outward a surface lies) or
+    shift (how far aside the middle of a bore lies); nominal, value, sigma: mm; changed: whether it is surely another."""
+
+    item: Ints
+    what: list[str]
+    nominal: Floats
+    value: Floats
+    sigma: Floats
+    changed: Bools
+
+
+def measure_items(items: Items, surfaces: Surfaces, p: StateParameters) -> Measures:
+    """All sizes that the displacements of surfaces give."""
+    feature = np.array([level == "feature" for level in items.level])
+    surface = items.surface
+    measured = np.isfinite(surfaces.mm[surface])
+    closed = measured & np.isfinite(surfaces.shift_sigma[surface])
+    round_ = closed & np.isfinite(items.radius[surface]) & feature[items.member]
+    sign = np.where(surfaces.inward[surface], -2.0, 2.0)
+    diameter = 2 * items.radius[surface]
+    pieces = [
+        _columns(items, round_, "diameter", diameter, diameter + sign * surfaces.mm[surface], 2 * surfaces.sigma[surface]),
+        _columns(
+            items, round_, "shift", np.zeros(len(surface)), np.linalg.norm(surfaces.shift[surface], axis=1),
+            surfaces.shift_sigma[surface],
+        ),
+        _columns(
+            items, measured & ~feature[items.member] & (np.array(items.level)[items.member] == "surface"), "offset",
+            np.zeros(len(surface)), surfaces.mm[surface], surfaces.sigma[surface],
+        ),
+        _thicknesses(items, surfaces, measured),
+    ]  # fmt: skip
+    item = np.concatenate([piece[0] for piece in pieces])
+    what = [name for piece in pieces for name in piece[1]]
+    nominal, value, sigma = (np.concatenate([piece[k] for piece in pieces]) for k in (2, 3, 4))
+    off = np.abs(value - nominal)
+    of_feature = feature[item] & (np.array(what) != "thickness")
+    changed = of_feature & (off > p.changed_sigma * sigma) & (off > p.changed_mm)
+    return Measures(item, what, nominal, value, sigma, changed)
+
+
+_Columns = tuple[Ints, list[str], Floats, Floats, Floats]
+
+
+def _columns(items: Items, rows: Bools, what: str, nominal: Floats, value: Floats, sigma: Floats) -> _Columns:
+    return items.member[rows], [what] * int(rows.sum()), nominal[rows], value[rows], sigma[rows]
+
+
+def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> _Columns:
+    """Of ribs and webs, where surfaces on both sides are measured: the nominal and how far both sides lie outward."""
+    flat = np.linalg.norm(surfaces.normal, axis=1) > 0.99
+    rows = np.flatnonzero(measured & np.isfinite(items.thickness[items.member]) & flat[items.surface])
+    item, normal = items.member[rows], surfaces.normal[items.surface[rows]]
+    # The first surface of an item says which side is which.
+    first = rows[np.diff(item, prepend=-1) != 0]
+    reference = np.zeros((len(items), 3))
+    reference[items.member[first]] = surfaces.normal[items.surface[first]]
+    facing = np.einsum("ni,ni->n", normal, reference[item])
+    sums = []
+    for side in (facing > 0.98, facing < -0.98):
+        weight = np.where(side, surfaces.sigma[items.surface[rows]] ** -2.0, 0.0)
+        total = np.bincount(item, weight, len(items))
+        sums.append((total, np.bincount(item, weight * surfaces.mm[items.surface[rows]], len(items))))
+    both = np.flatnonzero((sums[0][0] > 0) & (sums[1][0] > 0))
+    nominal = items.thickness[both]
+    value = nominal + sum(s[both] / w[both] for w, s in sums)
+    sigma = np.sqrt(np.asarray(sum(1 / w[both] for w, _ in sums)))
+    return both, ["thickness"] * len(both), nominal, np.asarray(value), sigma

@@ -1,0 +1,86 @@
+"""How far surfaces lie from where the model has them, by least squares of the edge elements beside their edges.
+
+Of a surface that bends around, as a bore does, the displacement along its own normals is told apart from a shift in the
+plane that its normals span, which the pose's error makes as well: what remains is half a diameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.moved import Pulls
+from vision.presence.parameters import SizeParameters
+from vision.presence.samples import Samples
+from vision.presence.support import Support
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """Surfaces measured, as columns: surface; mm: displacement outward; sigma (mm); closed: whether its normals span a
+    plane, so that a shift was told apart; shift (m, 3): that shift in the world, mm; shift_sigma (mm); weight_px: of the
+    edges measured."""
+
+    surface: Ints
+    mm: Floats
+    sigma: Floats
+    closed: Bools
+    shift: Floats
+    shift_sigma: Floats
+    weight_px: Floats
+
+
+def measure_offsets(
+    samples: Samples, support: Support, pulls: Pulls, surface: Ints, start_mm: Floats, shift: Floats, p: SizeParameters
+) -> Offsets:
+    """Displacements of surfaces (m,), ascending, from the elements near `start_mm` (m,) and the `shift` (m, 3) tried."""
+    count = len(surface)
+    at = np.minimum(np.searchsorted(surface, pulls.surface), max(count - 1, 0))
+    rows = np.flatnonzero(surface[at] == pulls.surface) if count else np.zeros(0, np.int64)
+    group, sample, side = at[rows], pulls.sample[rows], pulls.side[rows]
+    normal, rate = samples.normal[sample, side], samples.px_per_mm[sample, side]
+    length = support.weight[sample]
+    ahead = start_mm[group] + np.einsum("ni,ni->n", normal, shift[group])
+    left = np.abs(pulls.mm[rows] - ahead) * np.abs(rate)
+    # Of a sample's elements the nearest.
+    order = np.lexsort((left, sample * 2 + side))
+    first = order[np.diff((sample * 2 + side)[order], prepend=-1) != 0]
+    near = np.sort(first[left[first] <= p.reach_px])
+    group, normal, rate, length, mm = group[near], normal[near], rate[near], length[near], pulls.mm[rows][near]
+    count_of = length / p.stretch_px
+
+    spread = np.zeros((count, 3, 3))
+    np.add.at(spread, group, normal[:, :, None] * normal[:, None, :] * length[:, None, None])
+    total = np.bincount(group, length, count)
+    value, vector = np.linalg.eigh(spread / np.maximum(total, 1e-9)[:, None, None])
+    mean = np.stack([np.bincount(group, length * n, count) for n in normal.T], axis=1) / np.maximum(total, 1e-9)[:, None]
+    closed = (np.linalg.norm(mean, axis=1) < p.most_mean_normal) & (value[:, 1] > p.least_spread)
+    plane = np.where(closed[:, None, None], vector[:, :, 1:], 0.0)
+
+    design = np.concatenate([np.ones((len(near), 1)), np.einsum("ni,nij->nj", normal, plane[group])], axis=1)
+    solution = np.concatenate([start_mm[:, None], np.einsum("mi,mij->mj", shift, plane)], axis=1)
+    hessian = np.tile(np.eye(3), (count, 1, 1))
+    weight = count_of.copy()
+    for _ in range(p.steps):
+        residual = (mm - np.einsum("ni,ni->n", design, solution[group])) * rate
+        weight = count_of / (1 + (residual / p.scale_px) ** 2) ** 2
+        scaled = design * (weight * rate**2)[:, None]
+        hessian = np.tile(1e-9 * np.eye(3), (count, 1, 1))
+        np.add.at(hessian, group, design[:, :, None] * scaled[:, None, :])
+        gradient = np.stack([np.bincount(group, column * mm, count) for column in scaled.T], axis=1)
+        solution = np.linalg.solve(hessian, gradient[..., None])[..., 0]
+    variance = (np.bincount(group, weight * residual**2, count) + p.floor_px**2) / np.maximum(
+        np.bincount(group, weight, count), 1.0
+    ) + p.floor_px**2
+    covariance = np.linalg.inv(hessian)
+    rates = np.bincount(group, weight * np.abs(rate), count) / np.maximum(np.bincount(group, weight, count), 1e-9)
+    systematic = p.systematic_px / np.maximum(rates, 1e-9)
+    sigma = np.sqrt(covariance[:, 0, 0] * variance + systematic**2)
+    shift_sigma = np.sqrt(covariance[:, 1:, 1:].diagonal(axis1=1, axis2=2).max(axis=1) * variance + systematic**2)
+    measured = np.bincount(group, length * (np.abs(residual) < 3 * p.scale_px), count)
+    return Offsets(
+        surface, solution[:, 0], sigma, closed, np.einsum("mij,mj->mi", plane, solution[:, 1:]),
+        np.where(closed, shift_sigma, np.nan), measured,
+    )  # fmt: skip

@@ -1,0 +1,147 @@
+"""The state of each part, feature and surface, in our words and QIF's, and what it rests on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.items import Items
+from vision.presence.measures import Measures, measure_items
+from vision.presence.parameters import StateParameters
+from vision.presence.runs import Runs
+from vision.presence.surfaces import Surfaces
+
+STATES = ("confirmed", "contradicted", "changed", "not_confirmed", "undecidable")
+CONFIRMED, CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE = range(5)
+QIF = ("PASS", "FAIL", "FAIL", "INDETERMINATE", "NOT_ANALYZED")
+REASONS = (
+    "its edges are found",
+    "its edges are not found, where they would show",
+    "its edges are found beside their place",
+    "its size is another",
+    "no sharp edge of it is in view",
+    "its edges are too short in the picture",
+    "its edges lie too near to others or to the picture's border",
+    "little contrast is expected of its edges",
+    "some of its edges are found, some are not",
+)
+FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED = range(len(REASONS))
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What edges say of items, by camera (n, c): px of edges in view, of them px that can be told from others, of those
+    px supported; log_odds: of there against not there; expected: what they would be in the mean, were it there."""
+
+    edge_px: Floats
+    told_px: Floats
+    supported_px: Floats
+    log_odds: Floats
+    expected: Floats
+
+
+@dataclass(frozen=True)
+class Presence:
+    """What is there and what is not, a row an item.
+
+    state, reason: index of STATES and of REASONS.  moved_mm, moved_sigma_mm: how far the surface of it that has moved
+    most surely lies from its place, nan where none has; moved_log_odds: of that.  cameras: names, as the evidence counts
+    them.
+    """
+
+    items: Items
+    cameras: list[str]
+    evidence: Evidence
+    state: NDArray[np.int8]
+    reason: NDArray[np.int8]
+    moved_mm: Floats
+    moved_sigma_mm: Floats
+    moved_log_odds: Floats
+    measures: Measures
+
+
+def decide(items: Items, runs: Runs, surfaces: Surfaces, cameras: list[str], p: StateParameters) -> Presence:
+    """States of items by the evidence of runs and surfaces."""
+    evidence = gather_evidence(items, runs, len(cameras))
+    measures = measure_items(items, surfaces, p)
+    moved = _most_moved(items, surfaces)
+    total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
+    edge, told = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
+    share = evidence.supported_px.sum(axis=1) / np.maximum(told, 1e-9)
+    resized = np.zeros(len(items), bool)
+    resized[measures.item[measures.changed]] = True
+
+    state = np.full(len(items), UNDECIDABLE, np.int8)
+    reason = np.full(len(items), DIVIDED, np.int8)
+    reason[expected < p.least_expected] = FAINT
+
+    def settle(where: Bools, new_state: int, new_reason: int) -> None:
+        state[where], reason[where] = new_state, new_reason
+
+    unlikely = total <= -p.least_log_odds
+    settle(unlikely & (expected >= p.least_expected), NOT_CONFIRMED, MISSING)
+    gone = (total <= -p.contradicted_log_odds) & (expected >= p.contradicted_expected) & (share <= p.contradicted_share)
+    settle(gone, CONTRADICTED, MISSING)
+    settle(total >= p.least_log_odds, CONFIRMED, FOUND)
+    settle(moved.surface >= 0, CHANGED, BESIDE)
+    settle(resized, CHANGED, RESIZED)
+    few = told < p.least_px
+    settle(few, UNDECIDABLE, SHORT)
+    settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
+    settle(edge <= 0, UNDECIDABLE, NO_EDGE)
+    return Presence(items, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures)
+
+
+def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
+    """Sums over the edges of all surfaces of each item, each edge once."""
+    item, run = pair_with_runs(items, runs)
+    at, size = item * cameras + runs.camera[run], len(items) * cameras
+
+    def total(values: Floats) -> Floats:
+        return np.bincount(at, values[run], size).reshape(len(items), cameras).astype(float)
+
+    return Evidence(
+        total(runs.visible_px),
+        total(runs.weight_px),
+        total(runs.weight_px * runs.found),
+        total(runs.log_odds),
+        total(runs.expected),
+    )
+
+
+def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints]:
+    """Each item with the runs that are edges of its surfaces, sorted, each pair once."""
+    order = np.argsort(items.surface, kind="stable")
+    surface, item = items.surface[order], items.member[order]
+    pairs = []
+    for side in (0, 1):
+        rows = np.flatnonzero(runs.surface[:, side] >= 0)
+        low, high = (np.searchsorted(surface, runs.surface[rows, side], side=s) for s in ("left", "right"))
+        length = high - low
+        of = np.repeat(rows, length)
+        at = np.arange(len(of)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
+        pairs.append(item[at] * len(runs.camera) + of)
+    return np.divmod(np.unique(np.concatenate(pairs)), max(len(runs.camera), 1))
+
+
+@dataclass(frozen=True)
+class _Moved:
+    surface: Ints
+    mm: Floats
+    sigma: Floats
+    log_odds: Floats
+
+
+def _most_moved(items: Items, surfaces: Surfaces) -> _Moved:
+    """Of each feature and surface its surface that has moved most surely; -1 and nan for none, and for parts."""
+    count = len(items)
+    part = np.array([level == "part" for level in items.level])
+    rows = np.flatnonzero(surfaces.moved[items.surface] & ~part[items.member])
+    order = rows[np.lexsort((surfaces.log_odds[items.surface[rows]], items.member[rows]))]
+    surface = np.full(count, -1)
+    surface[items.member[order]] = items.surface[order]  # the last of each item is the surest
+    none = surface < 0
+    return _Moved(surface, *(np.where(none, np.nan, v[surface]) for v in (surfaces.mm, surfaces.sigma, surfaces.log_odds)))

@@ -1,0 +1,89 @@
+"""The evidence gathered by surface: whether its edges are at their place, beside it, and by how much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats
+from vision.presence.moved import Pulls, seek_moved
+from vision.presence.parameters import PresenceParameters
+from vision.presence.runs import Runs
+from vision.presence.samples import Samples
+from vision.presence.sizes import measure_offsets
+from vision.presence.support import Support
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """The scene's surfaces (s,) as their edges show them.
+
+    moved: whether the edges are found beside their place and not there; log_odds: of that against being in place, zero
+    where it was not sought; mm: how far outward the surface lies from where the model has it, nan where it was not
+    measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
+    that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; span (s, 3): mean of
+    its unit normals.
+    """
+
+    moved: Bools
+    log_odds: Floats
+    mm: Floats
+    sigma: Floats
+    shift: Floats
+    shift_sigma: Floats
+    inward: Bools
+    normal: Floats
+
+
+def assess_surfaces(
+    samples: Samples, support: Support, runs: Runs, pulls: Pulls, cameras: int, count: int, p: PresenceParameters
+) -> Surfaces:
+    """Surfaces of a scene of `count` by the edges that the samples are of."""
+    own, weight, supported = (
+        _by_surface(runs, values, count) for values in (runs.log_odds, runs.weight_px, runs.weight_px * runs.found)
+    )
+    measurable = weight >= p.sizes.least_px
+    weak = measurable & (supported < p.moved.most_found * weight)
+    sought = np.flatnonzero(weak)
+    beside = seek_moved(samples, support, pulls, sought, cameras, p.moved, p.runs, p.samples.reach_px)
+    log_odds = np.zeros(count)
+    log_odds[sought] = beside.log_odds.sum(axis=1) - own[sought] - np.log(2 * p.moved.reach_mm / p.moved.step_mm)
+    # Each camera that sees enough of it must agree.
+    agree = np.where(beside.weight_px >= p.sizes.least_px, beside.found, 1.0).min(axis=1, initial=1.0)
+    moved = np.zeros(count, bool)
+    moved[sought] = (log_odds[sought] >= p.moved.least_log_odds) & (agree >= p.moved.least_found)
+
+    start = np.zeros(count)
+    start[sought[moved[sought]]] = beside.mm[moved[sought]]
+    there = np.flatnonzero(moved | (measurable & ~weak))
+    offsets = measure_offsets(samples, support, pulls, there, start[there], np.zeros((len(there), 3)), p.sizes)
+    sure = offsets.weight_px >= p.sizes.least_px
+    kept = there[sure]
+    mm, sigma, shift_sigma = np.full((3, count), np.nan)
+    shift = np.full((count, 3), np.nan)
+    mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
+    shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
+    moved &= np.isfinite(mm)
+    inward, normal = _bend(samples, count)
+    return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, normal)
+
+
+def _by_surface(runs: Runs, values: Floats, count: int) -> Floats:
+    """Sums of runs' values over the surfaces (s,) that each is an edge of."""
+    out = np.zeros(count)
+    for side in (0, 1):
+        rows = runs.surface[:, side] >= 0
+        out += np.bincount(runs.surface[rows, side], values[rows], count)
+    return out
+
+
+def _bend(samples: Samples, count: int) -> tuple[Bools, Floats]:
+    """Whether each surface's normals point to the middle of its edges, and their mean (s, 3)."""
+    sample, side = np.nonzero(samples.surface >= 0)
+    surface, normal = samples.surface[sample, side], samples.normal[sample, side]
+    number = np.maximum(np.bincount(surface, minlength=count), 1)[:, None]
+    middle = np.stack([np.bincount(surface, c, count) for c in samples.point[sample].T], axis=1) / number
+    mean = np.stack([np.bincount(surface, c, count) for c in normal.T], axis=1) / number
+    out = np.einsum("ni,ni->n", normal, samples.point[sample] - middle[surface])
+    return np.bincount(surface, out, count) < 0, mean
