@@ -105,7 +105,7 @@ def seek_moved(
     n = seen / runs.stretch_px
     odds = compute_log_odds(share, n, np.broadcast_to(chance, shape), np.full(shape, p.shows), runs)
     odds = np.where(seen > 0, odds, 0.0)
-    total = odds.sum(axis=1)
+    total = odds.sum(axis=1) - np.abs(grid) / p.usual_mm
     px_per_mm = np.bincount(
         which[wanted], (support.weight[:, None] * np.abs(samples.px_per_mm))[wanted], count + 1
     ) / np.maximum(np.bincount(which[wanted], np.broadcast_to(support.weight[:, None], wanted.shape)[wanted], count + 1), 1e-9)

@@ -86,8 +86,10 @@ class MovedParameters:
     """mm either way"""
     step_mm: float = 0.5
     """mm between the displacements tried"""
-    tolerance_px: float = 1.5
-    """px within which an edge is found at a displacement"""
+    tolerance_px: float = 1.0
+    """px within which an edge is found at a displacement: the rims of shadows wander by more"""
+    usual_mm: float = 6.0
+    """mm by which what has moved has moved, in the mean: the nearer of two is the likelier"""
     min_px_per_mm: float = 0.25
     """px by which an edge must move in the picture for each mm to tell anything"""
     least_mm: float = 1.0
