@@ -24,8 +24,10 @@ class StoredScene:
     occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order.
     arc_no (a,): `arc_no` in the part's shape of each of the scene's arcs; surface_no (s,) likewise.
     arc_surfaces (a, 2): the scene's surfaces on either side of each arc, -1 for none.
+    radius (s,): of cylinders, mm, nan for other surfaces.
     sample_parameter (n,): where on its arc each of the scene's samples lies.
-    features: shape_id, feature_no, name and surface_no, a row for each surface of a feature, in this order.
+    features: shape_id, feature_no, name, kind, surface_no and thickness (mm, of ribs and webs), a row for each surface of
+    a feature, in this order.
     """
 
     scene: Scene
@@ -36,6 +38,7 @@ class StoredScene:
     arc_no: Ints
     surface_no: Ints
     arc_surfaces: Ints
+    radius: Floats
     sample_parameter: Floats
     features: dict[str, NDArray[Any]]
 
@@ -94,6 +97,7 @@ def read_scene(store: Store, connection: Connection, world_id: int, among: Seque
         arc["arc_no"],
         mesh["surface_no"],
         _number_surfaces(mesh, arc),
+        _radii(mesh, parts["shape_id"], store.columns(connection, "scene_cylinders", shape_ids=shapes)),
         arc["parameter"],
         store.columns(connection, "scene_features", shape_ids=shapes),
     )
@@ -162,6 +166,15 @@ def _number_surfaces(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]
     order = np.argsort(keys, kind="stable")
     at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
     return np.where(keys[order][at] == wanted, order[at], -1).astype(np.int64)
+
+
+def _radii(mesh: dict[str, NDArray[Any]], shape_id: NDArray[Any], cylinders: dict[str, NDArray[Any]]) -> Floats:
+    """The radius (s,) of each of the scene's surfaces, nan where it is no cylinder."""
+    keys = zip(cylinders["shape_id"].tolist(), cylinders["surface_no"].tolist(), strict=True)
+    of = dict(zip(keys, cylinders["radius"].tolist(), strict=True))
+    shape = shape_id[mesh["surface_occurrence"]].tolist()
+    names = zip(shape, mesh["surface_no"].tolist(), strict=True)
+    return np.array([of.get(name, np.nan) for name in names], float)
 
 
 def _find_components(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:

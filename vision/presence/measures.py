@@ -25,15 +25,15 @@ class Measures:
     changed: Bools
 
 
-def measure_items(items: Items, surfaces: Surfaces, p: StateParameters) -> Measures:
+def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StateParameters) -> Measures:
     """All sizes that the displacements of surfaces give."""
     feature = np.array([level == "feature" for level in items.level])
     surface = items.surface
     measured = np.isfinite(surfaces.mm[surface])
     closed = measured & np.isfinite(surfaces.shift_sigma[surface])
-    round_ = closed & np.isfinite(items.radius[surface]) & feature[items.member]
+    round_ = closed & np.isfinite(radius[surface]) & feature[items.member]
     sign = np.where(surfaces.inward[surface], -2.0, 2.0)
-    diameter = 2 * items.radius[surface]
+    diameter = 2 * radius[surface]
     pieces = [
         _columns(items, round_, "diameter", diameter, diameter + sign * surfaces.mm[surface], 2 * surfaces.sigma[surface]),
         _columns(

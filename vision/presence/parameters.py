@@ -157,6 +157,28 @@ class StateParameters:
 
 
 @dataclass(frozen=True)
+class UnexplainedParameters:
+    """Which arcs of a picture form something that the model does not account for."""
+
+    reach_px: float = 4.0
+    """px within which a predicted edge or blend accounts for an element"""
+    min_cosine: float = cos(radians(25))
+    """cosine of the angle between the two, at least"""
+    most_explained: float = 0.2
+    """share of an arc's elements that may be accounted for"""
+    least_px: float = 50.0
+    """px of length of an arc that ends"""
+    least_closed_px: float = 30.0
+    """px of length of one that closes, which chance seldom does"""
+    most_texture: float = 0.25
+    """probability that it is brush texture or shading, at most"""
+    most_highlight: float = 0.5
+    """share of it along saturated grey, at most"""
+    least_contrast: float = 3.0
+    """times the median contrast of the picture's elements, at least"""
+
+
+@dataclass(frozen=True)
 class PresenceParameters:
     """What the evidence depends on besides pictures, model and pose, a field a stage."""
 
@@ -167,6 +189,7 @@ class PresenceParameters:
     moved: MovedParameters = field(default_factory=MovedParameters)
     sizes: SizeParameters = field(default_factory=SizeParameters)
     states: StateParameters = field(default_factory=StateParameters)
+    unexplained: UnexplainedParameters = field(default_factory=UnexplainedParameters)
 
 
 DEFAULTS = PresenceParameters()

@@ -13,6 +13,7 @@ from vision.presence.measures import Measures, measure_items
 from vision.presence.parameters import StateParameters
 from vision.presence.runs import Runs
 from vision.presence.surfaces import Surfaces
+from vision.presence.unexplained import Unexplained
 
 STATES = ("confirmed", "contradicted", "changed", "not_confirmed", "undecidable")
 CONFIRMED, CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE = range(5)
@@ -61,12 +62,21 @@ class Presence:
     moved_sigma_mm: Floats
     moved_log_odds: Floats
     measures: Measures
+    unexplained: Unexplained
 
 
-def decide(items: Items, runs: Runs, surfaces: Surfaces, cameras: list[str], p: StateParameters) -> Presence:
-    """States of items by the evidence of runs and surfaces."""
+def decide(
+    items: Items,
+    radius: Floats,
+    runs: Runs,
+    surfaces: Surfaces,
+    unexplained: Unexplained,
+    cameras: list[str],
+    p: StateParameters,
+) -> Presence:
+    """States of items by the evidence of runs and surfaces; radius (s,): of the scene's cylinders, nan for others."""
     evidence = gather_evidence(items, runs, len(cameras))
-    measures = measure_items(items, surfaces, p)
+    measures = measure_items(items, radius, surfaces, p)
     moved = _most_moved(items, surfaces)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
     edge, told = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
@@ -92,7 +102,7 @@ def decide(items: Items, runs: Runs, surfaces: Surfaces, cameras: list[str], p: 
     settle(few, UNDECIDABLE, SHORT)
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
-    return Presence(items, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures)
+    return Presence(items, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, unexplained)
 
 
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:

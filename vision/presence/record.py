@@ -1,0 +1,89 @@
+"""What is there and what is not, as rows of the store."""
+
+from __future__ import annotations
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.store import Run
+from vision.localisation.stored_scene import StoredScene
+from vision.presence.items import NONE
+from vision.presence.states import QIF, REASONS, STATES, Presence
+from vision.presence.unexplained import KINDS
+
+
+def record_presence(run: Run, connection: Connection, stored: StoredScene, it: Presence) -> None:
+    """Append all rows of an assessment within the transaction of `connection`."""
+    items, evidence = it.items, it.evidence
+    count, cameras = evidence.log_odds.shape
+    run.append(
+        connection,
+        "presence",
+        {
+            "run_id": run.id,
+            "item_no": np.arange(count),
+            "level": items.level,
+            "occurrence_id": stored.occurrence_id[items.occurrence],
+            "feature_no": np.ma.masked_equal(items.feature_no, NONE),
+            "surface_no": np.ma.masked_equal(items.surface_no, NONE),
+            "path": items.path,
+            "state": [STATES[s] for s in it.state],
+            "qif": [QIF[s] for s in it.state],
+            "reason": [REASONS[r] for r in it.reason],
+            "log_odds": evidence.log_odds.sum(axis=1),
+            "expected_log_odds": evidence.expected.sum(axis=1),
+            "visible_pixels": items.visible_px,
+            "edge_px": evidence.edge_px.sum(axis=1),
+            "told_px": evidence.told_px.sum(axis=1),
+            "supported_px": evidence.supported_px.sum(axis=1),
+            "moved_mm": it.moved_mm,
+            "moved_sigma_mm": it.moved_sigma_mm,
+            "moved_log_odds": it.moved_log_odds,
+        },
+    )
+    run.append(
+        connection,
+        "presence_camera",
+        {
+            "run_id": run.id,
+            "item_no": np.repeat(np.arange(count), cameras),
+            "camera": it.cameras * count,
+            "log_odds": evidence.log_odds.ravel(),
+            "expected_log_odds": evidence.expected.ravel(),
+            "edge_px": evidence.edge_px.ravel(),
+            "told_px": evidence.told_px.ravel(),
+            "supported_px": evidence.supported_px.ravel(),
+        },
+    )
+    sizes = it.measures
+    run.append(
+        connection,
+        "measured_size",
+        {
+            "run_id": run.id,
+            "measure_no": np.arange(len(sizes.item)),
+            "item_no": sizes.item,
+            "what": sizes.what,
+            "nominal": sizes.nominal,
+            "value": sizes.value,
+            "sigma": sizes.sigma,
+            "unit": ["mm"] * len(sizes.item),
+            "changed": sizes.changed,
+        },
+    )
+    more = it.unexplained
+    run.append(
+        connection,
+        "unexplained",
+        {
+            "run_id": run.id,
+            "unexplained_no": np.arange(len(more.arc)),
+            "camera": [it.cameras[c] for c in more.camera],
+            "kind": [KINDS[k] for k in more.kind],
+            "image_arc_no": more.arc,
+            **{name: more.box[:, k] for k, name in enumerate(("u0", "v0", "u1", "v1"))},
+            "length": more.length,
+            "contrast": more.contrast,
+            "beyond": more.beyond,
+        },
+    )
