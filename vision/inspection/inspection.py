@@ -23,6 +23,7 @@ from vision.cameras.view_volume import Selection, select_in_view
 from vision.clock import Clock
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
+from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.matched_views import match_views, measure_relational_distances
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
@@ -33,6 +34,9 @@ from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
 from vision.localisation.stored_scene import StoredScene, read_scene
 from vision.matching.workspace import open_workspace
+from vision.presence.assess import assess
+from vision.presence.report import describe
+from vision.presence.states import Presence
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
 
@@ -47,6 +51,7 @@ KERNELS = (
     "vision.localisation.search_kernels",
     "vision.localisation.measure_kernels",
     "vision.localisation.coverage_kernels",
+    "vision.presence.beside_kernels",
 )
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 
@@ -62,6 +67,7 @@ class Inspection:
     covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
     base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
     the rig not mounted.
+    presence: evidence for what is in view; None where the pose is refused.
     selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
     """
@@ -80,6 +86,7 @@ class Inspection:
     covariance: Floats | None
     base_correction: Correction | None
     parts_in_view: list[dict[str, Any]]
+    presence: Presence | None
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
     timings_s: dict[str, float] = field(compare=False)
@@ -107,6 +114,7 @@ class Inspection:
             "covariance": plain(self.covariance),
             "base_correction": None if self.base_correction is None else self.base_correction.to_json(),
             "parts_in_view": self.parts_in_view,
+            "presence": None if self.presence is None else describe(self.presence),
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
             "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
@@ -125,19 +133,23 @@ def inspect(
     carrier: Carrier | None = None,
     keep_images: bool = True,
     overlay: str | Path | None = None,
+    crops: str | Path | None = None,
     parameters: InspectionParameters = DEFAULTS,
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
     rig, prior: YAML files; needs: how exactly the pose is needed, else as the prior file says, else the default; left,
     right: pictures; world: its name, where the store has several; carrier: how the object stands that carries the rig,
-    which is found by the rig's content; overlay: a picture of the model drawn over the images, to be written.  The run
+    which is found by the rig's content; overlay: a picture of the model drawn over the images, to be written;
+    crops: a folder for pictures of what is not as the model says, worst first.  The run
     records the parameters, defaults included.  Raises InputError for bad inputs, UsageError where several objects carry
     the rig and `carrier` does not choose, before anything is written.
     """
     clock = Clock()
     if overlay is not None:
         check_writable(overlay)
+    if crops is not None:
+        check_crops(crops)
     paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
     whole = read_rig(rig)
     cameras = whole.only(*paths)
@@ -199,8 +211,14 @@ def inspect(
         if found.best is not None and found.verdict.verdict != "refused":
             parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
         clock.lap("view")
+        presence = None
+        if parts is not None:
+            presence = assess(stored, cameras, primitives, found, parts, parameters.localisation, parameters.presence)
+        clock.lap("presence")
         if overlay is not None:
-            draw_overlay(overlay, pictures, cameras, found, matched)
+            draw_overlay(overlay, pictures, cameras, stored, found, presence)
+        if crops is not None and presence is not None:
+            write_crops(crops, pictures, cameras, stored, found, presence)
         with run.write() as connection:
             record_inspection(
                 run,
@@ -219,13 +237,14 @@ def inspect(
                     parameters.matching.pose,
                     correction,
                     parts,
+                    presence,
                 ),
             )
             clock.lap("record")
             run.steps(connection, clock.laps)
             verdict = found.verdict.verdict
             run.end("ok" if verdict == "accepted" else verdict, found.verdict.reason, connection)
-    return _answer(run.id, cameras, needs, found, correction, parts, selection, clock.laps)
+    return _answer(run.id, cameras, needs, found, correction, parts, presence, selection, clock.laps)
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -277,6 +296,7 @@ def _answer(
     found: Localisation,
     correction: Correction | None,
     parts: PartsInView | None,
+    presence: Presence | None,
     selection: Selection,
     timings: dict[str, float],
 ) -> Inspection:
@@ -299,6 +319,7 @@ def _answer(
         covariance=best.covariance if best else None,
         base_correction=correction,
         parts_in_view=rows,
+        presence=presence,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
         timings_s=timings,

@@ -1,4 +1,4 @@
-"""The model as the cameras see it at the pose found, drawn over the pictures."""
+"""The model as the cameras see it at the pose found, drawn over the pictures in the colours of what is there."""
 
 from __future__ import annotations
 
@@ -6,42 +6,89 @@ from pathlib import Path
 
 import numpy as np
 
-from vision.cameras.cameras import Rig
-from vision.cameras.drawing import Stroke, draw, save_side_by_side
+from relmodel.arrays import Bytes, Floats, Ints
+from vision.cameras.cameras import Camera, Rig
+from vision.cameras.drawing import Rgb, Stroke, draw, save_side_by_side
 from vision.cameras.images import Picture
-from vision.inspection.matched_views import MatchedView
-from vision.localisation.localise import Localisation
+from vision.localisation.localise import Localisation, View
+from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH
+from vision.presence.report import SEVERITY
+from vision.presence.states import CHANGED, CONFIRMED, CONTRADICTED, NOT_CONFIRMED, UNDECIDABLE, Presence
 
-MATCHED, UNMATCHED, BLEND = (60, 220, 60), (240, 70, 60), (70, 130, 250)
+COLOURS: dict[int, Rgb] = {
+    CONFIRMED: (60, 220, 60),
+    UNDECIDABLE: (250, 220, 60),
+    NOT_CONFIRMED: (235, 70, 235),
+    CHANGED: (255, 140, 0),
+    CONTRADICTED: (240, 40, 40),
+}
+BLEND: Rgb = (70, 130, 250)
+MOSTLY = 0.5  # share of an edge that is found from which it is drawn as found
 
 
 def draw_overlay(
-    path: str | Path, pictures: dict[str, Picture], rig: Rig, found: Localisation, matched_views: dict[str, MatchedView]
+    path: str | Path,
+    pictures: dict[str, Picture],
+    rig: Rig,
+    stored: StoredScene,
+    found: Localisation,
+    presence: Presence | None,
 ) -> None:
-    """Write the pictures side by side with the visible arcs of the model: matched to an image arc in green, not matched
-    in red, edges of blends (which show as shading, not as edges) in blue."""
-    drawn = []
-    for name, picture in pictures.items():
-        strokes = []
-        if name in found.views and found.best is not None:
-            view = found.views[name]
-            arcs, samples = view.arcs, view.arcs.samples
-            camera = rig.cameras[name]
-            pose = found.best.world_from_rig @ rig.rig_from_camera[name]
-            # Half of what each sample stands for on either side, in space: the camera's distortion bends the rest.
-            depth = (samples.point - pose[:3, 3]) @ pose[:3, 2]
-            half = 0.5 * samples.length_px * depth / camera.matrix[0, 0]
-            ends = [samples.point + sign * half[:, None] * samples.tangent for sign in (-1.0, 1.0)]
-            pixels = [camera.project((end - pose[:3, 3]) @ pose[:3, :3])[0] for end in ends]
-            segments = np.stack(pixels, axis=1)
-            pairs = matched_views[name].match.arcs
-            matched = np.isin(arcs.run, pairs.view_arc[pairs.accepted])
-            blend = arcs.kind[arcs.run] == SMOOTH
-            strokes = [
-                Stroke(segments[blend & ~matched], BLEND),
-                Stroke(segments[~blend & ~matched], UNMATCHED),
-                Stroke(segments[matched], MATCHED),
-            ]
-        drawn.append(draw(picture.grey, strokes))
-    save_side_by_side(path, drawn)
+    """Write the pictures side by side with the visible arcs of the model: as `draw_model` draws them, without presence
+    all as undecided."""
+    save_side_by_side(path, [draw_model(name, pictures[name], rig, stored, found, presence) for name in pictures])
+
+
+def draw_model(
+    name: str,
+    picture: Picture,
+    rig: Rig,
+    stored: StoredScene,
+    found: Localisation,
+    presence: Presence | None,
+) -> Bytes:
+    """A camera's picture (rows, columns, 3: RGB) with the visible arcs: found ones in green; others in the colour of
+    the worst state of a feature or part that they belong to, red contradicted, orange changed, magenta not confirmed,
+    else yellow; edges of blends, which show as shading and not as edges, in blue."""
+    if name not in found.views or found.best is None:
+        return draw(picture.grey, [])
+    view = found.views[name]
+    segments = _segments(view, rig.cameras[name], found.best.world_from_rig @ rig.rig_from_camera[name])
+    state = np.full(len(view.arcs.kind), UNDECIDABLE)
+    if presence is not None:
+        state = _states_of_runs(view, list(rig.cameras).index(name), stored, presence)
+    run, blend = view.arcs.run, view.arcs.kind == SMOOTH
+    by_state = [Stroke(segments[(state == s)[run] & ~blend[run]], COLOURS[s]) for s in reversed(SEVERITY)]
+    return draw(picture.grey, [Stroke(segments[blend[run]], BLEND), *by_state])
+
+
+def _states_of_runs(view: View, camera: int, stored: StoredScene, presence: Presence) -> Ints:
+    """For each run of a view the state it is drawn with."""
+    items, runs = presence.items, presence.runs
+    place = np.argsort(SEVERITY)
+    # The worst state of a part or feature that each surface belongs to.
+    worst = np.full(len(stored.surface_no), place[UNDECIDABLE])
+    told = np.array(items.level) != "surface"
+    bad = told & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE))
+    rows = bad[items.member]
+    np.minimum.at(worst, items.surface[rows], place[presence.state[items.member[rows]]])
+    mine = np.flatnonzero(runs.camera == camera)
+    both = np.where(runs.surface[mine] >= 0, worst[runs.surface[mine]], place[CONFIRMED])
+    state = np.array(SEVERITY)[both.min(axis=1)]
+    state[(runs.weight_px[mine] > 0) & (runs.found[mine] >= MOSTLY)] = CONFIRMED
+    out = np.full(len(view.arcs.kind), UNDECIDABLE)
+    out[runs.view_run[mine]] = state
+    return out
+
+
+def _segments(view: View, camera: Camera, world_from_camera: Floats) -> Floats:
+    """Segments (n, 2, 2) px of the picture, one a sample."""
+    samples = view.arcs.samples
+    # Half of what each sample stands for on either side, in space: the camera's distortion bends the rest.
+    depth = (samples.point - world_from_camera[:3, 3]) @ world_from_camera[:3, 2]
+    half = 0.5 * samples.length_px * depth / camera.matrix[0, 0]
+    ends = [samples.point + sign * half[:, None] * samples.tangent for sign in (-1.0, 1.0)]
+    return np.stack(
+        [camera.project((end - world_from_camera[:3, 3]) @ world_from_camera[:3, :3])[0] for end in ends], axis=1
+    )

@@ -6,6 +6,7 @@ from vision.cameras.view_volume import SelectionParameters
 from vision.extraction.parameters import ExtractionParameters
 from vision.localisation.parameters import LocalisationParameters
 from vision.matching.parameters import MatchingParameters
+from vision.presence.parameters import PresenceParameters
 from vision.stereo.parameters import StereoParameters
 
 
@@ -20,6 +21,7 @@ class InspectionParameters:
     """whether the model at the prior bounds the depths that stereo looks at"""
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
     matching: MatchingParameters = field(default_factory=MatchingParameters)
+    presence: PresenceParameters = field(default_factory=PresenceParameters)
 
 
 DEFAULTS = InspectionParameters()

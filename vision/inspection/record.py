@@ -24,6 +24,8 @@ from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import KINDS, SILHOUETTE
 from vision.matching.parameters import PoseProblemParameters
+from vision.presence.record import record_presence
+from vision.presence.states import Presence
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo
 
@@ -33,8 +35,8 @@ FIRST_OF_VIEWS = 1  # those of its views follow
 
 @dataclass(frozen=True)
 class Inspected:
-    """What an inspection was given and found; pictures and matched views by camera; stereo, correction and parts where
-    there are."""
+    """What an inspection was given and found; pictures and matched views by camera; stereo, correction, parts and
+    presence where there are."""
 
     stored: StoredScene
     selection: Selection
@@ -49,6 +51,7 @@ class Inspected:
     matching: PoseProblemParameters
     correction: Correction | None
     parts: PartsInView | None
+    presence: Presence | None
 
 
 def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
@@ -101,6 +104,8 @@ def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
                 "covered_pixels": it.parts.covered,
             },
         )
+    if it.presence is not None:
+        record_presence(run, connection, it.stored, it.presence)
 
 
 def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:

@@ -21,13 +21,11 @@ from vision.localisation.scene import Scene
 class StoredScene:
     """A scene with the names that the store has for its occurrences, arcs and surfaces.
 
-    occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order.
-    arc_no (a,): `arc_no` in the part's shape of each of the scene's arcs; surface_no (s,) likewise.
-    arc_surfaces (a, 2): the scene's surfaces on either side of each arc, -1 for none.
-    radius (s,): of cylinders, mm, nan for other surfaces.
-    sample_parameter (n,): where on its arc each of the scene's samples lies.
-    features: shape_id, feature_no, name, kind, surface_no and thickness (mm, of ribs and webs), a row for each surface of
-    a feature, in this order.
+    occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order. arc_no (a,): `arc_no` in the
+    part's shape of each of the scene's arcs; surface_no (s,) likewise. arc_surfaces (a, 2): the scene's surfaces on
+    either side of each arc, -1 for none. radius (s,): of cylinders, mm, nan for other surfaces. sample_parameter (n,):
+    where on its arc each of the scene's samples lies. features: shape_id, feature_no, name, kind, surface_no and
+    thickness (mm, of ribs and webs), a row for each surface of a feature, in this order.
     """
 
     scene: Scene

@@ -18,8 +18,8 @@ class VisibleArcs:
     distortion, px per mm across the line of sight, and the length in the picture that each stands for.
 
     `arc` counts the scene's arcs first; a silhouette of surface s is arc `len(arc_occurrence) + s`.  `sample` is the
-    index of the scene's sample, -1 for a silhouette's.  `normal_a`, `normal_b` (n, 3): of the two faces in the world, of
-    a silhouette twice the same.
+    index of the scene's sample, -1 for a silhouette's.  `normal_a`, `normal_b` (n, 3): of the two faces in the world,
+    of a silhouette twice the same.
     """
 
     point: Floats

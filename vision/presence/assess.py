@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-
 from relmodel.arrays import Floats
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives

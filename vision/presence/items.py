@@ -21,9 +21,9 @@ NONE = -1  # number of the feature or surface of an item that is neither
 class Items:
     """Parts and features, as `PartsInView` has them, then surfaces, as columns.
 
-    level: part, feature or surface; occurrence: the scene's; feature_no, surface_no: in the part's shape, NONE where the
-    item is neither; path; kind: of a feature, else empty; visible_px: by all cameras; thickness: mm, nan where it has none.
-    member, surface: pairs of item and the scene's surface that belongs to it, sorted by item.
+    level: part, feature or surface; occurrence: the scene's; feature_no, surface_no: in the part's shape, NONE where
+    the item is neither; path; kind: of a feature, else empty; visible_px: by all cameras; thickness: mm, nan where it
+    has none. member, surface: pairs of item and the scene's surface that belongs to it, sorted by item.
     """
 
     level: list[str]

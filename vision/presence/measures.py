@@ -15,7 +15,8 @@ from vision.presence.surfaces import Surfaces
 @dataclass(frozen=True)
 class Measures:
     """Measured sizes of items, as columns: item; what: diameter, thickness, offset (how far outward a surface lies) or
-    shift (how far aside the middle of a bore lies); nominal, value, sigma: mm; changed: whether it is surely another."""
+    shift (how far aside the middle of a bore lies); nominal, value, sigma: mm; changed: whether it is surely
+    another."""
 
     item: Ints
     what: list[str]
@@ -35,7 +36,9 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
     sign = np.where(surfaces.inward[surface], -2.0, 2.0)
     diameter = 2 * radius[surface]
     pieces = [
-        _columns(items, round_, "diameter", diameter, diameter + sign * surfaces.mm[surface], 2 * surfaces.sigma[surface]),
+        _columns(
+            items, round_, "diameter", diameter, diameter + sign * surfaces.mm[surface], 2 * surfaces.sigma[surface]
+        ),
         _columns(
             items, round_, "shift", np.zeros(len(surface)), np.linalg.norm(surfaces.shift[surface], axis=1),
             surfaces.shift_sigma[surface],

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Floats, Ints
 from vision.presence.parameters import MovedParameters, RunParameters
 from vision.presence.runs import compute_log_odds
 from vision.presence.samples import Beside, Samples
@@ -84,7 +84,7 @@ def seek_moved(
     reached = np.abs(grid)[None] * np.abs(samples.px_per_mm[sample, side])[:, None] <= reach_px - p.tolerance_px
     at = (which[sample, side] * cameras + samples.camera[sample])[:, None] * cells + np.arange(cells)
     weight = np.broadcast_to(support.weight[sample][:, None], reached.shape)
-    seen = np.bincount(at[reached], weight[reached], count * cameras * cells).reshape(shape)
+    seen = np.bincount(at[reached], weight[reached], count * cameras * cells).reshape(shape).astype(float)
 
     index = np.minimum(np.searchsorted(sought, pulls.surface), max(count - 1, 0))
     rows = np.flatnonzero(sought[index] == pulls.surface) if count else np.zeros(0, np.int64)
@@ -106,15 +106,17 @@ def seek_moved(
     odds = compute_log_odds(share, n, np.broadcast_to(chance, shape), np.full(shape, p.shows), runs)
     odds = np.where(seen > 0, odds, 0.0)
     total = odds.sum(axis=1) - np.abs(grid) / p.usual_mm
-    px_per_mm = np.bincount(
-        which[wanted], (support.weight[:, None] * np.abs(samples.px_per_mm))[wanted], count + 1
-    ) / np.maximum(np.bincount(which[wanted], np.broadcast_to(support.weight[:, None], wanted.shape)[wanted], count + 1), 1e-9)
-    clear = np.abs(grid)[None] >= np.maximum(p.least_mm, p.least_px / np.maximum(px_per_mm[:count, None], 1e-9))
+    told = np.broadcast_to(support.weight[:, None], wanted.shape)[wanted]
+    moves = np.bincount(which[wanted], told * np.abs(samples.px_per_mm)[wanted], count)
+    rate = moves / np.maximum(np.bincount(which[wanted], told, count), 1e-9)
+    clear = np.abs(grid)[None] >= np.maximum(p.least_mm, p.least_px / np.maximum(rate[:, None], 1e-9))
     away = np.where(clear, total, -np.inf)
     best = np.argmax(away, axis=1) if count else np.zeros(0, np.int64)
     every = np.arange(count)
     # Neighbours within the tolerance may be as good: the middle of all that are nearly so.
-    level = (away >= away[every, best][:, None] - p.plateau) & (np.abs(grid[None] - grid[best][:, None]) <= p.distinct_mm)
+    level = (away >= away[every, best][:, None] - p.plateau) & (
+        np.abs(grid[None] - grid[best][:, None]) <= p.distinct_mm
+    )
     best = np.rint((level * np.arange(cells)).sum(axis=1) / np.maximum(level.sum(axis=1), 1)).astype(np.int64)
     apart = np.abs(grid[None] - grid[best][:, None]) > p.distinct_mm
     rival = np.where(clear & apart, total, -np.inf).max(axis=1) if count else np.zeros(0)

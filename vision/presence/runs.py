@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.parameters import RunParameters
 from vision.presence.samples import Samples
 from vision.presence.sides import Sides
@@ -23,12 +23,14 @@ from vision.presence.support import Support, share_surface
 class Runs:
     """Predicted edges of all cameras as columns, one row a run.
 
-    camera; kind; surface (r, 2); visible_px; weight_px: of it what can be told from other edges; found: share of that
-    which is supported; chance: share that chance supports; shows: probability that such an edge shows; log_odds: of
-    there against not there; expected: what they would be in the mean were it there.
+    camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be
+    told from other edges; found: share of that which is supported; chance: share that chance supports; shows:
+    probability that such an edge shows; log_odds: of there against not there; expected: what they would be in the mean
+    were it there.
     """
 
     camera: Ints
+    view_run: Ints
     kind: Ints
     surface: Ints
     visible_px: Floats
@@ -43,9 +45,9 @@ class Runs:
 def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameters) -> Runs:
     """The evidence of each run of samples."""
     count, run = samples.run_count, samples.run
-    weight = np.bincount(run, support.weight, count)
+    weight = np.bincount(run, support.weight, count).astype(float)
 
-    def mean(values: Floats) -> Floats:
+    def mean(values: Floats | Bools) -> Floats:
         return np.asarray(np.bincount(run, support.weight * values, count) / np.maximum(weight, 1e-9))
 
     head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
@@ -70,29 +72,40 @@ def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameter
     expected = (there * ways * odds).sum(axis=0) / np.maximum((there * ways).sum(axis=0), 1e-300)
     none = weight <= 0
     return Runs(
-        samples.camera[head], samples.kind[head].astype(np.int64), surface, np.bincount(run, samples.length_px, count),
-        weight, found, chance, shows, np.where(none, 0.0, log_odds), np.where(none, 0.0, expected),
-    )  # fmt: skip
+        camera=samples.camera[head],
+        view_run=samples.view_run[head],
+        kind=samples.kind[head].astype(np.int64),
+        surface=surface,
+        visible_px=np.bincount(run, samples.length_px, count).astype(float),
+        weight_px=weight,
+        found=found,
+        chance=chance,
+        shows=shows,
+        log_odds=np.where(none, 0.0, log_odds),
+        expected=np.where(none, 0.0, expected),
+    )
 
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
     """Log odds of there against not there for found shares of `n` independent stretches; share: of edges that show."""
     shown, partly, nothing = _log_likelihoods(found, n, chance, p)
     there = _there(shown, partly, nothing, share, p)
-    return there - np.logaddexp(np.log1p(-p.stray) + nothing, np.log(p.stray) + partly)
+    return np.asarray(there - np.logaddexp(np.log1p(-p.stray) + nothing, np.log(p.stray) + partly))
 
 
 def _there(shown: Floats, partly: Floats, nothing: Floats, share: Floats, p: RunParameters) -> Floats:
     faint = np.logaddexp(np.log(p.partly) + partly, np.log1p(-p.partly) + nothing)
-    return np.logaddexp(np.log(share) + shown, np.log1p(-share) + faint)
+    return np.asarray(np.logaddexp(np.log(share) + shown, np.log1p(-share) + faint))
 
 
 def _log_likelihoods(found: Floats, n: Floats, chance: Floats, p: RunParameters) -> Floats:
     """Log likelihoods (3, r) of an edge that shows, of one that shows in part, and of chance."""
     from scipy.special import betaln
 
-    beta = [p.shown, (1.0, 1.0), (p.chance_count * chance, p.chance_count * (1 - chance))]
-    return np.stack([betaln(a + found * n, b + (1 - found) * n) - betaln(a, b) for a, b in beta])
+    one, by_chance = np.ones_like(chance), p.chance_count * chance
+    first = np.stack([p.shown[0] * one, one, by_chance])
+    second = np.stack([p.shown[1] * one, one, p.chance_count - by_chance])
+    return np.asarray(betaln(first + found * n, second + (1 - found) * n) - betaln(first, second))
 
 
 def _ways(found: Floats, n: Floats) -> Floats:

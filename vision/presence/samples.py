@@ -20,17 +20,18 @@ from vision.presence.parameters import SampleParameters
 class Samples:
     """Samples of visible sharp arcs and silhouettes in all cameras, as columns, run by run.
 
-    camera: number in the rig; run: counted over all cameras; kind: index of views.KINDS; arc: as views count arcs;
-    surface (n, 2): the scene's surfaces beside it, -1 for none; point (n, 3): in the world; pixel, direction (n, 2):
-    in the camera without distortion; normal (n, 2, 3): outward, of the two surfaces in the world; px_per_mm (n, 2): how
-    far along the image normal (-dy, dx) the edge moves where that surface moves outward and the other stays, zero where
-    the two are nearly tangent; length_px; pose_sigma: px
-    along the image normal; front: how many of the two surfaces face the camera; inside: whether it lies where edges can
-    be found, off the picture's border.
+    camera: number in the rig; run: counted over all cameras; view_run: as the camera's view counts it; kind: index of
+    views.KINDS; arc: as views count arcs; surface (n, 2): the scene's surfaces beside it, -1 for none; point (n, 3): in
+    the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of the two surfaces
+    in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that surface moves
+    outward and the other stays, zero where the two are nearly tangent; length_px; pose_sigma: px along the image
+    normal; front: how many of the two surfaces face the camera; inside: whether it lies where edges can be found, off
+    the picture's border.
     """
 
     camera: Ints
     run: Ints
+    view_run: Ints
     kind: NDArray[np.int8]
     arc: Ints
     surface: Ints
@@ -91,11 +92,14 @@ def _of_view(
     image_normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
     in_camera = (seen.point - pose[:3, 3]) @ pose[:3, :3]
     way = _slide(normal, silhouette) @ pose[:3, :3]
-    flow = (way[..., :2] - way[..., 2:] * (in_camera[:, None, :2] / in_camera[:, None, 2:])) / in_camera[:, 2, None, None]
+    flow = (way[..., :2] - way[..., 2:] * (in_camera[:, None, :2] / in_camera[:, None, 2:])) / in_camera[
+        :, 2, None, None
+    ]
     flow = flow @ rig.cameras[name].matrix[:2, :2].T
     whole = Samples(
         camera=np.full(len(seen.arc), number),
         run=view.run,
+        view_run=view.run,
         kind=view.kind[view.run],
         arc=seen.arc,
         surface=surface,
@@ -107,7 +111,7 @@ def _of_view(
         length_px=seen.length_px,
         pose_sigma=sigma,
         front=(np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0).sum(axis=1),
-        inside=((seen.pixel > index.edges.low + 1) & (seen.pixel < index.edges.high - 1)).all(axis=1),
+        inside=np.asarray(((seen.pixel > index.edges.low + 1) & (seen.pixel < index.edges.high - 1)).all(axis=1)),
     )
     return whole.take(whole.kind != SMOOTH)
 

@@ -17,7 +17,8 @@ from vision.presence.samples import Samples
 class Sides:
     """What lies on either side of samples along the image normal, the side of lower pixels first.
 
-    sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for none.
+    sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for
+    none.
     """
 
     sample: Ints

@@ -20,8 +20,8 @@ from vision.presence.support import Support
 @dataclass(frozen=True)
 class Offsets:
     """Surfaces measured, as columns: surface; mm: displacement outward; sigma (mm); closed: whether its normals span a
-    plane, so that a shift was told apart; shift (m, 3): that shift in the world, mm; shift_sigma (mm); weight_px: of the
-    edges measured."""
+    plane, so that a shift was told apart; shift (m, 3): that shift in the world, mm; shift_sigma (mm); weight_px: of
+    the edges measured."""
 
     surface: Ints
     mm: Floats
@@ -35,7 +35,8 @@ class Offsets:
 def measure_offsets(
     samples: Samples, support: Support, pulls: Pulls, surface: Ints, start_mm: Floats, shift: Floats, p: SizeParameters
 ) -> Offsets:
-    """Displacements of surfaces (m,), ascending, from the elements near `start_mm` (m,) and the `shift` (m, 3) tried."""
+    """Displacements of surfaces (m,), ascending, from the elements near `start_mm` (m,) and the `shift` (m, 3)
+    tried."""
     count = len(surface)
     at = np.minimum(np.searchsorted(surface, pulls.surface), max(count - 1, 0))
     rows = np.flatnonzero(surface[at] == pulls.surface) if count else np.zeros(0, np.int64)
@@ -55,7 +56,9 @@ def measure_offsets(
     np.add.at(spread, group, normal[:, :, None] * normal[:, None, :] * length[:, None, None])
     total = np.bincount(group, length, count)
     value, vector = np.linalg.eigh(spread / np.maximum(total, 1e-9)[:, None, None])
-    mean = np.stack([np.bincount(group, length * n, count) for n in normal.T], axis=1) / np.maximum(total, 1e-9)[:, None]
+    mean = (
+        np.stack([np.bincount(group, length * n, count) for n in normal.T], axis=1) / np.maximum(total, 1e-9)[:, None]
+    )
     closed = (np.linalg.norm(mean, axis=1) < p.most_mean_normal) & (value[:, 1] > p.least_spread)
     plane = np.where(closed[:, None, None], vector[:, :, 1:], 0.0)
 
@@ -79,7 +82,7 @@ def measure_offsets(
     systematic = p.systematic_px / np.maximum(rates, 1e-9)
     sigma = np.sqrt(covariance[:, 0, 0] * variance + systematic**2)
     shift_sigma = np.sqrt(covariance[:, 1:, 1:].diagonal(axis1=1, axis2=2).max(axis=1) * variance + systematic**2)
-    measured = np.bincount(group, length * (np.abs(residual) < 3 * p.scale_px), count)
+    measured = np.bincount(group, length * (np.abs(residual) < 3 * p.scale_px), count).astype(float)
     return Offsets(
         surface, solution[:, 0], sigma, closed, np.einsum("mij,mj->mi", plane, solution[:, 1:]),
         np.where(closed, shift_sigma, np.nan), measured,

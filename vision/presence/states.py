@@ -49,11 +49,12 @@ class Presence:
     """What is there and what is not, a row an item.
 
     state, reason: index of STATES and of REASONS.  moved_mm, moved_sigma_mm: how far the surface of it that has moved
-    most surely lies from its place, nan where none has; moved_log_odds: of that.  cameras: names, as the evidence counts
-    them.
+    most surely lies from its place, nan where none has; moved_log_odds: of that.  cameras: names, as the evidence
+    counts them.  runs: the predicted edges that all rests on.
     """
 
     items: Items
+    runs: Runs
     cameras: list[str]
     evidence: Evidence
     state: NDArray[np.int8]
@@ -102,7 +103,9 @@ def decide(
     settle(few, UNDECIDABLE, SHORT)
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
-    return Presence(items, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, unexplained)
+    return Presence(
+        items, runs, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, unexplained
+    )
 
 
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
@@ -154,4 +157,6 @@ def _most_moved(items: Items, surfaces: Surfaces) -> _Moved:
     surface = np.full(count, -1)
     surface[items.member[order]] = items.surface[order]  # the last of each item is the surest
     none = surface < 0
-    return _Moved(surface, *(np.where(none, np.nan, v[surface]) for v in (surfaces.mm, surfaces.sigma, surfaces.log_odds)))
+    return _Moved(
+        surface, *(np.where(none, np.nan, v[surface]) for v in (surfaces.mm, surfaces.sigma, surfaces.log_odds))
+    )

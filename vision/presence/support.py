@@ -16,9 +16,10 @@ class Support:
     """What supports the samples (n,).
 
     found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
-    where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of the places beside it, off
-    all predicted edges, where an element lies as well; contrast: grey of the strongest that was found, 0 for none.
-    owner (of Beside): the sample nearest to the element, -1 where none lies within the tolerance.
+    where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
+    the places beside it, off all predicted edges, where an element lies as well; contrast: grey of the strongest that
+    was found, 0 for none. owner (of Beside): the sample nearest to the element, -1 where none lies within the
+    tolerance.
     """
 
     found: Bools

@@ -52,7 +52,9 @@ def find_unexplained(
         picture, index = pictures[name], indexes[number]
         explained = _are_explained(index, found.views[name].arcs.samples, p)
         arcs, owner = picture.arcs, picture.elements.arc
-        rows = np.flatnonzero(_form_something(arcs, index, p) & (_share(explained, owner, len(arcs)) < p.most_explained))
+        rows = np.flatnonzero(
+            _form_something(arcs, index, p) & (_share(explained, owner, len(arcs)) < p.most_explained)
+        )
         pose = found.best.world_from_rig @ rig.rig_from_camera[name]
         members = np.flatnonzero(np.isin(owner, rows))
         beyond = np.zeros(len(owner), bool)

@@ -11,7 +11,7 @@ import argparse
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from relmodel.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
 from relmodel.cli.options import add_format, store_target
@@ -63,6 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
+        "--crops", type=Path, metavar="FOLDER", help="write pictures of what is not as the model says here, worst first"
+    )
+    parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
     )
     add_format(parser)
@@ -97,6 +100,7 @@ def run(args: argparse.Namespace) -> int:
             carrier=carrier,
             keep_images=not args.no_keep_images,
             overlay=args.overlay,
+            crops=args.crops,
             parameters=replace(
                 DEFAULTS,
                 stereo=replace(DEFAULTS.stereo, method=args.stereo_method),
@@ -109,6 +113,8 @@ def run(args: argparse.Namespace) -> int:
 
 def print_answer(answer: Inspection, form: str) -> None:
     """The whole answer as JSON, or the parts in view as a table or CSV with the verdict and pose in words."""
+    from vision.presence.report import describe, summarise
+
     if form == "json":
         print(json.dumps(answer.to_json()))
         return
@@ -126,8 +132,26 @@ def print_answer(answer: Inspection, form: str) -> None:
         f"selected from the world: {len(answer.selection.shown)} parts, of which {answer.selection.superfluous} in no "
         "view of the poses sampled about the prior"
     )
-    names = ("path", "level", "visible_share")
-    print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
+    if answer.presence is None:
+        names = ("path", "level", "visible_share")
+        print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
+        return
+    for words in summarise(answer.presence):
+        say(words)
+    states = {item["path"]: item for item in describe(answer.presence)["items"]}
+    print_rows(
+        ("path", "level", "visible_share", "state", "reason"),
+        (
+            [*(part[name] for name in ("path", "level", "visible_share")), *words_of(states.get(part["path"]))]
+            for part in answer.parts_in_view
+        ),
+        form,
+    )
+
+
+def words_of(item: dict[str, Any] | None) -> tuple[str | None, str | None]:
+    """State and reason of an item in view; None of parts that are no reference."""
+    return (None, None) if item is None else (item["state"], item["reason"])
 
 
 def _correction_words(it: Correction) -> list[str]:

@@ -1,0 +1,142 @@
+"""What is there and what is not, for people and programs: the worst first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from relmodel.arrays import Ints
+from vision.presence.states import (
+    CHANGED,
+    CONFIRMED,
+    CONTRADICTED,
+    NOT_CONFIRMED,
+    QIF,
+    REASONS,
+    STATES,
+    UNDECIDABLE,
+    Presence,
+)
+from vision.presence.unexplained import KINDS
+
+# From what to look at first to what needs no look.
+SEVERITY = (CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE, CONFIRMED)
+_MOST_SAID = 12
+
+
+def rank_failures(presence: Presence) -> Ints:
+    """Parts and features that are not as the model says, worst first: by state, then by evidence."""
+    level = np.array(presence.items.level)
+    rows = np.flatnonzero((level != "surface") & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE)))
+    place = np.argsort(SEVERITY)[presence.state[rows]]
+    evidence = np.fmax(-presence.evidence.log_odds.sum(axis=1), np.nan_to_num(presence.moved_log_odds))[rows]
+    return np.asarray(rows[np.lexsort((-evidence, place))])
+
+
+def summarise(presence: Presence) -> list[str]:
+    """A sentence on how much was checked, one for each of the worst, and one on what the model does not account for."""
+    words = []
+    level = np.array(presence.items.level)
+    for name in ("part", "feature"):
+        count = np.bincount(presence.state[level == name], minlength=len(STATES))
+        decided = int(count.sum() - count[UNDECIDABLE])
+        told = [f"{count[s]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if count[s] and s != UNDECIDABLE]
+        words.append(f"checked {decided} of {int(count.sum())} {name}s in view: {', '.join(told) or 'none'}")
+    failures = rank_failures(presence)
+    words += [f"  {_describe_failure(presence, int(row))}" for row in failures[:_MOST_SAID]]
+    if len(failures) > _MOST_SAID:
+        words.append(f"  and {len(failures) - _MOST_SAID} more")
+    if more := len(presence.unexplained.arc):
+        words.append(f"{more} edge{'s' * (more > 1)} in the pictures that the model does not account for")
+    return words
+
+
+def _describe_failure(presence: Presence, row: int) -> str:
+    state, path = STATES[presence.state[row]].replace("_", " "), presence.items.path[row]
+    sizes, mine = presence.measures, np.flatnonzero(presence.measures.item == row)
+    for k in mine[sizes.changed[mine]].tolist():
+        told = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
+        return f"{path}: {state}, {sizes.what[k]} {told}"
+    if np.isfinite(presence.moved_mm[row]) and presence.state[row] == CHANGED:
+        far, sigma = presence.moved_mm[row], presence.moved_sigma_mm[row]
+        return f"{path}: {state}, a face of it lies {abs(far):.2f} mm {'out' if far > 0 else 'in'}, sigma {sigma:.2g}"
+    return f"{path}: {state}, {REASONS[presence.reason[row]]}"
+
+
+def describe(presence: Presence) -> dict[str, Any]:
+    """Everything in plain lists and numbers; items parts first, then features and surfaces."""
+    items, evidence, sizes, more = presence.items, presence.evidence, presence.measures, presence.unexplained
+    total = {name: getattr(evidence, name).sum(axis=1) for name in evidence.__dataclass_fields__}
+    measured: list[list[dict[str, Any]]] = [[] for _ in range(len(items))]
+    for k, row in enumerate(sizes.item.tolist()):
+        measured[row].append(
+            {
+                "what": sizes.what[k],
+                "nominal": round(float(sizes.nominal[k]), 4),
+                "value": round(float(sizes.value[k]), 4),
+                "sigma": round(float(sizes.sigma[k]), 4),
+                "unit": "mm",
+                "changed": bool(sizes.changed[k]),
+            }
+        )
+    level = np.array(items.level)
+    count = {
+        name: np.bincount(presence.state[level == name], minlength=len(STATES))
+        for name in ("part", "feature", "surface")
+    }
+    return {
+        "checked": {
+            name: {
+                "checked": int(n.sum() - n[UNDECIDABLE]),
+                "of": int(n.sum()),
+                **{STATES[s]: int(n[s]) for s in range(len(STATES))},
+            }
+            for name, n in count.items()
+        },
+        "look_at": [items.path[row] for row in rank_failures(presence).tolist()],
+        "items": [
+            {
+                "path": items.path[row],
+                "level": items.level[row],
+                "state": STATES[presence.state[row]],
+                "qif": QIF[presence.state[row]],
+                "reason": REASONS[presence.reason[row]],
+                "log_odds": round(float(total["log_odds"][row]), 3),
+                "expected_log_odds": round(float(total["expected"][row]), 3),
+                "visible_pixels": round(float(items.visible_px[row]), 1),
+                "edge_px": round(float(total["edge_px"][row]), 1),
+                "told_px": round(float(total["told_px"][row]), 1),
+                "supported_px": round(float(total["supported_px"][row]), 1),
+                "cameras": {
+                    name: {
+                        "log_odds": round(float(evidence.log_odds[row, c]), 3),
+                        "supported_px": round(float(evidence.supported_px[row, c]), 1),
+                        "told_px": round(float(evidence.told_px[row, c]), 1),
+                    }
+                    for c, name in enumerate(presence.cameras)
+                },
+                "moved": None
+                if np.isnan(presence.moved_mm[row])
+                else {
+                    "mm": round(float(presence.moved_mm[row]), 4),
+                    "sigma_mm": round(float(presence.moved_sigma_mm[row]), 4),
+                    "log_odds": round(float(presence.moved_log_odds[row]), 3),
+                },
+                "measured": measured[row],
+            }
+            for row in range(len(items))
+        ],
+        "unexplained": [
+            {
+                "camera": presence.cameras[more.camera[k]],
+                "kind": KINDS[more.kind[k]],
+                "image_arc_no": int(more.arc[k]),
+                "box": [round(float(v), 1) for v in more.box[k]],
+                "length": round(float(more.length[k]), 1),
+                "contrast": round(float(more.contrast[k]), 1),
+                "beyond": bool(more.beyond[k]),
+            }
+            for k in range(len(more.arc))
+        ],
+    }
