@@ -28,7 +28,8 @@ from vision.matching.stored_match import match_stored
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
     "run", "verdict", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
-    "world_from_camera", "covariance", "base_correction", "parts_in_view", "selection", "hypotheses", "timings_s",
+    "world_from_camera", "covariance", "base_correction", "parts_in_view", "presence", "selection", "hypotheses",
+    "timings_s",
 ]  # fmt: skip
 
 WRITTEN = [
@@ -60,6 +61,9 @@ WRITTEN = [
     "compatibility",
     "pose",
     "part_in_view",
+    "presence",
+    "presence_camera",
+    "measured_size",
 ]
 
 # What differs between two runs of the same: which run it was, when, and how long it took.

@@ -14,7 +14,6 @@ from vision.cameras.drawing import draw, save_side_by_side
 from vision.cameras.images import Picture
 from vision.inspection.overlay import draw_model
 from vision.localisation.localise import Localisation
-from vision.localisation.stored_scene import StoredScene
 from vision.presence.report import rank_failures
 from vision.presence.states import STATES, Presence
 
@@ -34,13 +33,12 @@ def write_crops(
     folder: str | Path,
     pictures: dict[str, Picture],
     rig: Rig,
-    stored: StoredScene,
     found: Localisation,
     presence: Presence,
 ) -> list[Path]:
     """Write a picture of each failure: what every camera shows there, without and with the model; at most 50."""
     plain = {name: draw(picture.grey, []) for name, picture in pictures.items()}
-    drawn = {name: draw_model(name, picture, rig, stored, found, presence) for name, picture in pictures.items()}
+    drawn = {name: draw_model(name, picture, rig, found, presence) for name, picture in pictures.items()}
     written = []
     for place, row in enumerate(rank_failures(presence)[:MOST].tolist()):
         pieces: list[Bytes] = []

@@ -216,9 +216,9 @@ def inspect(
             presence = assess(stored, cameras, primitives, found, parts, parameters.localisation, parameters.presence)
         clock.lap("presence")
         if overlay is not None:
-            draw_overlay(overlay, pictures, cameras, stored, found, presence)
+            draw_overlay(overlay, pictures, cameras, found, presence)
         if crops is not None and presence is not None:
-            write_crops(crops, pictures, cameras, stored, found, presence)
+            write_crops(crops, pictures, cameras, found, presence)
         with run.write() as connection:
             record_inspection(
                 run,

@@ -11,10 +11,17 @@ from vision.cameras.cameras import Camera, Rig
 from vision.cameras.drawing import Rgb, Stroke, draw, save_side_by_side
 from vision.cameras.images import Picture
 from vision.localisation.localise import Localisation, View
-from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH
 from vision.presence.report import SEVERITY
-from vision.presence.states import CHANGED, CONFIRMED, CONTRADICTED, NOT_CONFIRMED, UNDECIDABLE, Presence
+from vision.presence.states import (
+    CHANGED,
+    CONFIRMED,
+    CONTRADICTED,
+    NOT_CONFIRMED,
+    UNDECIDABLE,
+    Presence,
+    pair_with_runs,
+)
 
 COLOURS: dict[int, Rgb] = {
     CONFIRMED: (60, 220, 60),
@@ -31,20 +38,18 @@ def draw_overlay(
     path: str | Path,
     pictures: dict[str, Picture],
     rig: Rig,
-    stored: StoredScene,
     found: Localisation,
     presence: Presence | None,
 ) -> None:
     """Write the pictures side by side with the visible arcs of the model: as `draw_model` draws them, without presence
     all as undecided."""
-    save_side_by_side(path, [draw_model(name, pictures[name], rig, stored, found, presence) for name in pictures])
+    save_side_by_side(path, [draw_model(name, pictures[name], rig, found, presence) for name in pictures])
 
 
 def draw_model(
     name: str,
     picture: Picture,
     rig: Rig,
-    stored: StoredScene,
     found: Localisation,
     presence: Presence | None,
 ) -> Bytes:
@@ -57,28 +62,26 @@ def draw_model(
     segments = _segments(view, rig.cameras[name], found.best.world_from_rig @ rig.rig_from_camera[name])
     state = np.full(len(view.arcs.kind), UNDECIDABLE)
     if presence is not None:
-        state = _states_of_runs(view, list(rig.cameras).index(name), stored, presence)
+        state = _states_of_runs(view, list(rig.cameras).index(name), presence)
     run, blend = view.arcs.run, view.arcs.kind == SMOOTH
     by_state = [Stroke(segments[(state == s)[run] & ~blend[run]], COLOURS[s]) for s in reversed(SEVERITY)]
     return draw(picture.grey, [Stroke(segments[blend[run]], BLEND), *by_state])
 
 
-def _states_of_runs(view: View, camera: int, stored: StoredScene, presence: Presence) -> Ints:
+def _states_of_runs(view: View, camera: int, presence: Presence) -> Ints:
     """For each run of a view the state it is drawn with."""
     items, runs = presence.items, presence.runs
     place = np.argsort(SEVERITY)
-    # The worst state of a part or feature that each surface belongs to.
-    worst = np.full(len(stored.surface_no), place[UNDECIDABLE])
-    told = np.array(items.level) != "surface"
-    bad = told & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE))
-    rows = bad[items.member]
-    np.minimum.at(worst, items.surface[rows], place[presence.state[items.member[rows]]])
-    mine = np.flatnonzero(runs.camera == camera)
-    both = np.where(runs.surface[mine] >= 0, worst[runs.surface[mine]], place[CONFIRMED])
-    state = np.array(SEVERITY)[both.min(axis=1)]
-    state[(runs.weight_px[mine] > 0) & (runs.found[mine] >= MOSTLY)] = CONFIRMED
+    worst = np.full(len(runs.camera), place[UNDECIDABLE])
+    item, run, lent = pair_with_runs(items, runs)
+    bad = (np.array(items.level) != "surface") & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE))
+    rows = bad[item] & ~lent
+    np.minimum.at(worst, run[rows], place[presence.state[item[rows]]])
+    state = np.array(SEVERITY)[worst]
+    state[(runs.weight_px > 0) & (runs.found >= MOSTLY)] = CONFIRMED
     out = np.full(len(view.arcs.kind), UNDECIDABLE)
-    out[runs.view_run[mine]] = state
+    mine = runs.camera == camera
+    out[runs.view_run[mine]] = state[mine]
     return out
 
 

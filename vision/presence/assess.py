@@ -41,7 +41,7 @@ def assess(
         EdgeIndex(collect_edge_points(pictures[name], camera, localisation.evidence))
         for name, camera in rig.cameras.items()
     ]
-    samples = collect_samples(stored, rig, indexes, found)
+    samples = collect_samples(stored, rig, indexes, found, p.samples)
     beside = find_beside(samples, indexes, found.best.own[:, 0], p.samples)
     support = measure_support(samples, beside, p.support)
     sides = look_at_sides(stored.scene, rig, pose, samples, p.sides)

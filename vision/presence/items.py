@@ -7,13 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.coverage import count_visible
 from vision.localisation.parameters import LocalisationParameters
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.stored_scene import StoredScene
 
+INSETS = ("through_hole", "blind_hole", "boss", "duct")
 NONE = -1  # number of the feature or surface of an item that is neither
 
 
@@ -23,7 +24,8 @@ class Items:
 
     level: part, feature or surface; occurrence: the scene's; feature_no, surface_no: in the part's shape, NONE where
     the item is neither; path; kind: of a feature, else empty; visible_px: by all cameras; thickness: mm, nan where it
-    has none. member, surface: pairs of item and the scene's surface that belongs to it, sorted by item.
+    has none. member, surface: pairs of item and the scene's surface that belongs to it, sorted by item.  inset (s,):
+    which of the scene's surfaces make a hole, a boss or a duct: its edges are not those of what it is cut into.
     """
 
     level: list[str]
@@ -36,6 +38,7 @@ class Items:
     thickness: Floats
     member: Ints
     surface: Ints
+    inset: Bools
 
     def __len__(self) -> int:
         return len(self.path)
@@ -64,6 +67,9 @@ def list_items(
         (o, n): s
         for s, (o, n) in enumerate(zip(scene.surface_occurrence.tolist(), stored.surface_no.tolist(), strict=True))
     }
+    of_inset = np.isin(np.asarray(rows["kind"], str), INSETS)
+    insets = set(zip(shape[of_inset].tolist(), np.asarray(rows["surface_no"])[of_inset].tolist(), strict=True))
+    names = zip(stored.shape_id[scene.surface_occurrence].tolist(), stored.surface_no.tolist(), strict=True)
     kind, thickness, surfaces = [""] * len(kept), np.full(len(kept), np.nan), []
     for row, (o, f) in enumerate(zip(occurrence.tolist(), feature_no.tolist(), strict=True)):
         if f == PART:
@@ -89,6 +95,7 @@ def list_items(
             [np.repeat(np.arange(len(kept)), [len(s) for s in surfaces]), len(kept) + np.arange(len(seen))]
         ),
         surface=np.concatenate([*surfaces, seen]),
+        inset=np.array([name in insets for name in names], bool),
     )
 
 

@@ -14,6 +14,8 @@ class SampleParameters:
     """cosine of the greatest angle between an element's normal and the predicted one"""
     max_beside_px: float = 0.75
     """px along the edge: an edge has one element a row or column, so that one lies within this of any normal"""
+    small_part_px: float = 500.0
+    """px of edges up to which a part is one thing to the picture: its edges need not be told from each other"""
 
 
 @dataclass(frozen=True)

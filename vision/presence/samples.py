@@ -21,10 +21,11 @@ class Samples:
     """Samples of visible sharp arcs and silhouettes in all cameras, as columns, run by run.
 
     camera: number in the rig; run: counted over all cameras; view_run: as the camera's view counts it; kind: index of
-    views.KINDS; arc: as views count arcs; surface (n, 2): the scene's surfaces beside it, -1 for none; point (n, 3): in
-    the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of the two surfaces
-    in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that surface moves
-    outward and the other stays, zero where the two are nearly tangent; length_px; pose_sigma: px along the image
+    views.KINDS; arc: as views count arcs; surface (n, 2): the scene's surfaces beside it, -1 for none; kin (n, 2): what
+    stands and falls together with the edge, -1 for none: its surfaces, of a part that shows little the part; point (n,
+    3): in the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of the two
+    surfaces in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that surface
+    moves outward and the other stays, zero where the two are nearly tangent; length_px; pose_sigma: px along the image
     normal; front: how many of the two surfaces face the camera; inside: whether it lies where edges can be found, off
     the picture's border.
     """
@@ -35,6 +36,7 @@ class Samples:
     kind: NDArray[np.int8]
     arc: Ints
     surface: Ints
+    kin: Ints
     point: Floats
     pixel: Floats
     direction: Floats
@@ -53,7 +55,9 @@ class Samples:
         return Samples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
-def collect_samples(stored: StoredScene, rig: Rig, indexes: list[EdgeIndex], found: Localisation) -> Samples:
+def collect_samples(
+    stored: StoredScene, rig: Rig, indexes: list[EdgeIndex], found: Localisation, p: SampleParameters
+) -> Samples:
     """The samples at the best pose of a localisation, which has one; indexes: edges by camera, in the rig's order."""
     assert found.best is not None
     pieces: list[Samples] = []
@@ -65,9 +69,24 @@ def collect_samples(stored: StoredScene, rig: Rig, indexes: list[EdgeIndex], fou
         kept, run = np.unique(piece.run, return_inverse=True)
         pieces.append(replace(piece, run=runs + run.ravel()))
         runs += len(kept)
-    return Samples(
+    whole = Samples(
         *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in Samples.__dataclass_fields__)
     )
+    return replace(whole, kin=_find_kin(stored, whole, p))
+
+
+def _find_kin(stored: StoredScene, samples: Samples, p: SampleParameters) -> Ints:
+    """Numbers (n, 2) of what stands and falls together beside each sample: its surfaces, of small parts the part."""
+    occurrence_of = stored.scene.surface_occurrence
+    occurrence = occurrence_of[samples.surface[:, 0]]
+    count = len(stored.occurrence_id)
+    length = np.zeros(count)
+    for camera in np.unique(samples.camera):
+        mine = samples.camera == camera
+        length = np.maximum(length, np.bincount(occurrence[mine], samples.length_px[mine], count))
+    small = length[occurrence] <= p.small_part_px
+    part = len(occurrence_of) + np.stack([occurrence, np.full(len(occurrence), -1 - len(occurrence_of))], axis=1)
+    return np.where(small[:, None], part, samples.surface)
 
 
 def _of_view(
@@ -103,6 +122,7 @@ def _of_view(
         kind=view.kind[view.run],
         arc=seen.arc,
         surface=surface,
+        kin=surface,
         point=seen.point,
         pixel=seen.pixel,
         direction=seen.direction,

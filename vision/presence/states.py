@@ -109,24 +109,31 @@ def decide(
 
 
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
-    """Sums over the edges of all surfaces of each item, each edge once."""
-    item, run = pair_with_runs(items, runs)
+    """Sums over the edges of all surfaces of each item, each edge once.
+
+    The edges of a hole, a boss or a duct in a face speak for the face where they are found; where they are not, that
+    says nothing of it: it may be there without them.
+    """
+    item, run, lent = pair_with_runs(items, runs)
+    told = ~lent | (runs.log_odds[run] > 0)
+    item, run, lent = item[told], run[told], lent[told]
     at, size = item * cameras + runs.camera[run], len(items) * cameras
 
     def total(values: Floats) -> Floats:
-        return np.bincount(at, values[run], size).reshape(len(items), cameras).astype(float)
+        return np.bincount(at, values, size).reshape(len(items), cameras).astype(float)
 
     return Evidence(
-        total(runs.visible_px),
-        total(runs.weight_px),
-        total(runs.weight_px * runs.found),
-        total(runs.log_odds),
-        total(runs.expected),
+        total(runs.visible_px[run]),
+        total(runs.weight_px[run]),
+        total(runs.weight_px[run] * runs.found[run]),
+        total(runs.log_odds[run]),
+        total(np.where(lent, 0.0, runs.expected[run])),
     )
 
 
-def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints]:
-    """Each item with the runs that are edges of its surfaces, sorted, each pair once."""
+def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints, Bools]:
+    """Each item with the runs that are edges of its surfaces, sorted, each pair once; and whether the edge is lent: of
+    a hole, a boss or a duct in the item that does not belong to it.  All edges are a part's own."""
     order = np.argsort(items.surface, kind="stable")
     surface, item = items.surface[order], items.member[order]
     pairs = []
@@ -137,7 +144,16 @@ def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints]:
         of = np.repeat(rows, length)
         at = np.arange(len(of)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
         pairs.append(item[at] * len(runs.camera) + of)
-    return np.divmod(np.unique(np.concatenate(pairs)), max(len(runs.camera), 1))
+    item, run = np.divmod(np.unique(np.concatenate(pairs)), max(len(runs.camera), 1))
+    part = np.array([level == "part" for level in items.level], bool)
+    count = len(items.inset)
+    own = np.unique(items.member * count + items.surface)
+    lent = np.zeros(len(item), bool)
+    for side in (0, 1):
+        surface = runs.surface[run, side]
+        inset = (surface >= 0) & items.inset[surface]
+        lent |= inset & ~part[item] & ~np.isin(item * count + surface, own)
+    return item, run, lent
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,8 @@ class Support:
 def measure_support(samples: Samples, beside: Beside, p: SupportParameters) -> Support:
     """What the elements beside samples say; an element supports the predicted edges of one surface only, the nearest.
 
-    Edges that share a surface, as both rims of a bore in a thin web do, may share their elements: they stand and fall
-    together.
+    Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
+    of a part that shows little, as the head of a bolt: they stand and fall together.
     """
     n, away = len(samples.run), np.abs(beside.offset)
     elements = int(beside.element.max(initial=-1)) + 1
@@ -42,7 +42,7 @@ def measure_support(samples: Samples, beside: Beside, p: SupportParameters) -> S
     owner = np.zeros(elements, np.int64)
     first = away <= nearest[beside.element]
     owner[beside.element[first]] = beside.sample[first]
-    alien = ~share_surface(samples.surface[beside.sample], samples.surface[owner[beside.element]])
+    alien = ~share_surface(samples.kin[beside.sample], samples.kin[owner[beside.element]])
     claimed = alien & (nearest[beside.element] < np.minimum(away - p.tie_px, p.tolerance_px))
     own = (away <= p.tolerance_px) & ~claimed
     found = np.zeros(n, bool)
@@ -79,6 +79,6 @@ def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
     i, j = i[other], j[other]
     parallel = np.abs(np.einsum("ni,ni->n", samples.direction[i], samples.direction[j])) > p.crowded_cosine
     i, j = i[parallel], j[parallel]
-    alien = ~share_surface(samples.surface[i], samples.surface[j])
+    alien = ~share_surface(samples.kin[i], samples.kin[j])
     out[i[alien]] = out[j[alien]] = True
     return out

@@ -1,0 +1,21 @@
+-- Which features of the bulkhead were contradicted or not confirmed in its last hundred inspections, how often, and how surely each is not there?
+WITH last AS (
+    SELECT i.run_id
+    FROM inspection AS i
+    JOIN pose AS p ON p.run_id = i.run_id AND p.verdict = 'accepted'
+    WHERE EXISTS (
+        SELECT 1
+        FROM world_object AS w
+        JOIN object_variant AS v ON v.id = w.object_variant_id
+        WHERE w.world_id = i.world_id AND v.name = 'bulkhead'
+    )
+    ORDER BY i.run_id DESC
+    LIMIT 100
+)
+SELECT s.path, count(*) AS runs, max(s.run_id) AS newest,
+    1 / (1 + exp(max(s.log_odds))) AS least_probability, 1 / (1 + exp(min(s.log_odds))) AS greatest_probability
+FROM presence AS s
+JOIN last ON last.run_id = s.run_id
+WHERE s.level = 'feature' AND s.state IN ('contradicted', 'not_confirmed')
+GROUP BY s.path
+ORDER BY runs DESC, greatest_probability DESC, s.path
