@@ -43,11 +43,15 @@ class Pair:
 
 @pytest.fixture(scope="session")
 def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
-    """Pair 00, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0)."""
-    folder = tmp_path_factory.mktemp("pair")
-    rig = yaml.safe_load((DEMO / "pair_00_rig.yaml").read_text())
+    """Pair 00 at half size."""
+    return halve("pair_00", tmp_path_factory.mktemp("pair"))
+
+
+def halve(stem: str, folder: Path) -> Pair:
+    """A pair of the demonstration, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0)."""
+    rig = yaml.safe_load((DEMO / f"{stem}_rig.yaml").read_text())
     for name, camera in rig["cameras"].items():
-        with Image.open(DEMO / f"pair_00_{name}.png") as picture:
+        with Image.open(DEMO / f"{stem}_{name}.png") as picture:
             half = picture.reduce(2)
         half.save(folder / f"{name}.png")
         camera["width"], camera["height"] = half.size
@@ -55,8 +59,9 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
             camera["matrix"][row][row] /= 2
             camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
     (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
-    prior = yaml.safe_load((DEMO / "pair_00_prior.yaml").read_text())
-    return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", DEMO / "pair_00_prior.yaml", rig, prior)
+    prior_file = DEMO / f"{stem}_prior.yaml"
+    prior = yaml.safe_load(prior_file.read_text())
+    return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", prior_file, rig, prior)
 
 
 def fill(target: str, pair: Pair, folder: Path) -> None:

@@ -182,12 +182,25 @@ def add(table: str, **row: Any) -> Callable[[Model], None]:
     return make
 
 
+def add_presence(model: Model) -> None:
+    """A part in view that no camera says anything of."""
+    model["rig"] = {"id": [1], "content_key": "rig"}
+    given: dict[str, Any] = {"run_id": [1], "world_id": 1, "rig_id": 1, "prior_covariance": [[0.0] * 36]}
+    given |= {"needs_translation_mm": 1.0, "needs_rotation": 1.0, "selected_parts": 1, "superfluous_parts": 0}
+    model["inspection"] = given | transform(0, [0, 0, 0])
+    item: dict[str, Any] = {"run_id": [1], "item_no": 0, "level": "part", "occurrence_id": 3, "path": "plate"}
+    item |= {"state": "confirmed", "qif": "PASS", "reason": "its edges are found"}
+    evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "told_px", "supported_px")
+    model["presence"] = item | dict.fromkeys(evidence, 5.0)
+
+
 ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", "sigma"), 1.0)
 
 
 FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
     "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
+    "presence": add_presence,
     "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
     "image_arc_point": add("image_arc_point", extraction_id=7, image_arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
     "image_junction": add(
