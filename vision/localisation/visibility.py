@@ -63,7 +63,8 @@ def find_visible_arcs(
     smooth = (scene.sample_cosine[reference] > np.cos(p.visibility.smooth_angle)) & (faces[0] == faces[1])
     front = faces[0] | faces[1]
     reference, smooth = reference[front], smooth[front]
-    outline = find_silhouettes(scene, eye)
+    spacing = p.search.sample_spacing_px / float(camera.matrix[0, 0])
+    outline = find_silhouettes(scene, eye).split(eye, spacing)
     inside = np.flatnonzero(are_in_picture(outline.point, camera, world_from_camera, margin_px))
 
     point = np.concatenate([scene.sample_point[reference], outline.point[inside]])
@@ -106,6 +107,22 @@ class Silhouettes:
     normal: Floats
     surface: Ints
     length: Floats
+
+    def split(self, eye: Floats, spacing: float) -> Silhouettes:
+        """The segments cut into equal pieces that subtend at most `spacing` (rad) from the eye: a long triangle of a
+        cylinder gives a single segment from end to end."""
+        distance = np.maximum(np.linalg.norm(self.point - eye, axis=1), self.length)
+        pieces = np.ceil(self.length / (spacing * distance)).astype(np.int64)
+        row = np.repeat(np.arange(len(pieces)), pieces)
+        number = np.arange(len(row)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        along = ((number + 0.5) / pieces[row] - 0.5) * self.length[row]
+        return Silhouettes(
+            point=self.point[row] + along[:, None] * self.tangent[row],
+            tangent=self.tangent[row],
+            normal=self.normal[row],
+            surface=self.surface[row],
+            length=(self.length / pieces)[row],
+        )
 
 
 def find_silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
