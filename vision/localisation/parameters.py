@@ -134,6 +134,8 @@ class RefinementParameters:
 
     rounds: tuple[tuple[float, float], ...] = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
     """(px, px): reach along the normal and scale of the robust loss (Geman and McClure) of each round"""
+    near_rounds: int = 2
+    """last rounds, which are tried alone too: the wide ones may be led off by edges printed beside a start that is right"""
     steps: int = 6
     """Gauss-Newton steps at most in a round"""
     min_step_sigma: float = 0.05
@@ -155,6 +157,11 @@ class RefinementParameters:
     max_pull_sigma: float = 2.0
     """sigmas of the pose without it by which a component may pull the pose; were it where the model says, one that
     knows as much as all others together would pull by less in 98 of 100 cases"""
+    max_joint_pull_sigma: float = 3.5
+    """sigmas of the pose with it, likewise: in six dimensions 5 in 100 of two equal halves lie further apart"""
+    max_left_out: float = 0.8
+    """share of the edges found up to which a component that knows more than the others is suspected: without one that
+    holds more, too little is left to speak against it"""
     max_prior_share: float = 0.8
     """share of the prior's variance, in the direction where most is left, from which a pose counts as undetermined"""
     temper: float = 0.2
@@ -192,6 +199,8 @@ class SupportParameters:
     """shares of the arcs that show, as likely one as another before a picture is seen"""
     displaced_px: float = 12.0
     """px by which the image of a component may be shifted that is not where the model says"""
+    turned: float = 0.02
+    """rad, and share: standard deviation by which such an image is turned and scaled"""
     displaced_cost: float = 3.0
     """evidence that such a shift costs in each camera: the logarithm of how many places are told apart"""
 

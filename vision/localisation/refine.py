@@ -59,27 +59,23 @@ def refine(
     fields: the evidence of the pictures of the rig's cameras, in its order.  Components of the model that stand
     elsewhere in the world pull the pose however robust the loss.  So a component that contradicts the others is
     excluded, where the others determine the pose better than it does, and the whole gathers more evidence with that
-    component looked for beside its place; the covariance holds both explanations.  Of start and end the pose with more
-    evidence is kept."""
+    component looked for beside its place.  Where two that tell about as much contradict each other, either may be the
+    one that is off.  The covariance holds all these explanations.  Of start and end the pose with more evidence is
+    kept."""
     fit = Fit(scene, rig, [indexes[n] for n in rig.cameras], fields, prior, describe_unknowns(rig, p.refinement), p)
     none = np.zeros(scene.component_count, bool)
     refined = fit.solve(world_from_rig, none)
     beside: list[Refined] = []
-    while (suspect := fit.find_outlier(refined)) is not None:
-        excluded = refined.excluded.copy()
-        excluded[suspect] = True
-        without = fit.solve(refined.world_from_rig, excluded)
-        pull = perturbation(without.world_from_rig, refined.world_from_rig)
-        if pull @ np.linalg.solve(without.covariance, pull) < p.refinement.max_pull_sigma**2:
+    while others := [h for c in fit.find_outliers(refined) if (h := fit.leave_out(refined, c)) is not None]:
+        usable = [h for h in others if fit.is_determined(h) or not fit.is_determined(refined)]
+        best = min([refined, *usable], key=lambda h: h.cost)
+        beside += [h for h in [refined, *others] if h is not best]
+        if best is refined:
             break
-        if without.cost > refined.cost or (fit.is_determined(refined) and not fit.is_determined(without)):
-            beside.append(without)
-            break
-        beside.append(refined)
-        refined = without
+        refined = best
     start = fit.measure(world_from_rig, fit.unknowns.mean, none)
-    if start.cost < refined.cost:
-        refined = start
+    near = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
+    refined = min([refined, near, start], key=lambda h: h.cost)
     return replace(refined, covariance=_spread(refined, beside, p.refinement.temper))
 
 
@@ -105,10 +101,12 @@ class Fit:
     unknowns: CameraUnknowns
     p: LocalisationParameters
 
-    def solve(self, world_from_rig: Floats, excluded: Bools) -> Refined:
-        """The best pose from all components that are not excluded."""
+    def solve(
+        self, world_from_rig: Floats, excluded: Bools, rounds: tuple[tuple[float, float], ...] | None = None
+    ) -> Refined:
+        """The best pose from all components that are not excluded, by all rounds or by those given."""
         p, pose, own = self.p, world_from_rig, self.unknowns.mean
-        for reach, scale in p.refinement.rounds:
+        for reach, scale in rounds or p.refinement.rounds:
             prediction = predict(self.scene, self.rig, pose, p.refinement.samples, p=p)
             votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
             delta = np.zeros(6)
@@ -148,25 +146,40 @@ class Fit:
         )
 
     def is_determined(self, refined: Refined) -> bool:
-        """Whether the pictures say more of the pose than the prior does, in every direction."""
-        left = np.linalg.eigvals(refined.covariance @ self.prior.information).real
+        """Whether the pictures say more of the pose than the prior does, in every direction, were they right: how far
+        their edges scatter about the model says how exactly it is known, not whether it is."""
+        hessian, _ = self._normal_equations(refined.measurements, refined.world_from_rig, refined.own)
+        left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
         return float(left.max()) < self.p.refinement.max_prior_share
 
-    def find_outlier(self, refined: Refined) -> int | None:
+    def leave_out(self, refined: Refined, component: int) -> Refined | None:
+        """The pose without a component; None where that pulls it no further than its errors explain."""
+        excluded = refined.excluded.copy()
+        excluded[component] = True
+        without = self.solve(refined.world_from_rig, excluded)
+        pull = perturbation(without.world_from_rig, refined.world_from_rig)
+        far = [float(np.sqrt(pull @ np.linalg.solve(h.covariance, pull))) for h in (without, refined)]
+        p = self.p.refinement
+        return without if far[0] > p.max_pull_sigma or far[1] > p.max_joint_pull_sigma else None
+
+    def find_outliers(self, refined: Refined) -> list[int]:
         """The component that, to first order, pulls the pose furthest of those that know less of it than the others
-        together."""
+        together; and that of those that know more, but for one that most of what was found belongs to."""
         p, m = self.p, refined.measurements
         component, group = np.unique(self.scene.component_of_arc[refined.prediction.arc], return_inverse=True)
         if len(component) < 2:
-            return None
+            return []
+        group = group.ravel()
         hessian, _ = self._normal_equations(m, refined.world_from_rig, refined.own)
-        gradients, hessians = _by_group(m, group.ravel())
+        gradients, hessians = _by_group(m, group)
         priors = hessian - hessians.sum(axis=0)
         lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
+        found = np.bincount(group, refined.prediction.weight * (m.weight > 0))
+        greater = ~lesser & (found < p.refinement.max_left_out * found.sum())
         pulls = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
-        sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls) * lesser
-        worst = int(np.argmax(sigmas))
-        return int(component[worst]) if sigmas[worst] > p.refinement.suspect_sigma**2 else None
+        sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls)
+        worst = [int(np.argmax(sigmas * some)) for some in (lesser, greater) if some.any()]
+        return [int(component[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
 
     def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
         """Hessian and gradient by (t, r, each camera's own unknowns), the priors of all included."""

@@ -98,19 +98,26 @@ def _look_beside(
     index: EdgeIndex,
     p: LocalisationParameters,
 ) -> Floats:
-    """The log odds (c,) of samples of one camera whose image may be shifted by up to `p.support.displaced_px`."""
+    """The log odds (c,) of samples of one camera whose image may be shifted by up to `p.support.displaced_px`, and
+    then turned and scaled a little."""
     steps = np.arange(-p.support.displaced_px, p.support.displaced_px + 1e-9, 2.0)
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
-    shift = shifts[int(np.argmax(gathered))]
-    normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    pixel = pixel + shifts[int(np.argmax(gathered))]
+    # What stands elsewhere is turned, nearer or farther too: a similarity of its image, about its middle.
     reach, scale = p.refinement.rounds[-1]
+    usual = np.array([p.support.displaced_px, p.support.displaced_px, p.support.turned, p.support.turned])
     for _ in range(4):
-        offset, found = index.measure(np.ascontiguousarray(pixel + shift), direction, reach, scale, p.refinement)
-        near = np.where(found >= 0, prediction.weight / (1 + (offset / scale) ** 2) ** 2, 0.0)[:, None] * normal
-        shift = shift + np.linalg.solve(near.T @ normal + 1e-3 * np.eye(2), near.T @ offset)
-    offset, found = index.measure(np.ascontiguousarray(pixel + shift), direction, reach, scale, p.refinement)
-    places = look_up_evidence(prediction, fields, pixel + shift, direction)
+        offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)
+        near = np.where(found >= 0, prediction.weight / (1 + (offset / scale) ** 2) ** 2, 0.0)
+        arm = pixel - np.average(pixel, axis=0, weights=prediction.weight)
+        moves = np.stack([*np.broadcast_to(np.eye(2)[:, None], (2, *arm.shape)), arm, arm @ [[0, 1], [-1, 0]]])
+        across = np.einsum("kni,in->nk", moves, np.stack([-direction[:, 1], direction[:, 0]]))
+        normal = (across * near[:, None]).T @ across + np.diag(usual**-2.0)
+        step = np.linalg.solve(normal, across.T @ (near * offset))
+        pixel = pixel + np.einsum("k,kni->ni", step, moves)
+    offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)
+    places = look_up_evidence(prediction, fields, pixel, direction)
     places += score_offsets(offset, np.zeros(len(offset)), found, p)
     return sum_over_arcs(prediction, prediction.weight * places, len(fields), p.support)
 
