@@ -116,7 +116,7 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
             extractions[key] = make_primitives(extract(picture))
         found[name] = extractions[key]
     began = time.process_time()
-    answer = localise(scene, trial.rig, found, trial.prior, needs)
+    answer = localise(scene, trial.rig, found, trial.pictures, trial.prior, needs)
     line: dict[str, Any] = {
         "name": trial.name,
         "group": trial.group,
@@ -176,8 +176,8 @@ def fit(lines: list[dict[str, Any]]) -> tuple[float, Floats]:
         odds = b[0] + z @ b[1:]
         return float((w * (np.logaddexp(0, odds) - y * odds)).sum() + 0.5 * (b[1:] ** 2).sum() / 9)
 
-    bounds = [(None, None), (0, None), (0, None), (0, None)]
-    b = minimize(loss, np.zeros(4), method="L-BFGS-B", bounds=bounds).x
+    bounds = [(None, None)] + [(0, None)] * x.shape[1]
+    b = minimize(loss, np.zeros(1 + x.shape[1]), method="L-BFGS-B", bounds=bounds).x
     weights = b[1:] / scale
     return float(b[0] - weights @ x.mean(axis=0)), weights
 

@@ -51,6 +51,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
     input, 4 an error that nobody foresaw."""
     args = parser().parse_args(arguments)
+    # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         status: int = args.run(args)
         sys.stdout.flush()

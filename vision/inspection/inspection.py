@@ -194,6 +194,7 @@ def inspect(
             stored.scene,
             cameras,
             primitives,
+            {name: picture.grey for name, picture in pictures.items()},
             believed,
             needs,
             parameters.localisation,

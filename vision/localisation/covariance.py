@@ -6,7 +6,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.localisation.calibration import CameraUnknowns
-from vision.localisation.hypotheses import Prediction
+from vision.localisation.hypotheses import Prediction, flow_in_camera
 from vision.localisation.measurements import Measurements, group_by_arc
 from vision.localisation.parameters import LocalisationParameters
 
@@ -15,13 +15,13 @@ def compute_covariance(
     m: Measurements, prediction: Prediction, hessian: Floats, unknowns: CameraUnknowns, p: LocalisationParameters
 ) -> Floats:
     """Covariance (6, 6) of a pose from its measurements: that of an M-estimator (Huber, 1981) whose measurements err in
-    three ways.
+    several ways.
 
     Samples near each other err together (texture, shading), so stretches of arcs are what is independent.  The image of
     an arc may be shifted as a whole (light, a clipped edge, an arc not where the model says), by a random effect whose
     variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
-    followed taken off (Henderson's analysis of variance).  The priors err as they say, and
-    the cameras also by what is considered and not solved for.
+    followed taken off (Henderson's analysis of variance).  Where the model has a tolerance, an arc lies elsewhere for all
+    cameras alike.  The priors err as they say, and the cameras also by what is considered and not solved for.
     """
     group, stretch = group_by_arc(prediction), _group_by_stretch(prediction, p)
     weight = m.weight / m.sigma**2
@@ -43,11 +43,28 @@ def compute_covariance(
     # A few arcs tell little of the scatter: what is usual counts as much as some arcs.
     usual = p.refinement.usual_arcs * float(length.mean())
     scattered = float((length * (mean[rows] ** 2 - noise)).sum()) + usual * p.refinement.arc_shift_px**2
-    variance = max(scattered / (usual + float((length * (1 - followed) ** 2).sum())), 0.0)
+    variance = scattered / (usual + float((length * (1 - followed) ** 2).sum()))
+    expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
+    variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
+    meat += _scatter_by_tolerance(m, prediction, weight)
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
     return np.asarray((inverse @ meat @ inverse)[:6, :6])
+
+
+def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Floats) -> Floats:
+    """Covariance (u, u) of the gradient by arcs that lie elsewhere than the model says, in all pictures at once."""
+    _, flow = flow_in_camera(prediction)
+    normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
+    # Where the image moves along its normal with the point: a vector in the rig's frame, px at one tolerance.
+    by_point = np.einsum("ni,nij,njk->nk", normal, flow, prediction.rotation[prediction.view])
+    by_point *= (prediction.tolerance_px / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
+    arc = np.unique(prediction.arc, return_inverse=True)[1].ravel()
+    moved = m.jacobian[:, :, None] * (weight[:, None] * by_point)[:, None, :]
+    by_arc = np.stack([np.bincount(arc, column) for column in moved.reshape(len(arc), -1).T], axis=1)
+    pulls = by_arc.reshape(len(by_arc), -1, 3)
+    return np.asarray(np.einsum("aux,avx->uv", pulls, pulls))
 
 
 def _group_by_stretch(prediction: Prediction, p: LocalisationParameters) -> Ints:

@@ -32,7 +32,7 @@ def measure_coverage(
     """Coverage of groups of surfaces; `group[i]` contains `surface[i]`, a surface may be in several groups."""
     from vision.localisation import coverage_kernels
 
-    rays = _rays(camera, p.visibility.coverage_step_px)
+    rays = lay_rays(camera, p.visibility.coverage_step_px)
     visible = _visible(scene, rays, world_from_camera)
     camera_from_world = np.linalg.inv(world_from_camera)
     corners = scene.vertices @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
@@ -62,7 +62,7 @@ def count_visible(
 
 
 @dataclass(frozen=True)
-class _Rays:
+class RayGrid:
     """Rays of a camera on a regular grid of the picture that it would give without distortion.
 
     directions (rows, columns, 3) in the camera's frame, z = 1; weight (rows, columns): the area of the real picture
@@ -78,7 +78,7 @@ class _Rays:
         return np.asarray((points / points[:, 2:] @ self.matrix.T)[:, :2])
 
 
-def _triangles(rays: _Rays, corners: Floats, triangles: Ints, p: LocalisationParameters) -> tuple[Ints, Floats]:
+def _triangles(rays: RayGrid, corners: Floats, triangles: Ints, p: LocalisationParameters) -> tuple[Ints, Floats]:
     """Boxes (t, 4) of the cells that triangles may cover, none for one turned away or behind, and their sides (t, 9).
 
     A ray d meets the triangle (a, b, c), counter-clockwise from outside, where d . (a x b), d . (b x c) and d . (c x a)
@@ -103,7 +103,8 @@ def _triangles(rays: _Rays, corners: Floats, triangles: Ints, p: LocalisationPar
     return boxes.astype(np.int64), sides
 
 
-def _rays(camera: Camera, step: int) -> _Rays:
+def lay_rays(camera: Camera, step: int) -> RayGrid:
+    """A ray for each square of `step` px of the picture that the camera would give without distortion."""
     width, height, matrix = camera.undistorted_view()
     x, y = np.arange(0.5 * (step - 1), width, step), np.arange(0.5 * (step - 1), height, step)
     pixels = np.stack([*np.meshgrid(x, y), np.ones((len(y), len(x)))], axis=-1)
@@ -112,10 +113,10 @@ def _rays(camera: Camera, step: int) -> _Rays:
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
     to_cells = np.asarray(np.diag([1 / step, 1 / step, 1.0]) @ matrix, float)
     to_cells[:2, 2] -= 0.5 * (step - 1) / step
-    return _Rays(directions, np.where(inside, float(step**2), 0.0).reshape(len(y), len(x)), to_cells)
+    return RayGrid(directions, np.where(inside, float(step**2), 0.0).reshape(len(y), len(x)), to_cells)
 
 
-def _visible(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Floats:
+def _visible(scene: Scene, rays: RayGrid, world_from_camera: Floats) -> Floats:
     """Pixels (s,) of the picture that show each surface of the scene."""
     surface = _nearest_surface(scene, rays, world_from_camera)
     shown = surface >= 0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Bytes, Floats
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
@@ -23,6 +23,7 @@ from vision.localisation.hypotheses import (
     select_samples,
 )
 from vision.localisation.measurements import EdgeIndex
+from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import Refined, refine
 from vision.localisation.scene import Scene
@@ -66,11 +67,12 @@ def localise(
     scene: Scene,
     rig: Rig,
     pictures: Mapping[str, Primitives],
+    greys: Mapping[str, Bytes | Floats],
     prior: Prior,
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
 ) -> Localisation:
-    """The pose of the rig, from what was extracted from its pictures, by camera."""
+    """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera."""
     clock = Clock()
     points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
     indexes = {name: EdgeIndex(own) for name, own in points.items()}
@@ -83,7 +85,7 @@ def localise(
         nothing = "no arc of the model is in view near the prior"
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], {}, clock.laps)
-    solver = _Solver(scene, near, rig, indexes, fine, prior, p)
+    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
     hypotheses = solver.hypotheses(found)
     clock.lap("refine")
     # Where the pictures leave several, the one nearest the prior is given first.
@@ -113,6 +115,7 @@ class _Solver:
     rig: Rig
     indexes: dict[str, EdgeIndex]
     fine: list[Evidence]
+    greys: list[GreyGrid]
     prior: Prior
     p: LocalisationParameters
 
@@ -140,7 +143,9 @@ class _Solver:
         return refine(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
 
     def _refine(self, pose: Floats) -> Refined:
-        return refine(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
+        refined = refine(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
+        outlines = measure_outlines(self.near, self.rig, self.greys, refined.world_from_rig, self.p.outlines)
+        return replace(refined, outlines=outlines)
 
     def _shifted(self, h: Refined, shapes: ArcShapes) -> list[Floats]:
         seen = h.prediction

@@ -14,6 +14,7 @@ from vision.localisation.covariance import compute_covariance
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import Prediction, predict
 from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc, measure
+from vision.localisation.outlines import Outlines
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.scene import Scene
 from vision.localisation.support import Support, measure_support
@@ -24,7 +25,8 @@ class Refined:
     """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 10), and what it rests on.
 
     excluded (b,): which of the scene's components are left out because they are not where the model says.
-    prior_sigma: its distance from the prior.  cost: half of that squared, less the evidence.
+    prior_sigma: its distance from the prior.  outlines: the greys beside the outlines, where they were asked for.
+    cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
     world_from_rig: Floats
@@ -35,6 +37,7 @@ class Refined:
     excluded: Bools
     support: Support
     prior_sigma: float
+    outlines: Outlines | None = None
 
     @property
     def evidence(self) -> float:
@@ -42,7 +45,7 @@ class Refined:
 
     @property
     def cost(self) -> float:
-        return 0.5 * self.prior_sigma**2 - self.evidence
+        return 0.5 * self.prior_sigma**2 - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
 def refine(

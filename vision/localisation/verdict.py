@@ -2,9 +2,9 @@
 
 Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one.  The posterior weighs the
 evidence of the best pose against chance in a search of that many poses, the share of the model's edges that show, how
-closely the edges found lie on them, and how far the poses that single cameras give lie apart; its weights come from
-trials with known truth (benchmarks/verdict.py).  Rivals, those of repeated structure among them, take their share of
-it.  An accepted pose is also as sure as the user needs it.
+closely the edges found lie on them, and the greys on both sides of the model's outline; its weights come from trials
+with known truth (benchmarks/verdict.py).  Rivals, those of repeated structure among them, take their share of it.
+Poses that single cameras give may not lie apart.  An accepted pose is also as sure as the user needs it.
 """
 
 from __future__ import annotations
@@ -43,14 +43,19 @@ class Verdict:
 def find_rivals(best: Refined, others: list[Refined], p: VerdictParameters) -> list[Refined]:
     """Those of the others that pictures and prior leave about as likely as the best.
 
-    What is found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge tells
-    them apart, however many arcs light may hide."""
-    most = float(best.support.found.sum())
+    What edges are found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge
+    tells them apart, however many arcs light may hide.  Printed edges may be found as well as the object's own: the
+    greys beside the outlines count with them."""
+
+    def found(h: Refined) -> float:
+        return float(h.support.found.sum()) + (h.outlines.evidence if h.outlines else 0.0)
+
+    most = found(best)
     margin = max(p.rival_share * most, p.min_margin)
 
     def rivals_best(h: Refined) -> bool:
         odds = 0.5 * (h.prior_sigma**2 - best.prior_sigma**2)
-        return float(h.support.found.sum()) > most - margin and odds < p.prior_odds
+        return found(h) > most - margin and odds < p.prior_odds
 
     return [h for h in others if rivals_best(h)]
 
@@ -98,18 +103,34 @@ def compute_disagreement(poses: list[Refined]) -> float:
 class Signs:
     """What speaks for and against a pose, as the posterior weighs it.
 
-    evidence: log odds against chance; share: evidence found over what the right pose is expected to find; agreement:
-    share of the edges found that lie on the arcs; apart: sigmas between the poses that single cameras give."""
+    evidence: log odds of the edges against chance; prior_sigma: distance from the prior; share: evidence found over
+    what the right pose is expected to find; agreement: share of the edges found that lie on the arcs; outline_px,
+    outline_contrast: length of the outlines against the background and the contrast of greys beside them; apart: sigmas
+    between the poses that single cameras give."""
 
     evidence: float
+    prior_sigma: float
     share: float
     agreement: float
+    outline_px: float
+    outline_contrast: float
     apart: float
 
     def columns(self, p: VerdictParameters) -> Floats:
-        """The signs (3,) that the posterior weighs."""
-        against_chance = np.log(max(self.evidence, 1.0) / p.chance_evidence)
-        return np.array([against_chance, min(self.share, p.most_share), self.agreement])
+        """The signs (5,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
+        the right pose in the mean; share; agreement; whether there are outlines, and what they say."""
+        left = self.evidence - 0.5 * (self.prior_sigma**2 - 6)
+        against_chance = np.log(max(left, 1.0) / p.chance_evidence)
+        outlined = self.outline_px / (self.outline_px + p.usual_outline_px)
+        return np.array(
+            [
+                against_chance,
+                min(self.share, p.most_share),
+                self.agreement,
+                -outlined,
+                outlined * min(self.outline_contrast, p.most_contrast),
+            ]
+        )
 
     def log_odds(self, p: VerdictParameters) -> float:
         """Log odds of the pose by these signs."""
@@ -118,11 +139,14 @@ class Signs:
 
 def read_signs(best: Refined, alone: list[Refined], p: VerdictParameters) -> Signs:
     """The signs of a pose, of which single cameras give the poses `alone`."""
-    s = best.support
+    s, outlines = best.support, best.outlines
     return Signs(
         best.evidence,
+        best.prior_sigma,
         float(s.found.sum() / max(float(s.expected.sum()), 1e-9)),
         compute_agreement(best, p),
+        float(outlines.length_px.sum()) if outlines else 0.0,
+        outlines.mean if outlines else 0.0,
         compute_disagreement(alone),
     )
 
@@ -132,9 +156,11 @@ def decide(best: Refined, rivals: list[Refined], alone: list[Refined], needs: Ne
     single cameras give, where there are several."""
     signs = read_signs(best, alone, p)
     odds = signs.log_odds(p)
-    # Rivals share what the best has in proportion to their evidence, tempered: neighbouring edges err together.
-    costs = np.array([best.cost, *(h.cost for h in rivals)])
-    share = 1.0 / float(np.exp(-p.temper * (costs - costs[0])).sum())
+    # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
+    # together.
+    believed = np.array([0.5 * h.prior_sigma**2 for h in (best, *rivals)])
+    costs = p.temper * (np.array([h.cost for h in (best, *rivals)]) - believed) + believed
+    share = 1.0 / float(np.exp(-(costs - costs[0])).sum())
     likely = 1.0 / (1.0 + float(np.exp(-odds)))
     posterior = share * likely
     sigma_mm, sigma_rad, weakest = compute_precision(best)
@@ -142,7 +168,8 @@ def decide(best: Refined, rivals: list[Refined], alone: list[Refined], needs: Ne
     if likely < p.min_posterior:
         missing.append(
             f"the pictures do not show the model there surely enough: evidence of {signs.evidence:.0f} against chance, "
-            f"{signs.share:.0%} of the edges expected, {signs.agreement:.0%} of those found lie on the model's"
+            f"{signs.share:.0%} of the edges expected, {signs.agreement:.0%} of those found lie on the model's, "
+            f"contrast of {signs.outline_contrast:.1f} along {signs.outline_px:.0f} px of outline"
             + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if alone else "")
         )
     if best.prior_sigma > p.max_sigma:
