@@ -20,8 +20,8 @@ def compute_covariance(
     Samples near each other err together (texture, shading), so stretches of arcs are what is independent.  The image of
     an arc may be shifted as a whole (light, a clipped edge, an arc not where the model says), by a random effect whose
     variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
-    followed taken off (Henderson's analysis of variance).  Where the model has a tolerance, an arc lies elsewhere for all
-    cameras alike.  The priors err as they say, and the cameras also by what is considered and not solved for.
+    followed taken off (Henderson's analysis of variance).  Where the model has a tolerance, an arc lies elsewhere for
+    all cameras alike.  The priors err as they say, and the cameras also by what is considered and not solved for.
     """
     group, stretch = group_by_arc(prediction), _group_by_stretch(prediction, p)
     weight = m.weight / m.sigma**2

@@ -157,8 +157,8 @@ class RefinementParameters:
     max_pull_sigma: float = 2.0
     """sigmas of the pose without it by which a component may pull the pose; were it where the model says, one that
     knows as much as all others together would pull by less in 98 of 100 cases"""
-    max_joint_pull_sigma: float = 3.5
-    """sigmas of the pose with it, likewise: in six dimensions 5 in 100 of two equal halves lie further apart"""
+    max_joint_pull_sigma: float = 3.0
+    """sigmas of the pose with it, likewise: in six dimensions 17 in 100 of two equal halves lie further apart"""
     max_left_out: float = 0.8
     """share of the edges found up to which a component that knows more than the others is suspected: without one that
     holds more, too little is left to speak against it"""
@@ -201,7 +201,7 @@ class SupportParameters:
     """px by which the image of a component may be shifted that is not where the model says"""
     turned: float = 0.02
     """rad, and share: standard deviation by which such an image is turned and scaled"""
-    displaced_cost: float = 3.0
+    displaced_cost: float = 5.0
     """evidence that such a shift costs in each camera: the logarithm of how many places are told apart"""
 
 
@@ -212,7 +212,7 @@ class OutlineParameters:
 
     step_px: int = 3
     """px: side of the squares that are looked at"""
-    near_px: float = 1.5
+    near_px: float = 3.0
     """px from the outline: nearer pixels mix both sides"""
     far_px: float = 6.0
     """px from the outline: pixels up to there are told inside or outside, by those beyond"""

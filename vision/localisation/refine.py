@@ -63,18 +63,20 @@ def refine(
     elsewhere in the world pull the pose however robust the loss.  So a component that contradicts the others is
     excluded, where the others determine the pose better than it does, and the whole gathers more evidence with that
     component looked for beside its place.  Where two that tell about as much contradict each other, either may be the
-    one that is off.  The covariance holds all these explanations.  Of start and end the pose with more evidence is
-    kept."""
+    one that is off.  The covariance holds all explanations that determine the pose; that nothing is off the less, the
+    further the pose moves when the one is left out.  Of start and end the pose with more evidence is kept."""
     fit = Fit(scene, rig, [indexes[n] for n in rig.cameras], fields, prior, describe_unknowns(rig, p.refinement), p)
     none = np.zeros(scene.component_count, bool)
     refined = fit.solve(world_from_rig, none)
-    beside: list[Refined] = []
+    beside: list[tuple[Refined, float]] = []
     while others := [h for c in fit.find_outliers(refined) if (h := fit.leave_out(refined, c)) is not None]:
         usable = [h for h in others if fit.is_determined(h) or not fit.is_determined(refined)]
-        best = min([refined, *usable], key=lambda h: h.cost)
-        beside += [h for h in [refined, *others] if h is not best]
+        far = [_distance(refined, h) > p.refinement.max_pull_sigma for h in usable]
+        best = next((h for h, f in zip(usable, far, strict=True) if f and h.cost <= refined.cost), refined)
+        beside += [(h, 0.0) for h in usable if h is not best]
         if best is refined:
             break
+        beside.append((refined, -0.5 * max(_distance(refined, best) ** 2 - 6, 0.0)))
         refined = best
     start = fit.measure(world_from_rig, fit.unknowns.mean, none)
     near = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
@@ -82,14 +84,22 @@ def refine(
     return replace(refined, covariance=_spread(refined, beside, p.refinement.temper))
 
 
-def _spread(refined: Refined, others: list[Refined], temper: float) -> Floats:
-    """The covariance (6, 6) of a pose among others that contradict it, in proportion to how likely each is."""
-    odds = np.exp(-temper * np.maximum([h.cost - refined.cost for h in others], 0.0))
-    total = refined.covariance.copy()
-    for h, weight in zip(others, odds, strict=True):
+def _distance(a: Refined, b: Refined) -> float:
+    """How far pose a lies from b, in sigmas of b."""
+    apart = perturbation(b.world_from_rig, a.world_from_rig)
+    return float(np.sqrt(apart @ np.linalg.solve(b.covariance, apart)))
+
+
+def _spread(refined: Refined, others: list[tuple[Refined, float]], temper: float) -> Floats:
+    """The covariance (6, 6) of a pose among others that contradict it, in proportion to how likely each is by its cost
+    and the log odds beside it."""
+    total, weights = refined.covariance.copy(), 1.0
+    for h, odds in others:
+        weight = np.exp(odds - temper * max(h.cost - refined.cost, 0.0))
         apart = perturbation(refined.world_from_rig, h.world_from_rig)
         total += weight * (h.covariance + np.outer(apart, apart))
-    return np.asarray(total / (1 + odds.sum()))
+        weights += weight
+    return np.asarray(total / weights)
 
 
 @dataclass(frozen=True)
@@ -160,10 +170,9 @@ class Fit:
         excluded = refined.excluded.copy()
         excluded[component] = True
         without = self.solve(refined.world_from_rig, excluded)
-        pull = perturbation(without.world_from_rig, refined.world_from_rig)
-        far = [float(np.sqrt(pull @ np.linalg.solve(h.covariance, pull))) for h in (without, refined)]
         p = self.p.refinement
-        return without if far[0] > p.max_pull_sigma or far[1] > p.max_joint_pull_sigma else None
+        far = _distance(refined, without) > p.max_pull_sigma or _distance(without, refined) > p.max_joint_pull_sigma
+        return without if far else None
 
     def find_outliers(self, refined: Refined) -> list[int]:
         """The component that, to first order, pulls the pose furthest of those that know less of it than the others

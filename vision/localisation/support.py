@@ -105,9 +105,8 @@ def _look_beside(
     gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
     pixel = pixel + shifts[int(np.argmax(gathered))]
     # What stands elsewhere is turned, nearer or farther too: a similarity of its image, about its middle.
-    reach, scale = p.refinement.rounds[-1]
     usual = np.array([p.support.displaced_px, p.support.displaced_px, p.support.turned, p.support.turned])
-    for _ in range(4):
+    for reach, scale in np.repeat(p.refinement.rounds, 2, axis=0).tolist():
         offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)
         near = np.where(found >= 0, prediction.weight / (1 + (offset / scale) ** 2) ** 2, 0.0)
         arm = pixel - np.average(pixel, axis=0, weights=prediction.weight)

@@ -56,7 +56,7 @@ def extracted(images: dict[str, Bytes]) -> dict[str, Primitives]:
 @cache
 def blocks_found(seed: int) -> Localisation:
     scene, truth = shown("blocks")
-    return localise(scene, stereo_rig(), seen("blocks"), off(truth, 20.0, np.radians(2), seed))
+    return localise(scene, stereo_rig(), seen("blocks"), pictures("blocks"), off(truth, 20.0, np.radians(2), seed))
 
 
 def error(found: Localisation, truth: Floats) -> Floats:
@@ -77,7 +77,7 @@ def test_one_camera_alone() -> None:
     (scene, truth), rig = shown("blocks"), stereo_rig()
     extractions = seen("blocks")
     prior = off(truth, 12.0, np.radians(1.2), 5)
-    found = localise(scene, rig.only("left"), {"left": extractions["left"]}, prior)
+    found = localise(scene, rig.only("left"), {"left": extractions["left"]}, pictures("blocks"), prior)
     assert found.verdict.verdict == "accepted", found.verdict.reason
     assert error(found, truth)[:3].max() < 0.5
 
@@ -87,7 +87,7 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
     scene, truth = shown("endless")
     prior = Prior.isotropic(truth.copy(), 40.0, np.radians(1.0))
     prior.world_from_rig[:3, 3] += [0.4 * pitch, 0, 0]
-    found = localise(scene, stereo_rig(), seen("endless"), prior)
+    found = localise(scene, stereo_rig(), seen("endless"), pictures("endless"), prior)
     assert found.verdict.verdict == "ambiguous", found.verdict.reason
     shifts = [h.world_from_rig[:3, 3] - truth[:3, 3] for h in found.hypotheses]
     assert min(np.linalg.norm(s) for s in shifts) < 1.0
@@ -96,21 +96,21 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
 
 def test_tight_prior_picks_the_cell() -> None:
     scene, truth = shown("endless")
-    found = localise(scene, stereo_rig(), seen("endless"), off(truth, 5.0, np.radians(0.3), 2))
+    found = localise(scene, stereo_rig(), seen("endless"), pictures("endless"), off(truth, 5.0, np.radians(0.3), 2))
     assert found.verdict.verdict == "accepted", found.verdict.reason
     assert error(found, truth)[:3].max() < 1.0
 
 
 def test_pictures_of_something_else_are_refused() -> None:
     scene, truth = shown("blocks")
-    found = localise(scene, stereo_rig(), seen("others"), off(truth, 20.0, np.radians(2), 1))
+    found = localise(scene, stereo_rig(), seen("others"), pictures("others"), off(truth, 20.0, np.radians(2), 1))
     assert found.verdict.verdict == "refused"
 
 
 def test_nothing_in_view_is_refused() -> None:
     scene, truth = shown("blocks")
     away = Prior.isotropic(truth @ np.diag([1.0, -1, -1, 1]), 5.0, 0.01)
-    found = localise(scene, stereo_rig(), seen("blocks"), away)
+    found = localise(scene, stereo_rig(), seen("blocks"), pictures("blocks"), away)
     assert found.verdict.verdict == "refused"
     assert found.best is None
 
@@ -118,7 +118,7 @@ def test_nothing_in_view_is_refused() -> None:
 def test_equal_input_gives_equal_poses() -> None:
     first = blocks_found(1)
     prior = off(shown("blocks")[1], 20.0, np.radians(2), 1)
-    second = localise(blocks(), stereo_rig(), extracted(pictures("blocks")), prior)
+    second = localise(blocks(), stereo_rig(), extracted(pictures("blocks")), pictures("blocks"), prior)
     assert first.best is not None
     assert second.best is not None
     assert np.array_equal(first.best.world_from_rig, second.best.world_from_rig)
@@ -159,7 +159,7 @@ def test_rendered_pair(data_dir: Path, part: str, prior: str, verdict: str) -> N
     given = truth["priors"][prior]
     sigma = max(given["mm"] / np.sqrt(3), 1.0), np.radians(max(given["deg"] / np.sqrt(3), 0.5))
     start = Prior.isotropic(np.array(given["T_world_cam_left"]), *map(float, sigma))
-    found = localise(bulkhead(folder), rig, extracted(images), start)
+    found = localise(bulkhead(folder), rig, extracted(images), images, start)
     assert found.verdict.verdict == verdict, found.verdict.reason
     errors = [np.abs(perturbation(pose, h.world_from_rig)) for h in found.hypotheses]
     best = min(errors, key=lambda e: float(e[:3].max())) if verdict == "ambiguous" else errors[0]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
+from relmodel.geometry.transforms import skew
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
 from tests.vision.localisation.simulation import Errors, simulate
 from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
@@ -110,6 +111,33 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
         assert not found.excluded.any()
     else:
         assert votes < 0.05
+
+
+@pytest.mark.parametrize("shift", [(2.0, -3.0), (-2.5, 1.0)])
+def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, float]) -> None:
+    """Two cubes that tell as much as each other, near enough for their edges to be found: the covariance holds the
+    truth wherever the pose comes out."""
+    scene = box_scene([(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))])
+    rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
+    for shifted in (0, 1):
+        edges = exact_edges(truth, np.random.default_rng(3), shift=np.array(shift), scene=scene, shifted=(shifted,))
+        found = fit(scene, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
+        d = perturbation(found.world_from_rig, truth)
+        assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
+
+
+def test_tolerance_moves_an_arc_for_all_cameras() -> None:
+    """A second camera sees the same arcs out of place: it tells little more of where they are."""
+    errors = Errors(tolerance_mm=0.3)
+    one, two = (simulate(errors, 5, cameras).refined for cameras in (("left",), ("left", "right")))
+    known = [np.linalg.eigvalsh(compute_middle(h)).min() for h in (one, two)]
+    assert known[1] > 0.75 * known[0]
+
+
+def compute_middle(h: Refined) -> Floats:
+    """Covariance (3, 3) of the point in the middle of what is seen."""
+    to_middle = np.hstack([np.eye(3), -skew(np.median(h.prediction.point, axis=0))])
+    return np.asarray(to_middle @ h.covariance @ to_middle.T)
 
 
 def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:

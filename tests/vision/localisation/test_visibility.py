@@ -97,6 +97,42 @@ def test_silhouette_of_a_cylinder() -> None:
     assert s.length.sum() == pytest.approx(2 * height, rel=1e-6)
 
 
+def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
+    """A cylinder of two triangles a facet: each of its sides is a segment or two from end to end."""
+    angle = np.arange(24) * (2 * np.pi / 24)
+    normal = np.stack([np.cos(angle), np.sin(angle), np.zeros(24)], axis=1)
+    ring = np.arange(24)
+    sides = np.stack([ring, (ring + 1) % 24, (ring + 1) % 24 + 24, ring + 24], axis=1)
+    scene = Scene(
+        np.concatenate([20 * normal + [0, 0, z] for z in (0.0, 200.0)]),
+        np.tile(normal, (2, 1)),
+        np.concatenate([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]]),
+        np.zeros(48, np.int64),
+        np.zeros(1, np.int64),
+        *(np.zeros((0, 3)) for _ in range(4)),
+        np.zeros(0, np.int64),
+        np.zeros(0),
+        np.zeros(0, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(0, np.int64),
+        np.ones(1, bool),
+        np.zeros(1),
+    )
+    eye = np.array([600.0, 0, 100])
+    seen = find_visible_arcs(scene, CAMERA, looking(eye, np.array([0.0, 0, 100])))
+    whole = find_silhouettes(scene, eye)
+    assert len(whole.length) < 8
+    assert seen.length_px.max() <= 4.0
+    for side in (1, -1):
+        own = np.sort(seen.point[np.sign(seen.point[:, 1]) == side, 2])
+        assert own[0] < 3
+        assert own[-1] > 197
+        assert np.diff(own).max() < 5
+    split = whole.split(eye, 0.005)
+    assert split.length.sum() == pytest.approx(whole.length.sum())
+    assert (split.length / np.linalg.norm(split.point - eye, axis=1)).max() < 0.0055
+
+
 def test_displacements_of_a_grid_are_its_pitches() -> None:
     boxes = [
         (np.array([x, y, 0.0]), np.array([40.0, 30, 20])) for x in np.arange(4) * 90.0 for y in np.arange(4) * 70.0
