@@ -77,18 +77,23 @@ def test_thinned_samples_stand_for_the_same_length() -> None:
     assert some.length_px.sum() == pytest.approx(every.length_px.sum(), rel=0.05)
 
 
-def test_silhouette_of_a_cylinder() -> None:
-    radius, height, n = 30.0, 100.0, 64
+def cylinder(radius: float, height: float, n: int) -> Scene:
+    """A tube about z of n facets, two triangles each."""
     a = np.arange(n) * 2 * np.pi / n
     ring = np.column_stack([np.cos(a), np.sin(a), np.zeros(n)])
     vertices = np.concatenate([radius * ring, radius * ring + [0, 0, height]])
     i, j = np.arange(n), (np.arange(n) + 1) % n
     triangles = np.concatenate([np.column_stack([i, j, n + j]), np.column_stack([i, n + j, n + i])])
     none, empty = np.zeros((0, 3)), np.zeros(0, np.int64)
-    scene = Scene(
+    return Scene(
         vertices, np.concatenate([ring, ring]), triangles, np.zeros(len(triangles), np.int64), np.zeros(1, np.int64),
         none, none, none, none, empty, np.zeros(0), empty, np.zeros(1, np.int64), empty, np.ones(1, bool), np.zeros(1),
     )  # fmt: skip
+
+
+def test_silhouette_of_a_cylinder() -> None:
+    radius, height = 30.0, 100.0
+    scene = cylinder(radius, height, 64)
     eye = np.array([200.0, 0, 50])
     s = find_silhouettes(scene, eye)
     # Two lines along the axis, where the radius is at right angles to the view: cos = radius / distance.
@@ -98,26 +103,8 @@ def test_silhouette_of_a_cylinder() -> None:
 
 
 def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
-    """A cylinder of two triangles a facet: each of its sides is a segment or two from end to end."""
-    angle = np.arange(24) * (2 * np.pi / 24)
-    normal = np.stack([np.cos(angle), np.sin(angle), np.zeros(24)], axis=1)
-    ring = np.arange(24)
-    sides = np.stack([ring, (ring + 1) % 24, (ring + 1) % 24 + 24, ring + 24], axis=1)
-    scene = Scene(
-        np.concatenate([20 * normal + [0, 0, z] for z in (0.0, 200.0)]),
-        np.tile(normal, (2, 1)),
-        np.concatenate([sides[:, [0, 1, 2]], sides[:, [0, 2, 3]]]),
-        np.zeros(48, np.int64),
-        np.zeros(1, np.int64),
-        *(np.zeros((0, 3)) for _ in range(4)),
-        np.zeros(0, np.int64),
-        np.zeros(0),
-        np.zeros(0, np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(0, np.int64),
-        np.ones(1, bool),
-        np.zeros(1),
-    )
+    """Of a tube of long facets each side is a segment or two from end to end."""
+    scene = cylinder(20.0, 200.0, 24)
     eye = np.array([600.0, 0, 100])
     seen = find_visible_arcs(scene, CAMERA, looking(eye, np.array([0.0, 0, 100])))
     whole = find_silhouettes(scene, eye)
