@@ -140,6 +140,8 @@ def _record_hypotheses(
             **matrix_columns([h.world_from_rig for h in hypotheses]),
             "cost": np.array([h.cost for h in hypotheses]),
             "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
+            "outline_length": np.array([h.outlines.total_px if h.outlines else 0.0 for h in hypotheses]),
+            "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
             "distance": np.array([h.prior_sigma for h in hypotheses]),
             "relational_distance": relational_distances,
         },

@@ -123,7 +123,7 @@ def _visible(scene: Scene, rays: RayGrid, world_from_camera: Floats) -> Floats:
     return np.bincount(surface[shown], rays.weight[shown], minlength=len(scene.surface_occurrence)).astype(float)
 
 
-def _nearest_surface(scene: Scene, rays: _Rays, world_from_camera: Floats) -> Ints:
+def _nearest_surface(scene: Scene, rays: RayGrid, world_from_camera: Floats) -> Ints:
     """The surface (rows, columns) that each ray of the picture hits first, -1 for none."""
     used = rays.weight > 0
     hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
@@ -160,7 +160,7 @@ def map_surfaces(
 ) -> SurfaceMap:
     """The surfaces that a camera sees at a pose."""
     step = p.visibility.coverage_step_px
-    rays = _rays(camera, step)
+    rays = lay_rays(camera, step)
     pixel, _ = camera.project(rays.directions.reshape(-1, 3))
     shown = _nearest_surface(scene, rays, world_from_camera)
     return SurfaceMap(camera, shown, pixel.reshape(*rays.weight.shape, 2), rays.weight, step, rays.matrix)

@@ -33,9 +33,13 @@ class Outlines:
     evidence: float
 
     @property
+    def total_px(self) -> float:
+        return float(self.length_px.sum())
+
+    @property
     def mean(self) -> float:
         """The contrast of all outlines together."""
-        return float(self.length_px @ self.contrast / max(float(self.length_px.sum()), 1e-9))
+        return float(self.length_px @ self.contrast / max(self.total_px, 1e-9))
 
 
 @dataclass(frozen=True)

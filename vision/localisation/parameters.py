@@ -285,10 +285,7 @@ class LocalisationParameters:
     rivals: RivalParameters = field(default_factory=RivalParameters)
     refinement: RefinementParameters = field(default_factory=RefinementParameters)
     support: SupportParameters = field(default_factory=SupportParameters)
-<<<<<<< HEAD
-=======
     outlines: OutlineParameters = field(default_factory=OutlineParameters)
->>>>>>> 8720fc9 (Greys on both sides of the model's outline tell printed edges from the object's own; arcs that the model's tolerance moves are moved for all cameras)
     verdict: VerdictParameters = field(default_factory=VerdictParameters)
     depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)
 

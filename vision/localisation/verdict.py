@@ -145,7 +145,7 @@ def read_signs(best: Refined, alone: list[Refined], p: VerdictParameters) -> Sig
         best.prior_sigma,
         float(s.found.sum() / max(float(s.expected.sum()), 1e-9)),
         compute_agreement(best, p),
-        float(outlines.length_px.sum()) if outlines else 0.0,
+        outlines.total_px if outlines else 0.0,
         outlines.mean if outlines else 0.0,
         compute_disagreement(alone),
     )
