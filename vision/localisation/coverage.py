@@ -58,7 +58,7 @@ def count_visible(
     scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
 ) -> Floats:
     """Pixels (s,) of the picture that show each surface of the scene."""
-    return _visible(scene, _rays(camera, p.visibility.coverage_step_px), world_from_camera)
+    return _visible(scene, lay_rays(camera, p.visibility.coverage_step_px), world_from_camera)
 
 
 @dataclass(frozen=True)
