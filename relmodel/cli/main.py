@@ -30,6 +30,7 @@ VERBS = (
     "diff",
     "export",
     "world",
+    "rig",
     "where",
     "find",
     "index",

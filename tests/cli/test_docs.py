@@ -91,8 +91,9 @@ def test_readme_names_verbs_that_there_are() -> None:
 
 @pytest.fixture
 def demonstrated(inspection: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The folder at hand is one where the demonstration has left its store."""
+    """The folder at hand is one where the demonstration has left its store, with the examples."""
     (tmp_path / "demo").mkdir()
+    (tmp_path / "examples").symlink_to(CHECKOUT / "examples")
     for suffix in ("", ".journal"):
         shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
     monkeypatch.chdir(tmp_path)
@@ -121,6 +122,12 @@ def test_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
     for command, answer in shown:
         main(shlex.split(command)[1:])
         assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
+
+
+@pytest.mark.usefixtures("demonstrated")
+@pytest.mark.parametrize("page", ["calibration"])
+def test_pages_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    run_shell_blocks((CHECKOUT / f"docs/{page}.md").read_text(), capsys)
 
 
 @pytest.mark.usefixtures("demonstrated")

@@ -1,91 +1,103 @@
-"""The YAML and JSON files that hold rigs, priors and poses; what is wrong in one is refused in a sentence."""
+"""The files that hold rigs, priors and poses; what is wrong in one is refused in a sentence."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.errors import InputError
-from vision.cameras.cameras import CalibrationSigma, Camera, Needs, Prior, Rig
+from relmodel.errors import InputError, UsageError
+from relmodel.paths import check_writable
+from vision.cameras.cameras import Camera, Needs, Prior, Rig
+from vision.cameras.fields import member, numbers, parse_yaml, read_text, read_yaml, rigid
+from vision.cameras.formats import colmap, kalibr, opencv, own, ros
 
-# A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
-ROTATION_TOLERANCE = 1e-4
 # Fields that lenses have: from 0.1 mrad across the picture to 85 degrees off the axis.
 LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
 # A prior wider than this names no place; the search for one would take hours.
 MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
-# A calibration less sure than this is none.
-MOST_CALIBRATION_SIGMA = {"focal_px": 100.0, "centre_px": 50.0, "translation_mm": 20.0, "rotation_deg": 2.0}
-DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
+# Cameras nearer to each other than this are of a file in metres that was taken for one in mm.
+LEAST_BASELINE_MM = 1.0
+RIG_FORMATS = ("rig", "opencv", "ros", "kalibr", "colmap")
+_YAML = {"rig": own, "opencv": opencv, "ros": ros, "kalibr": kalibr}
+# Formats that say no unit of length: mm where nobody says otherwise.
+UNITLESS = ("opencv", "colmap")
 
 
-def read_rig(path: Path | str) -> Rig:
-    """The rig in a YAML file; InputError says in one sentence what is missing or wrong."""
+def read_rig(path: Path | str, *, unit_mm: float | None = None) -> Rig:
+    """The rig in a file of any of RIG_FORMATS, told apart by what it says, not by its name: the project's own rig file,
+    YAML of OpenCV, CameraInfo of ROS, camchain of Kalibr, or COLMAP's cameras.txt (or its folder).
+
+    `unit_mm` is the unit of length of a format that says none, mm.  InputError says in one sentence what is missing,
+    wrong, or not to be held by a rig."""
     path = Path(path)
-    data = _read_yaml(path, "rig")
-    cameras: dict[str, Camera] = {}
-    poses: dict[str, Floats] = {}
-    sigma: dict[str, CalibrationSigma] = {}
-    entries = _member(data, "cameras", path, "")
-    if not isinstance(entries, dict) or not entries:
-        raise InputError(f"{path}: 'cameras' holds no camera: give each under its name, as left and right")
-    for name, entry in entries.items():
-        where = f"cameras.{name}."
-        if not isinstance(entry, dict):
-            raise InputError(f"{path}: cameras.{name} is no mapping: give it width, height, matrix and rig_from_camera")
-        size = []
-        for key in ("width", "height"):
-            value = _member(entry, key, path, where)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"{path}: {where}{key} is {value!r}: give the picture's size in whole pixels")
-            size.append(value)
-        matrix = _numbers(entry, "matrix", path, where, (3, 3))
-        lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
-        if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
-            raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
-        camera = Camera(size[0], size[1], matrix, _distortion(entry, path, where))
+    if colmap.is_model(path):
+        form, rig = "colmap", colmap.read(path)
+    else:
+        text = opencv.without_header(read_text(path, "rig"))
+        data = parse_yaml(text, path, "rig", opencv.Loader)
+        form = _format_of(data)
+        rig = _YAML[form].parse(data, path)
+    if form in UNITLESS:
+        rig = _in_mm(rig, 1.0 if unit_mm is None else unit_mm, path)
+    elif unit_mm is not None:
+        raise UsageError(f"{path} is a file of the format {form}, which has its own unit of length: leave the unit out")
+    for name, camera in rig.cameras.items():
         _check_view(camera, path, f"cameras.{name}")
-        cameras[str(name)] = camera
-        poses[str(name)] = _rigid(
-            _numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
+    return rig
+
+
+def rig_files(path: Path | str) -> list[Path]:
+    """The files that `read_rig` reads for a path, the one with the cameras first."""
+    path = Path(path)
+    return colmap.files(path) if colmap.is_model(path) else [path]
+
+
+def write_rig(rig: Rig, path: Path | str, form: str) -> list[Path]:
+    """Write a rig in one of RIG_FORMATS and return the files (COLMAP: into the folder `path`), in mm, or metres where
+    the format is in metres.  Raises UsageError that names what the format cannot express, before anything is written.
+    """
+    path = Path(path)
+    if form == "colmap":
+        return colmap.write(rig, path)
+    check_writable(path, "rig file")
+    _YAML[form].write(rig, path)
+    return [path]
+
+
+def _format_of(data: dict[str, Any]) -> str:
+    """Which format a mapping is of, by the keys that only this one has; the project's own where there is none."""
+    if any(isinstance(value, opencv.Matrix) for value in data.values()):
+        return "opencv"
+    if "cam0" in data:
+        return "kalibr"
+    if "camera_matrix" in data or {"k", "K"} & set(data):
+        return "ros"
+    return "rig"
+
+
+def _in_mm(rig: Rig, unit_mm: float, path: Path) -> Rig:
+    """The rig of a format that says no unit, its lengths scaled to mm; refused where it cannot be in that unit."""
+    poses = {name: pose.copy() for name, pose in rig.rig_from_camera.items()}
+    for pose in poses.values():
+        pose[:3, 3] *= unit_mm
+    places = np.array([pose[:3, 3] for pose in poses.values()])
+    apart = np.linalg.norm(places[1:] - places[0], axis=1)
+    if ((apart > 0) & (apart < LEAST_BASELINE_MM)).any():
+        raise InputError(
+            f"{path}: two cameras are {apart[apart > 0].min():.3g} mm apart, which none are: the file is in another "
+            "unit, so say it to relmodel rig convert with --unit"
         )
-        if "sigma" in entry or "sigma" in data:
-            given, place = (entry, where) if "sigma" in entry else (data, "")
-            stated = _calibration_sigma(given, matrix, path, place)
-            # Where a camera defines the rig's frame, nothing about its place is uncertain.
-            frame = np.array_equal(poses[str(name)], np.eye(4))
-            sigma[str(name)] = replace(stated, translation_mm=0.0, rotation=0.0) if frame else stated
-    return Rig(cameras, poses, sigma)
-
-
-def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where: str) -> CalibrationSigma:
-    """How well a camera of this matrix is known, as `sigma` of an entry says; what it leaves out is exact."""
-    given = entry["sigma"]
-    names = tuple(MOST_CALIBRATION_SIGMA)
-    if not isinstance(given, dict) or not set(given) <= set(names):
-        raise InputError(f"{path}: {where}sigma is no mapping of {', '.join(names)}: give standard deviations by name")
-    values = {}
-    for key, most in MOST_CALIBRATION_SIGMA.items():
-        values[key] = float(_numbers(given, key, path, f"{where}sigma.", ())) if key in given else 0.0
-        if not 0 <= values[key] <= most:
-            raise InputError(f"{path}: {where}sigma.{key} is {values[key]:g}: give 0 to {most:g}")
-    return CalibrationSigma(
-        values["focal_px"] / float(matrix[0, 0]),
-        values["centre_px"],
-        values["translation_mm"],
-        float(np.radians(values["rotation_deg"])),
-    )
+    return Rig(rig.cameras, poses)
 
 
 def read_pose(path: Path | str) -> Floats:
     """`world_from_rig` (4, 4) in a YAML file: a pose file, or a prior."""
     path = Path(path)
-    return _world_from_rig(_read_yaml(path, "pose"), path)
+    return _world_from_rig(read_yaml(path, "pose"), path)
 
 
 def read_prior(path: Path | str) -> Prior:
@@ -94,7 +106,7 @@ def read_prior(path: Path | str) -> Prior:
     Its uncertainty is its `covariance` (6x6, of a right perturbation, t mm then r rad, as an inspection
     answers) or its `sigma` (translation_mm and rotation_deg, per axis)."""
     path = Path(path)
-    data = _read_yaml(path, "prior")
+    data = read_yaml(path, "prior")
     pose = _world_from_rig(data, path)
     given = data.get("covariance")
     return Prior.isotropic(pose, *_sigma(data, path)) if given is None else Prior(pose, _covariance(data, path))
@@ -103,7 +115,7 @@ def read_prior(path: Path | str) -> Prior:
 def read_needs(path: Path | str) -> Needs | None:
     """How exactly the pose is needed, where a prior file says so (`needs`)."""
     path = Path(path)
-    return _needs(_read_yaml(path, "prior"), path)
+    return _needs(read_yaml(path, "prior"), path)
 
 
 def read_found(path: Path | str) -> tuple[Floats, Floats]:
@@ -114,12 +126,12 @@ def read_found(path: Path | str) -> tuple[Floats, Floats]:
 
 def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
     """Standard deviations per axis, mm and rad."""
-    sigma = _member(data, "sigma", path, "")
+    sigma = member(data, "sigma", path, "")
     if not isinstance(sigma, dict):
         raise InputError(f"{path}: 'sigma' is no mapping: give it translation_mm and rotation_deg")
     values = {}
     for key in ("translation_mm", "rotation_deg"):
-        values[key] = float(_numbers(sigma, key, path, "sigma.", ()))
+        values[key] = float(numbers(sigma, key, path, "sigma.", ()))
         if values[key] <= 0:
             raise InputError(
                 f"{path}: sigma.{key} is {values[key]:g}: give one standard deviation per axis, above zero"
@@ -130,7 +142,7 @@ def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
 
 def _covariance(data: dict[str, Any], path: Path) -> Floats:
     """A covariance (6, 6), made exactly symmetric; refused where it is none or leaves everything open."""
-    given = _numbers(data, "covariance", path, "", (6, 6))
+    given = numbers(data, "covariance", path, "", (6, 6))
     scale = np.sqrt(np.maximum(np.diag(given), 0))
     if not (scale > 0).all() or np.abs(given - given.T).max() > 1e-6 * scale.max() ** 2:
         raise InputError(f"{path}: covariance is not symmetric with a positive diagonal: give t mm, then r rad")
@@ -155,7 +167,7 @@ def _needs(data: dict[str, Any], path: Path) -> Needs | None:
         return parse_needs(given, f"{path}: needs")
     if not isinstance(given, dict):
         raise InputError(f"{path}: 'needs' is no mapping: give it translation_mm and rotation_deg")
-    mm, degrees = (float(_numbers(given, key, path, "needs.", ())) for key in ("translation_mm", "rotation_deg"))
+    mm, degrees = (float(numbers(given, key, path, "needs.", ())) for key in ("translation_mm", "rotation_deg"))
     return _checked_needs(mm, degrees, f"{path}: needs")
 
 
@@ -176,56 +188,7 @@ def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
 
 
 def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:
-    return _rigid(_numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
-
-
-def _read_yaml(path: Path, what: str) -> dict[str, Any]:
-    import yaml
-
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as e:
-        raise InputError(f"the {what} file {path} cannot be read ({e.strerror}): check the path") from e
-    except (yaml.YAMLError, ValueError, RecursionError) as e:
-        mark = getattr(e, "problem_mark", None)
-        at = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"the {what} file {path} is no YAML{at}: correct it there") from e
-    if not isinstance(data, dict):
-        raise InputError(f"the {what} file {path} holds no mapping: see the documentation for its form")
-    return data
-
-
-def _member(data: dict[str, Any], key: str, path: Path, where: str) -> Any:
-    if data.get(key) is None:
-        raise InputError(f"{path}: '{where}{key}' is missing: add it")
-    return data[key]
-
-
-def _numbers(data: dict[str, Any], key: str, path: Path, where: str, shape: tuple[int, ...]) -> Floats:
-    value = _member(data, key, path, where)
-    wanted = "x".join(map(str, shape)) + " numbers" if shape else "one number"
-    try:
-        array = np.array(value, dtype=float)
-    except (TypeError, ValueError) as e:
-        raise InputError(f"{path}: {where}{key} is not made of numbers: give {wanted}") from e
-    if array.shape != shape:
-        raise InputError(f"{path}: {where}{key} has the size {'x'.join(map(str, array.shape))}: give {wanted}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{path}: {where}{key} holds a number that is not finite: give {wanted}")
-    return array
-
-
-def _distortion(entry: dict[str, Any], path: Path, where: str) -> Floats:
-    distortion = entry.get("distortion")
-    if distortion is None:
-        return np.zeros(0)
-    if not isinstance(distortion, dict) or distortion.get("model", "opencv") != "opencv":
-        raise InputError(f"{path}: {where}distortion is not of the model 'opencv': convert it, or leave it out")
-    values = distortion.get("coefficients")
-    count = len(values) if isinstance(values, list) else -1
-    if count not in DISTORTION_SIZES:
-        raise InputError(f"{path}: {where}distortion.coefficients must be a list of 4, 5, 8, 12 or 14 numbers")
-    return _numbers(distortion, "coefficients", path, f"{where}distortion.", (count,))
+    return rigid(numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
 
 
 def _check_view(camera: Camera, path: Path, name: str) -> None:
@@ -248,18 +211,3 @@ def _check_view(camera: Camera, path: Path, name: str) -> None:
         raise InputError(
             f"{path}: {name} sees a field that no lens gives: give size and matrix in pixels, distortion as OpenCV does"
         )
-
-
-def _rigid(matrix: Floats, path: Path, name: str) -> Floats:
-    """The transform with its rotation made exactly orthonormal; refused when it was not one but for round-off."""
-    r = matrix[:3, :3]
-    off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
-    if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
-        raise InputError(f"{path}: {name} mirrors, so it is no rigid transform: give a rotation, mm, and 0 0 0 1")
-    if off > ROTATION_TOLERANCE:
-        raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
-    u, _, vt = np.linalg.svd(r)
-    out = np.eye(4)
-    out[:3, :3] = u @ vt
-    out[:3, 3] = matrix[:3, 3]
-    return out

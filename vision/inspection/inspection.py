@@ -16,7 +16,7 @@ from relmodel.world.correction import Carrier, Correction, correct_base
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
-from vision.cameras.files import read_needs, read_prior, read_rig
+from vision.cameras.files import read_needs, read_prior, read_rig, rig_files
 from vision.cameras.images import read_picture
 from vision.cameras.record import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
@@ -138,10 +138,10 @@ def inspect(
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
-    rig, prior: YAML files; needs: how exactly the pose is needed, else as the prior file says, else the default; left,
-    right: pictures; world: its name, where the store has several; carrier: how the object stands that carries the rig,
-    which is found by the rig's content; overlay: a picture of the model drawn over the images, to be written;
-    crops: a folder for pictures of what is not as the model says, worst first.  The run
+    rig, prior: files, the rig in any format of `read_rig`; needs: how exactly the pose is needed, else as the prior
+    file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how the
+    object stands that carries the rig, which is found by the rig's content; overlay: a picture of the model drawn over
+    the images, to be written; crops: a folder for pictures of what is not as the model says, worst first.  The run
     records the parameters, defaults included.  Raises InputError for bad inputs, UsageError where several objects carry
     the rig and `carrier` does not choose, before anything is written.
     """
@@ -176,7 +176,8 @@ def inspect(
     clock.lap("select")
 
     inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
-    inputs |= {role: _digest(path) for role, path in (("rig", rig), ("prior", prior))}
+    inputs |= {"rig" if i == 0 else f"rig {file.name}": _digest(file) for i, file in enumerate(rig_files(rig))}
+    inputs |= {"prior": _digest(prior)}
     with Run.begin(
         store,
         "inspect",

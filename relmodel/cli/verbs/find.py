@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     words = "a convex polyhedron: a list half_spaces of [nx, ny, nz, d], inside where n . p <= d"
     volume.add_argument("--polyhedron", type=Path, metavar="FILE.yaml", help=words)
     volume.add_argument(
-        "--camera", type=Path, metavar="RIG.yaml", help="what the cameras of a rig see (needs --at or --prior)"
+        "--camera", type=Path, metavar="RIG", help="what the cameras of a rig see (needs --at or --prior)"
     )
     parser.add_argument(
         "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"

@@ -27,7 +27,11 @@ EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior pr
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--rig", type=Path, required=True, metavar="RIG.yaml", help="cameras and where the rig has them"
+        "--rig",
+        type=Path,
+        required=True,
+        metavar="RIG",
+        help="cameras and where the rig has them (formats: see relmodel rig)",
     )
     parser.add_argument("--left", type=Path, required=True, metavar="PICTURE", help="picture of the camera left")
     parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right")

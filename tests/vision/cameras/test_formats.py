@@ -1,0 +1,523 @@
+"""Rigs in the formats of calibration programs: files made here by each program's own conventions, and files written by
+relmodel read here by those, must image the same points at the same pixels as one truth does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import yaml
+from scipy.spatial.transform import Rotation
+
+from relmodel.arrays import Floats
+from relmodel.cli.main import main
+from relmodel.errors import InputError, UsageError
+from vision.cameras.cameras import CalibrationSigma, Camera, Rig
+from vision.cameras.files import read_rig, rig_files, write_rig
+
+TOLERANCE_PX = 1e-9
+EYE = np.eye(4).tolist()
+
+
+@dataclass(frozen=True)
+class Truth:
+    """One camera: size, fx fy cx cy (pixel (0, 0) at the centre of the first), OpenCV's coefficients, and the
+    transform from the rig, mm."""
+
+    width: int
+    height: int
+    intrinsics: Floats
+    distortion: Floats
+    camera_from_rig: Floats
+
+    def pixels(self, points: Floats) -> Floats:
+        """Pixels (n, 2) of points (n, 3) of the rig, by OpenCV."""
+        fx, fy, cx, cy = self.intrinsics
+        rotation, translation = cv2.Rodrigues(self.camera_from_rig[:3, :3])[0], self.camera_from_rig[:3, 3]
+        matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+        found, _ = cv2.projectPoints(points, rotation, translation, matrix, np.append(self.distortion, np.zeros(4))[:8])
+        return np.asarray(found.reshape(-1, 2))
+
+
+def draw(seed: int, cameras: int, coefficients: int, *, one_size: bool = True, own_frame: bool = False) -> list[Truth]:
+    """A random rig; its frame is the first camera's but for `own_frame`."""
+    rng = np.random.default_rng(seed)
+    out = []
+    for i in range(cameras):
+        width, height = (1280, 960) if one_size else (int(rng.integers(600, 2000)), int(rng.integers(400, 1500)))
+        focal = rng.uniform(0.9, 1.6) * width * rng.uniform(0.98, 1.02, 2)
+        centre = np.array([width, height]) * rng.uniform(0.45, 0.55, 2)
+        scales = np.array([0.2, 0.08, 1e-3, 1e-3, 0.02, 0.05, 0.02, 0.01])
+        pose = np.eye(4)
+        if i or own_frame:
+            pose[:3, :3] = Rotation.from_rotvec(rng.normal(0, 0.1, 3)).as_matrix()
+            pose[:3, 3] = [-150.0 * i - 20, *rng.normal(0, 10, 2)]
+        out.append(
+            Truth(width, height, np.append(focal, centre), (rng.uniform(-1, 1, 8) * scales)[:coefficients], pose)
+        )
+    return out
+
+
+def points_seen(truths: list[Truth], seed: int) -> Floats:
+    """Points of the rig's frame that all cameras see well within the picture."""
+    rng = np.random.default_rng(seed)
+    points = np.column_stack([rng.uniform(-250, 250, (400, 2)), rng.uniform(900, 1400, 400)])
+    seen = np.ones(len(points), bool)
+    for t in truths:
+        uv = t.pixels(points)
+        seen &= ((uv > 0) & (uv < [t.width - 1, t.height - 1])).all(axis=1)
+    assert seen.sum() > 20
+    return points[seen]
+
+
+def assert_same_pixels(rig: Rig, truths: list[Truth], names: list[str] | None = None) -> None:
+    points = points_seen(truths, 7)
+    assert list(rig.cameras) == (names or ["left", "right", "camera_2"][: len(truths)])
+    for (name, camera), truth in zip(rig.cameras.items(), truths, strict=True):
+        assert (camera.width, camera.height) == (truth.width, truth.height)
+        camera_from_rig = np.linalg.inv(rig.rig_from_camera[name])
+        pixels, front = camera.project(points @ camera_from_rig[:3, :3].T + camera_from_rig[:3, 3])
+        assert front.all()
+        np.testing.assert_allclose(pixels, truth.pixels(points), rtol=0, atol=TOLERANCE_PX)
+
+
+def make_rig(truths: list[Truth], names: list[str] | None = None) -> Rig:
+    called = names or ["left", "right", "camera_2"][: len(truths)]
+    cameras, poses = {}, {}
+    for name, t in zip(called, truths, strict=True):
+        fx, fy, cx, cy = t.intrinsics
+        cameras[name] = Camera(t.width, t.height, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), t.distortion)
+        poses[name] = np.eye(4) if np.array_equal(t.camera_from_rig, np.eye(4)) else np.linalg.inv(t.camera_from_rig)
+    return Rig(cameras, poses)
+
+
+def matrix3(t: Truth) -> Floats:
+    fx, fy, cx, cy = t.intrinsics
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+
+
+def put_opencv(truths: list[Truth], path: Path) -> Path:
+    """By OpenCV itself."""
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_FORMAT_YAML)
+    file.write("image_width", truths[0].width)
+    file.write("image_height", truths[0].height)
+    if len(truths) == 1:
+        file.write("camera_matrix", matrix3(truths[0]))
+        file.write("distortion_coefficients", truths[0].distortion[:, None])
+    else:
+        for i, t in enumerate(truths, start=1):
+            file.write(f"M{i}", matrix3(t))
+            file.write(f"D{i}", t.distortion[None])
+        file.write("R", truths[1].camera_from_rig[:3, :3])
+        file.write("T", truths[1].camera_from_rig[:3, 3:])
+    file.release()
+    return path
+
+
+def get_opencv(path: Path, count: int) -> list[Truth]:
+    """By OpenCV itself."""
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    width, height = (int(file.getNode(f"image_{n}").real()) for n in ("width", "height"))
+    keys = [("camera_matrix", "distortion_coefficients")] if count == 1 else [("M1", "D1"), ("M2", "D2")]
+    out = []
+    for i, (matrix, distortion) in enumerate(keys):
+        pose = np.eye(4)
+        if i:
+            pose[:3, :3], pose[:3, 3:] = file.getNode("R").mat(), file.getNode("T").mat()
+        m = file.getNode(matrix).mat()
+        out.append(Truth(width, height, m[[0, 1, 0, 1], [0, 1, 2, 2]], file.getNode(distortion).mat().ravel(), pose))
+    return out
+
+
+def put_ros(truths: list[Truth], path: Path) -> Path:
+    (t,) = truths
+    model = "plumb_bob" if len(t.distortion) == 5 else "rational_polynomial"
+    projection = np.column_stack([matrix3(t), np.zeros(3)]).ravel().tolist()
+    lines = [
+        f"image_width: {t.width}", f"image_height: {t.height}", "camera_name: left", "camera_matrix:", "  rows: 3",
+        "  cols: 3", f"  data: {matrix3(t).ravel().tolist()}", f"distortion_model: {model}",
+        "distortion_coefficients:", "  rows: 1", f"  cols: {len(t.distortion)}", f"  data: {t.distortion.tolist()}",
+        "rectification_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}",
+        f"projection_matrix: {{rows: 3, cols: 4, data: {projection}}}",
+    ]  # fmt: skip
+    path.write_text("\n".join(lines))
+    return path
+
+
+def put_ros_message(truths: list[Truth], path: Path) -> Path:
+    """As the message is printed."""
+    (t,) = truths
+    model = "plumb_bob" if len(t.distortion) == 5 else "rational_polynomial"
+    path.write_text(
+        f"header: {{frame_id: optical}}\nheight: {t.height}\nwidth: {t.width}\ndistortion_model: {model}\n"
+        f"d: {t.distortion.tolist()}\nk: {matrix3(t).ravel().tolist()}\nbinning_x: 0\nbinning_y: 0\n"
+        "roi: {x_offset: 0, y_offset: 0, height: 0, width: 0, do_rectify: false}\n"
+    )
+    return path
+
+
+def get_ros(path: Path, count: int) -> list[Truth]:
+    said = yaml.safe_load(path.read_text())
+    m, d = said["camera_matrix"]["data"], said["distortion_coefficients"]["data"]
+    assert {5: "plumb_bob", 8: "rational_polynomial"}[len(d)] == said["distortion_model"]
+    assert said["projection_matrix"]["data"] == [*m[:3], 0, *m[3:6], 0, *m[6:], 0]
+    return [
+        Truth(said["image_width"], said["image_height"], np.array([m[0], m[4], m[2], m[5]]), np.array(d), np.eye(4))
+    ]
+
+
+def put_kalibr(truths: list[Truth], path: Path) -> Path:
+    lines = []
+    for i, t in enumerate(truths):
+        lines += [f"cam{i}:", f"  cam_overlaps: [{1 - i}]", "  camera_model: pinhole", "  distortion_model: radtan"]
+        lines += [f"  distortion_coeffs: {t.distortion.tolist()}", f"  intrinsics: {t.intrinsics.tolist()}"]
+        lines += [f"  resolution: [{t.width}, {t.height}]", f"  rostopic: /cam{i}/image_raw"]
+        if i:
+            before = truths[i - 1].camera_from_rig
+            lines += ["  T_cn_cnm1:", *rows_in_metres(t.camera_from_rig @ np.linalg.inv(before))]
+        if not np.array_equal(truths[0].camera_from_rig, np.eye(4)):
+            lines += ["  T_cam_imu:", *rows_in_metres(t.camera_from_rig)]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def rows_in_metres(pose: Floats) -> list[str]:
+    scaled = pose.copy()
+    scaled[:3, 3] /= 1000
+    return [f"  - {row}" for row in scaled.tolist()]
+
+
+def get_kalibr(path: Path, count: int) -> list[Truth]:
+    said, out = yaml.safe_load(path.read_text()), []
+    pose = np.eye(4)
+    for i in range(count):
+        entry = said[f"cam{i}"]
+        assert (entry["camera_model"], entry["distortion_model"]) == ("pinhole", "radtan")
+        if "T_cam_imu" in entry:
+            pose = np.array(entry["T_cam_imu"])
+        elif i:
+            pose = np.array(entry["T_cn_cnm1"]) @ pose
+        in_mm = pose.copy()
+        in_mm[:3, 3] *= 1000
+        width, height = entry["resolution"]
+        distortion = np.array(entry["distortion_coeffs"])
+        out.append(Truth(width, height, np.array(entry["intrinsics"]), distortion, in_mm))
+    return out
+
+
+def quaternion_pose(pose: Floats) -> str:
+    x, y, z, w = Rotation.from_matrix(pose[:3, :3]).as_quat().tolist()
+    return " ".join(map(repr, [w, x, y, z, *pose[:3, 3].tolist()]))
+
+
+def colmap_line(number: int, t: Truth) -> str:
+    fx, fy, cx, cy = t.intrinsics.tolist()
+    model = {0: "PINHOLE", 4: "OPENCV", 8: "FULL_OPENCV"}[len(t.distortion)]
+    # Its pixel (0.5, 0.5) is the centre of the first.
+    values = [fx, fy, cx + 0.5, cy + 0.5, *t.distortion.tolist()]
+    return f"{number} {model} {t.width} {t.height} {' '.join(map(repr, values))}"
+
+
+def put_colmap(truths: list[Truth], folder: Path) -> Path:
+    """With images.txt: each camera's image, in a world of its own place."""
+    folder.mkdir()
+    names = ["left", "right", "camera_2"]
+    cameras = ["# Camera list", "#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]"]
+    images = ["# Image list with two lines of data per image:"]
+    for i, t in enumerate(truths):
+        cameras.append(colmap_line(5 + 3 * i, t))
+        images += [f"{9 - i} {quaternion_pose(t.camera_from_rig)} {5 + 3 * i} {names[i]}/0001.png", "10.5 20.5 -1"]
+    (folder / "cameras.txt").write_text("\n".join(cameras) + "\n")
+    (folder / "images.txt").write_text("\n".join(images) + "\n")
+    return folder
+
+
+def put_colmap_rig(truths: list[Truth], folder: Path) -> Path:
+    """With rigs.txt, and images of many shots."""
+    put_colmap(truths, folder)
+    again = (folder / "images.txt").read_text().replace("0001.png", "0002.png").splitlines()[1:]
+    (folder / "images.txt").write_text((folder / "images.txt").read_text() + "\n".join(again) + "\n")
+    sensors = [f"CAMERA {5 + 3 * i} 1 {quaternion_pose(t.camera_from_rig)}" for i, t in enumerate(truths) if i]
+    line = f"1 {len(truths)} CAMERA 5 {' '.join(sensors)}"
+    (folder / "rigs.txt").write_text(f"# Rig calib list\n{line}\n")
+    return folder / "cameras.txt"
+
+
+def get_colmap(folder: Path, count: int) -> list[Truth]:
+    def lines(name: str) -> list[list[str]]:
+        text = (folder / name).read_text().splitlines()
+        return [line.split() for line in text if line and not line.startswith("#")]
+
+    poses = {}
+    for words in lines("images.txt"):
+        w, x, y, z, *translation = map(float, words[1:8])
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = Rotation.from_quat([x, y, z, w]).as_matrix(), translation
+        poses[words[8]] = pose
+    out = []
+    for words in lines("cameras.txt"):
+        values = np.array(list(map(float, words[4:])))
+        assert len(values) == {"PINHOLE": 4, "OPENCV": 8, "FULL_OPENCV": 12}[words[1]]
+        intrinsics = values[:4] - [0, 0, 0.5, 0.5]
+        out.append(Truth(int(words[2]), int(words[3]), intrinsics, values[4:], poses[words[0]]))
+    assert len(out) == count
+    return out
+
+
+Put = Callable[[list[Truth], Path], Path]
+# Format, who writes it, cameras, coefficients, cameras of one size, frame that is not the first camera's.
+READ: list[tuple[str, Put, int, int, bool, bool]] = [
+    ("opencv", put_opencv, 1, 5, True, False),
+    ("opencv", put_opencv, 1, 8, True, False),
+    ("opencv", put_opencv, 2, 4, True, False),
+    ("opencv", put_opencv, 2, 8, True, False),
+    ("ros", put_ros, 1, 5, True, False),
+    ("ros", put_ros, 1, 8, True, False),
+    ("ros", put_ros_message, 1, 5, True, False),
+    ("ros", put_ros_message, 1, 8, True, False),
+    ("kalibr", put_kalibr, 1, 4, True, False),
+    ("kalibr", put_kalibr, 2, 4, False, False),
+    ("kalibr", put_kalibr, 3, 4, False, True),
+    ("colmap", put_colmap, 1, 0, True, False),
+    ("colmap", put_colmap, 2, 4, False, True),
+    ("colmap", put_colmap, 3, 8, False, True),
+    ("colmap", put_colmap_rig, 2, 4, False, False),
+    ("colmap", put_colmap_rig, 3, 8, False, False),
+]
+GET = {"opencv": get_opencv, "ros": get_ros, "kalibr": get_kalibr, "colmap": get_colmap}
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("form", "put", "cameras", "coefficients", "one_size", "own_frame"), READ)
+def test_one_truth_through_each_format(
+    form: str, put: Put, cameras: int, coefficients: int, one_size: bool, own_frame: bool, seed: int, tmp_path: Path
+) -> None:
+    truths = draw(seed, cameras, coefficients, one_size=one_size, own_frame=own_frame)
+    given = put(truths, tmp_path / "given.data")  # the name says nothing
+    rig = read_rig(given)
+    assert_same_pixels(rig, truths)
+    assert all(file.is_file() for file in rig_files(given))
+    # What relmodel writes, read by the other program's conventions.
+    write_rig(make_rig(truths), tmp_path / "written", form)
+    points = points_seen(truths, 8)
+    for found, truth in zip(GET[form](tmp_path / "written", cameras), truths, strict=True):
+        np.testing.assert_allclose(found.pixels(points), truth.pixels(points), rtol=0, atol=TOLERANCE_PX)
+    # And read again, through the project's own file.
+    write_rig(read_rig(tmp_path / "written"), tmp_path / "own", "rig")
+    assert_same_pixels(read_rig(tmp_path / "own"), truths)
+
+
+def test_the_own_file_holds_all(tmp_path: Path) -> None:
+    truths = draw(1, 3, 8, one_size=False, own_frame=True)
+    rig = make_rig(truths, ["a", "b", "c"])
+    matrix = rig.cameras["b"].matrix + np.array([[0, 0.7, 0], [0, 0, 0], [0, 0, 0]])
+    cameras = rig.cameras | {"b": Camera(700, 500, matrix, np.append(rig.cameras["b"].distortion, np.full(6, 1e-3)))}
+    sigma = {"a": CalibrationSigma(0.001, 0.2, 0.3, 0.004)}
+    write_rig(Rig(cameras, rig.rig_from_camera, sigma), tmp_path / "rig", "rig")
+    again = read_rig(tmp_path / "rig")
+    for name, camera in cameras.items():
+        assert np.array_equal(again.cameras[name].matrix, camera.matrix)
+        assert np.array_equal(again.cameras[name].distortion, camera.distortion)
+        np.testing.assert_allclose(again.rig_from_camera[name], rig.rig_from_camera[name], rtol=0, atol=1e-12)
+    assert again.sigma.keys() == sigma.keys()
+    assert again.sigma["a"].focal == pytest.approx(0.001, rel=1e-14)
+    assert again.sigma["a"].rotation == pytest.approx(0.004, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "intrinsics", "distortion"),
+    [
+        ("SIMPLE_PINHOLE", [900, 640.5, 480.5], [900, 900, 640, 480], []),
+        ("SIMPLE_RADIAL", [900, 640.5, 480.5, -0.1], [900, 900, 640, 480], [-0.1, 0, 0, 0]),
+        ("RADIAL", [900, 640.5, 480.5, -0.1, 0.02], [900, 900, 640, 480], [-0.1, 0.02, 0, 0]),
+    ],
+)
+def test_short_models_of_colmap(
+    model: str, values: list[float], intrinsics: list[float], distortion: list[float], tmp_path: Path
+) -> None:
+    (tmp_path / "cameras.txt").write_text(f"1 {model} 1280 960 {' '.join(map(str, values))}\n")
+    rig = read_rig(tmp_path)
+    assert_same_pixels(rig, [Truth(1280, 960, np.array(intrinsics, float), np.array(distortion), np.eye(4))])
+
+
+def test_kalibr_by_its_inertial_unit_alone(tmp_path: Path) -> None:
+    """As OpenVINS writes it: OpenCV's header, T_imu_cam, no chain."""
+    truths = draw(4, 2, 4, own_frame=True)
+    said = yaml.safe_load(put_kalibr(truths, tmp_path / "k").read_text())
+    for i, t in enumerate(truths):
+        pose = np.linalg.inv(t.camera_from_rig)
+        pose[:3, 3] /= 1000
+        said[f"cam{i}"] |= {"T_imu_cam": pose.tolist()}
+        for key in ("T_cam_imu", "T_cn_cnm1"):
+            said[f"cam{i}"].pop(key, None)
+    (tmp_path / "k").write_text("%YAML:1.0\n\n" + yaml.safe_dump(said))
+    assert_same_pixels(read_rig(tmp_path / "k"), truths)
+
+
+def test_a_unit_that_the_file_does_not_say(tmp_path: Path) -> None:
+    truths = draw(2, 2, 5)
+    metres = truths[1].camera_from_rig.copy()
+    metres[:3, 3] /= 1000
+    put_opencv([truths[0], Truth(1280, 960, truths[1].intrinsics, truths[1].distortion, metres)], tmp_path / "cv")
+    with pytest.raises(InputError, match=r"0\.\d+ mm apart.*--unit"):
+        read_rig(tmp_path / "cv")
+    assert_same_pixels(read_rig(tmp_path / "cv", unit_mm=1000), truths)
+    with pytest.raises(UsageError, match="own unit"):
+        read_rig(put_kalibr(draw(2, 2, 4), tmp_path / "k"), unit_mm=1000)
+
+
+WIDE = draw(0, 2, 8)
+SKEWED = np.array([[700, 0.5, 320], [0, 700, 240], [0, 0, 1]])
+
+
+@pytest.mark.parametrize(
+    ("form", "rig", "message"),
+    [
+        ("ros", make_rig(WIDE), "holds one camera, and the rig has 2: left, right"),
+        ("ros", make_rig(draw(0, 1, 4, own_frame=True)), "no pose of a camera"),
+        ("kalibr", make_rig(WIDE), "kalibr has no model with the 8 distortion coefficients of the camera left"),
+        ("opencv", make_rig(draw(0, 3, 4)), "the rig has 3 cameras"),
+        ("opencv", make_rig(draw(0, 2, 4, one_size=False)), "one picture size"),
+        ("opencv", make_rig(draw(0, 2, 4, own_frame=True)), "rig_from_camera of left is not the identity"),
+        ("opencv", make_rig(draw(0, 2, 4), ["a", "b"]), "does not name cameras.*call them left, right"),
+        ("kalibr", make_rig(draw(0, 2, 4), ["a", "b"]), "does not name cameras"),
+        ("colmap", make_rig(draw(0, 2, 4), ["a/b", "c"]), "cannot name"),
+        *(
+            (form, Rig({"left": Camera(640, 480, SKEWED)}, {"left": np.eye(4)}), "skew")
+            for form in GET
+        ),
+        *(
+            (form, Rig(make_rig(WIDE[:1]).cameras, {"left": np.eye(4)}, {"left": CalibrationSigma(0.1)}), "sigma")
+            for form in GET
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_format_cannot_express_is_named(form: str, rig: Rig, message: str, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=message):
+        write_rig(rig, tmp_path / "out", form)
+    assert not list(tmp_path.iterdir())
+
+
+ROS = {
+    "image_width": 640,
+    "image_height": 480,
+    "camera_name": "left",
+    "camera_matrix": {"rows": 3, "cols": 3, "data": [700.0, 0, 320, 0, 700, 240, 0, 0, 1]},
+    "distortion_model": "plumb_bob",
+    "distortion_coefficients": {"rows": 1, "cols": 5, "data": [0.0] * 5},
+}
+KALIBR_CAMERA = {
+    "camera_model": "pinhole",
+    "intrinsics": [700.0, 700, 320, 240],
+    "distortion_model": "radtan",
+    "distortion_coeffs": [0.0] * 4,
+    "resolution": [640, 480],
+}
+KALIBR = {"cam0": KALIBR_CAMERA, "cam1": KALIBR_CAMERA | {"T_cn_cnm1": EYE}}
+NOT_EQUAL = np.array(EYE) + np.eye(4, k=3) * 0.1
+CV = (
+    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+    "M1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 700., 0., 320., 0., 700., 240., 0., 0., 1. ]\n"
+    "D1: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ 0., 0., 0., 0., 0. ]\n"
+)
+ONE = CV.replace("M1", "camera_matrix").replace("D1", "distortion_coefficients")
+
+
+def dumped(data: dict[str, Any], **other: Any) -> str:
+    return yaml.safe_dump(data | other)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (dumped(ROS, distortion_model="equidistant"), "distortion_model is 'equidistant'"),
+        (dumped({k: v for k, v in ROS.items() if k != "image_height"}), "'image_height' is missing"),
+        (dumped(ROS, camera_matrix={"data": [0.0] * 9}), "not calibrated"),
+        (dumped(ROS, camera_matrix={"data": [700.0, 0, 320]}), "size 3: give 9 numbers"),
+        (dumped(ROS, camera_matrix={"data": [700.0, 2, 320, 0, 700, 240, 0, 0, 1]}), "skew 2"),
+        (dumped(ROS, binning_x=2), "binned"),
+        (dumped(ROS, roi={"x_offset": 10, "y_offset": 0, "width": 100, "height": 100}), "roi"),
+        (dumped(ROS, distortion_coefficients={"data": [0.1] * 8}), "plumb_bob has 5 coefficients, not 8"),
+        (dumped(KALIBR, cam0=KALIBR_CAMERA | {"distortion_model": "equidistant"}), "distortion_model is 'equidistant'"),
+        (dumped(KALIBR, cam0=KALIBR_CAMERA | {"camera_model": "omni"}), "camera_model is 'omni'"),
+        (dumped(KALIBR, cam1=KALIBR_CAMERA), "cam1.T_cn_cnm1' is missing"),
+        (dumped(KALIBR, cam0=KALIBR_CAMERA | {"resolution": [640]}), "resolution is"),
+        (dumped(KALIBR, cam0=KALIBR_CAMERA | {"T_cam_imu": EYE}), "cam1 has no T_cam_imu"),
+        (
+            dumped(
+                {
+                    "cam0": KALIBR_CAMERA | {"T_cam_imu": EYE},
+                    "cam1": KALIBR_CAMERA | {"T_cam_imu": EYE, "T_cn_cnm1": NOT_EQUAL.tolist()},
+                }
+            ),
+            "place it apart",
+        ),
+        (CV, "'M2' is missing"),
+        (CV.replace("image_width: 640\n", ""), "'image_width' is missing"),
+        (ONE + "fisheye_model: 1\n", "fisheye_model"),
+        (ONE.replace("rows: 3", "rows: 4"), "camera_matrix is no matrix"),
+        (ONE.replace("700., 0.,", "700., 3.,"), "skew 3"),
+        (ONE.replace("cols: 5", "cols: 3").replace("0., 0., 0., 0., 0.", "0., 0., 0."), "has 3 numbers"),
+        (ONE.replace("700., 0.,", ".NaN, 0.,"), "finite"),
+        ("1 OPENCV_FISHEYE 640 480 700 700 320 240 0 0 0 0\n", "model OPENCV_FISHEYE"),
+        ("1 PINHOLE 640 480 700 700 320\n", "3 parameters, and PINHOLE 4"),
+        ("1 PINHOLE 640 480 700 x 320 240\n", "not made of numbers"),
+        ("1 PINHOLE 640 480 700 700 320 240\n2 PINHOLE 640 480 700 700 320 240\n", "2 cameras"),
+        ("1 PINHOLE 0 480 700 700 320 240\n", "whole number"),
+    ],
+)
+def test_what_a_rig_cannot_hold_is_named(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        read_rig(tmp_path / "file")
+    assert "\n" not in str(caught.value)
+
+
+def test_damaged_files_are_refused_in_a_sentence(tmp_path: Path) -> None:
+    """Files cut and changed at random are read or refused; nothing else happens."""
+    rng = np.random.default_rng(0)
+    folder = put_colmap_rig(draw(0, 2, 4), tmp_path / "colmap").parent
+    good = {
+        "opencv": put_opencv(draw(0, 2, 5), tmp_path / "cv").read_text(),
+        "ros": dumped(ROS),
+        "kalibr": dumped(KALIBR),
+        "colmap": (folder / "rigs.txt").read_text(),
+    }
+    said: list[str] = []
+    for form, text in good.items():
+        for _ in range(25):
+            start = int(rng.integers(0, len(text)))
+            put = rng.choice(["", "x", "[", "1e999", ": ", "-", "\n", "99999999999999999999"])
+            broken = text[:start] + put + text[start + int(rng.integers(0, 40)) :]
+            file = folder / "rigs.txt" if form == "colmap" else tmp_path / "broken"
+            file.write_text(broken)
+            try:
+                read_rig(folder if form == "colmap" else file)
+            except InputError as error:
+                said.append(str(error))
+    assert len(said) > 50
+    assert not any("\n" in sentence for sentence in said)
+
+
+def test_the_verb_converts_and_shows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truths = draw(3, 2, 4)
+    given = put_kalibr(truths, tmp_path / "chain.yaml")
+    way = [("opencv", "a"), ("colmap", "b"), ("kalibr", "c"), ("rig", "d")]
+    source = given
+    for form, name in way:
+        assert main(["rig", "convert", str(source), str(tmp_path / name), "--to", form]) == 0
+        source = tmp_path / name
+    assert_same_pixels(read_rig(source), truths)
+    assert main(["rig", "show", str(source), "--format", "csv"]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    assert [line.split(",")[:3] for line in shown[1:]] == [["left", "1280", "960"], ["right", "1280", "960"]]
+    assert main(["rig", "convert", str(source), str(tmp_path / "e"), "--to", "ros"]) == 2
+    assert "holds one camera" in capsys.readouterr().err
+    assert main(["rig", "convert", str(source)]) == 2
+    assert main(["rig", "convert", str(given), str(tmp_path / "b"), "--to", "colmap"]) == 2
+    assert "already" in capsys.readouterr().err

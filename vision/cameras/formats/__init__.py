@@ -1,0 +1,5 @@
+"""Formats of calibrated rigs, a module each: what one cannot hold, it refuses by name.
+
+`parse(data, path)` makes a rig of what a file says, `write(rig, path)` writes one.  Lengths of a rig are mm and pixel
+(0, 0) is the centre of the top-left pixel, whatever the format has.
+"""

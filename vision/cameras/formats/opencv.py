@@ -1,0 +1,133 @@
+"""YAML of OpenCV's FileStorage, with the keys of its calibration programs.
+
+One camera: `image_width`, `image_height`, `camera_matrix`, `distortion_coefficients`.  A pair: `M1`, `D1`, `M2`, `D2`
+and `R`, `T`, which take coordinates in the first camera to the second (what the sample stereo_calib.cpp writes as
+intrinsics.yml and extrinsics.yml, in one file, and the picture's size).  The unit of T is that of the board's squares.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from relmodel.arrays import Floats
+from relmodel.errors import InputError, UsageError
+from relmodel.geometry.transforms import inverse
+from vision.cameras.cameras import Camera, Rig
+from vision.cameras.fields import member, pixel_count, rigid
+from vision.cameras.formats.common import (
+    chain,
+    check_expressible,
+    check_frame,
+    in_default_order,
+    pinhole_of_matrix,
+)
+
+SIZES = (4, 5, 8, 12, 14)
+_TAG = "tag:yaml.org,2002:opencv-matrix"
+
+
+class Matrix(NamedTuple):
+    """A matrix as a file states it."""
+
+    rows: Any
+    cols: Any
+    data: Any
+
+
+class Loader(yaml.SafeLoader):
+    """PyYAML's safe loader, which knows OpenCV's matrices."""
+
+
+def _construct_matrix(loader: Loader, node: yaml.Node) -> Matrix:
+    if not isinstance(node, yaml.MappingNode):
+        raise yaml.constructor.ConstructorError(None, None, "a matrix that is no mapping", node.start_mark)
+    said = loader.construct_mapping(node, deep=True)
+    return Matrix(said.get("rows"), said.get("cols"), said.get("data"))
+
+
+Loader.add_constructor(_TAG, _construct_matrix)
+
+
+class _Dumper(yaml.SafeDumper):
+    """PyYAML's safe dumper, which writes arrays as OpenCV's matrices."""
+
+
+def _represent_matrix(dumper: _Dumper, matrix: Floats) -> yaml.Node:
+    rows, cols = matrix.shape
+    flat = dumper.represent_sequence("tag:yaml.org,2002:seq", matrix.ravel().tolist(), flow_style=True)
+    node = dumper.represent_mapping(_TAG, {"rows": rows, "cols": cols, "dt": "d"}, flow_style=False)
+    node.value.append((dumper.represent_str("data"), flat))
+    return node
+
+
+_Dumper.add_representer(np.ndarray, _represent_matrix)
+
+
+def without_header(text: str) -> str:
+    """A YAML text without OpenCV's first line `%YAML:1.0`, which is no YAML."""
+    return re.sub(r"\A\ufeff?%YAML:[0-9.]+[^\n]*\n?", "\n", text)
+
+
+def parse(data: dict[str, Any], path: Path) -> Rig:
+    """The rig of one camera, `left`, or a pair, `left` and `right`, in the file's unit; the frame is the first's."""
+    if data.get("fisheye_model"):
+        raise InputError(f"{path}: fisheye_model is set, and a rig has no fisheye lens: calibrate without it")
+    width, height = (pixel_count(data, key, path, "") for key in ("image_width", "image_height"))
+    keys = [("camera_matrix", "distortion_coefficients")]
+    if "camera_matrix" not in data:
+        keys = [("M1", "D1"), ("M2", "D2")]
+    cameras, poses = {}, {}
+    for name, (matrix, distortion) in zip(("left", "right"), keys, strict=False):
+        stated = _matrix(data, matrix, path, (3, 3))
+        coefficients = _matrix(data, distortion, path).ravel()
+        if coefficients.size not in SIZES:
+            raise InputError(f"{path}: {distortion} has {coefficients.size} numbers: give 4, 5, 8, 12 or 14")
+        cameras[name] = pinhole_of_matrix(width, height, stated, coefficients, path, matrix, "OpenCV")
+        poses[name] = np.eye(4)
+    if len(cameras) == 2:
+        second_from_first = np.eye(4)
+        second_from_first[:3, :3] = _matrix(data, "R", path, (3, 3))
+        second_from_first[:3, 3] = _matrix(data, "T", path, (3, 1), (1, 3)).ravel()
+        poses["right"] = inverse(rigid(second_from_first, path, "R, T"))
+    return Rig(cameras, poses)
+
+
+def write(rig: Rig, path: Path) -> None:
+    """Write one camera or a pair, T in mm."""
+    if len(rig.cameras) > 2:
+        raise UsageError(f"opencv holds one camera or a pair, and the rig has {len(rig.cameras)} cameras")
+    coefficients = check_expressible(rig, "opencv", SIZES)
+    names = in_default_order(rig, "opencv")
+    check_frame(rig, names[0], "opencv")
+    cameras: list[Camera] = [rig.cameras[name] for name in names]
+    sizes = {(camera.width, camera.height) for camera in cameras}
+    if len(sizes) > 1:
+        raise UsageError("opencv has one picture size for a pair, and the cameras of the rig have two")
+    (width, height), *_ = sizes
+    data: dict[str, Any] = {"image_width": width, "image_height": height}
+    if len(names) == 1:
+        data |= {"camera_matrix": cameras[0].matrix, "distortion_coefficients": coefficients[names[0]][None]}
+    else:
+        for i, (name, camera) in enumerate(zip(names, cameras, strict=True), start=1):
+            data |= {f"M{i}": camera.matrix, f"D{i}": coefficients[name][None]}
+        second_from_first = chain(rig, names[1], names[0])
+        data |= {"R": second_from_first[:3, :3], "T": second_from_first[:3, 3:]}
+    path.write_text("%YAML:1.0\n---\n" + yaml.dump(data, Dumper=_Dumper, sort_keys=False), encoding="utf-8")
+
+
+def _matrix(data: dict[str, Any], key: str, path: Path, *shapes: tuple[int, int]) -> Floats:
+    """The matrix under a key, finite, and of one of the shapes where some are given."""
+    stated = member(data, key, path, "")
+    try:
+        values = np.array(stated.data, float).reshape(int(stated.rows), int(stated.cols))
+    except (AttributeError, TypeError, ValueError, OverflowError) as e:
+        raise InputError(f"{path}: {key} is no matrix: give !!opencv-matrix with rows, cols, dt and data") from e
+    if not np.isfinite(values).all() or (shapes and values.shape not in shapes):
+        wanted = " or ".join(f"{rows}x{cols}" for rows, cols in shapes) or "its"
+        raise InputError(f"{path}: {key} is not made of {wanted} finite numbers: correct it")
+    return values

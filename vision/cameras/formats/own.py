@@ -1,0 +1,106 @@
+"""The project's own rig file: everything that a rig holds, in mm, under names."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from relmodel.arrays import Floats
+from relmodel.errors import InputError
+from vision.cameras.cameras import CalibrationSigma, Camera, Rig
+from vision.cameras.fields import member, numbers, pixel_count, rigid
+
+# A calibration less sure than this is none.
+MOST_CALIBRATION_SIGMA = {"focal_px": 100.0, "centre_px": 50.0, "translation_mm": 20.0, "rotation_deg": 2.0}
+DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
+
+
+def parse(data: dict[str, Any], path: Path) -> Rig:
+    """The rig; InputError says in one sentence what is missing or wrong."""
+    cameras: dict[str, Camera] = {}
+    poses: dict[str, Floats] = {}
+    sigma: dict[str, CalibrationSigma] = {}
+    entries = member(data, "cameras", path, "")
+    if not isinstance(entries, dict) or not entries:
+        raise InputError(f"{path}: 'cameras' holds no camera: give each under its name, as left and right")
+    for name, entry in entries.items():
+        where = f"cameras.{name}."
+        if not isinstance(entry, dict):
+            raise InputError(f"{path}: cameras.{name} is no mapping: give it width, height, matrix and rig_from_camera")
+        width, height = (pixel_count(entry, key, path, where) for key in ("width", "height"))
+        matrix = numbers(entry, "matrix", path, where, (3, 3))
+        lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
+        if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
+            raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
+        cameras[str(name)] = Camera(width, height, matrix, _distortion(entry, path, where))
+        poses[str(name)] = rigid(
+            numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
+        )
+        if "sigma" in entry or "sigma" in data:
+            given, place = (entry, where) if "sigma" in entry else (data, "")
+            stated = _calibration_sigma(given, matrix, path, place)
+            # Where a camera defines the rig's frame, nothing about its place is uncertain.
+            frame = np.array_equal(poses[str(name)], np.eye(4))
+            sigma[str(name)] = replace(stated, translation_mm=0.0, rotation=0.0) if frame else stated
+    return Rig(cameras, poses, sigma)
+
+
+def write(rig: Rig, path: Path) -> None:
+    """Write the rig, numbers with all their digits."""
+    import yaml
+
+    entries: dict[str, Any] = {}
+    for name, camera in rig.cameras.items():
+        entry: dict[str, Any] = {"width": camera.width, "height": camera.height, "matrix": camera.matrix.tolist()}
+        if len(camera.distortion):
+            entry["distortion"] = {"model": "opencv", "coefficients": camera.distortion.tolist()}
+        entry["rig_from_camera"] = rig.rig_from_camera[name].tolist()
+        if name in rig.sigma:
+            s = rig.sigma[name]
+            entry["sigma"] = {
+                "focal_px": s.focal * float(camera.matrix[0, 0]),
+                "centre_px": s.centre_px,
+                "translation_mm": s.translation_mm,
+                "rotation_deg": float(np.degrees(s.rotation)),
+            }
+        entries[name] = entry
+    path.write_text(
+        "# A rig: mm, OpenCV's camera frame, pixel (0, 0) at the centre of the top-left pixel.\n"
+        + yaml.safe_dump({"cameras": entries}, sort_keys=False, width=200),
+        encoding="utf-8",
+    )
+
+
+def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where: str) -> CalibrationSigma:
+    """How well a camera of this matrix is known, as `sigma` of an entry says; what it leaves out is exact."""
+    given = entry["sigma"]
+    names = tuple(MOST_CALIBRATION_SIGMA)
+    if not isinstance(given, dict) or not set(given) <= set(names):
+        raise InputError(f"{path}: {where}sigma is no mapping of {', '.join(names)}: give standard deviations by name")
+    values = {}
+    for key, most in MOST_CALIBRATION_SIGMA.items():
+        values[key] = float(numbers(given, key, path, f"{where}sigma.", ())) if key in given else 0.0
+        if not 0 <= values[key] <= most:
+            raise InputError(f"{path}: {where}sigma.{key} is {values[key]:g}: give 0 to {most:g}")
+    return CalibrationSigma(
+        values["focal_px"] / float(matrix[0, 0]),
+        values["centre_px"],
+        values["translation_mm"],
+        float(np.radians(values["rotation_deg"])),
+    )
+
+
+def _distortion(entry: dict[str, Any], path: Path, where: str) -> Floats:
+    distortion = entry.get("distortion")
+    if distortion is None:
+        return np.zeros(0)
+    if not isinstance(distortion, dict) or distortion.get("model", "opencv") != "opencv":
+        raise InputError(f"{path}: {where}distortion is not of the model 'opencv': convert it, or leave it out")
+    values = distortion.get("coefficients")
+    count = len(values) if isinstance(values, list) else -1
+    if count not in DISTORTION_SIZES:
+        raise InputError(f"{path}: {where}distortion.coefficients must be a list of 4, 5, 8, 12 or 14 numbers")
+    return numbers(distortion, "coefficients", path, f"{where}distortion.", (count,))
