@@ -88,7 +88,8 @@ def assert_same_pixels(rig: Rig, truths: list[Truth], names: list[str] | None = 
 
 def make_rig(truths: list[Truth], names: list[str] | None = None) -> Rig:
     called = names or ["left", "right", "camera_2"][: len(truths)]
-    cameras, poses = {}, {}
+    cameras: dict[str, Camera] = {}
+    poses: dict[str, Floats] = {}
     for name, t in zip(called, truths, strict=True):
         fx, fy, cx, cy = t.intrinsics
         cameras[name] = Camera(t.width, t.height, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), t.distortion)
@@ -129,8 +130,8 @@ def get_opencv(path: Path, count: int) -> list[Truth]:
         pose = np.eye(4)
         if i:
             pose[:3, :3], pose[:3, 3:] = file.getNode("R").mat(), file.getNode("T").mat()
-        m = file.getNode(matrix).mat()
-        out.append(Truth(width, height, m[[0, 1, 0, 1], [0, 1, 2, 2]], file.getNode(distortion).mat().ravel(), pose))
+        m, d = (np.asarray(file.getNode(key).mat(), float) for key in (matrix, distortion))
+        out.append(Truth(width, height, m[[0, 1, 0, 1], [0, 1, 2, 2]], d.ravel(), pose))
     return out
 
 
