@@ -93,7 +93,9 @@ def make_rig(truths: list[Truth], names: list[str] | None = None) -> Rig:
     for name, t in zip(called, truths, strict=True):
         fx, fy, cx, cy = t.intrinsics
         cameras[name] = Camera(t.width, t.height, np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), t.distortion)
-        poses[name] = np.eye(4) if np.array_equal(t.camera_from_rig, np.eye(4)) else np.linalg.inv(t.camera_from_rig)
+        poses[name] = (
+            np.eye(4) if np.array_equal(t.camera_from_rig, np.eye(4)) else np.asarray(np.linalg.inv(t.camera_from_rig))
+        )
     return Rig(cameras, poses)
 
 
