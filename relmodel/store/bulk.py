@@ -181,6 +181,19 @@ def fetch_columns(
     return {name: _array([row[i] for row in rows]) for i, name in enumerate(names)}
 
 
+def fetch_arrow(connection: Connection, query: TextClause, parameters: Mapping[str, Any]) -> Any:
+    """Run a query and return its result as an Arrow table; see `Store.arrow`."""
+    result = connection.execute(query, parameters)
+    if connection.dialect.name == "duckdb":
+        cursor: Any = result.cursor
+        return cursor.to_arrow_table()
+    import pyarrow as pa
+
+    names = list(result.keys())
+    rows = result.all()
+    return pa.table({name: pa.array([row[i] for row in rows]) for i, name in enumerate(names)})
+
+
 def _unmask(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if not isinstance(values, np.ma.MaskedArray):
         return values

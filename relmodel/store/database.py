@@ -218,6 +218,10 @@ class Database:
         """
         return bulk.fetch_columns(connection, sql.query(name), parameters)
 
+    def arrow(self, connection: Connection, name: str, /, **parameters: Any) -> Any:
+        """Result of the named query as an Arrow table: integers stay such where some are null."""
+        return bulk.fetch_arrow(connection, sql.query(name), parameters)
+
     def new_ids(self, connection: Connection, table: str, count: int) -> Ints:
         """`count` new identities for rows of `table`, increasing."""
         return bulk.new_ids(connection, table, count)
