@@ -20,9 +20,9 @@ def main() -> None:
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     with Store.open(args.store, read_only=True) as store, store.read() as connection:
-        for row in store.rows(connection, "matching/problems"):
+        for number, row in enumerate(store.rows(connection, "matching/problems"), 1):
             problem = read_problem(store, connection, row.run_id, row.problem_no)
-            write_problem(args.folder / f"matching_{row.kind}_{row.run_id}_{row.problem_no}.parquet", problem)
+            write_problem(args.folder / f"matching_{row.kind}_{number:02}.parquet", problem)
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = Non
 
 
 def read_problem(path: Path) -> Case:
-    """A problem that `write_problem` wrote."""
+    """A problem that `write_problem` wrote to matching_KIND_NUMBER.parquet; its family is KIND."""
     table = parquet.read_table(path)
     kind = np.array(table["kind"].to_pylist())
     values = np.stack([table[name].fill_null(NONE).to_numpy() for name in COLUMNS], axis=1).astype(np.int64)
@@ -94,7 +94,7 @@ def read_problem(path: Path) -> Case:
         injective=bool(units[:1, 3].any()),
     )
     known = table.filter(pa.compute.equal(table["kind"], "unit"))["label"].null_count == 0
-    return Case(path.stem, problem, units[:, 1] if known else None)
+    return Case(path.stem.split("_")[1], problem, units[:, 1] if known else None)
 
 
 def generated(kinds: list[str], sizes: list[int], seeds: int) -> Iterator[Case]:

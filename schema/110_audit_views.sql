@@ -85,7 +85,7 @@ COMMENT ON COLUMN matched_arc.view_arc_no IS 'the model arc in the view';
 COMMENT ON COLUMN matched_arc.image_arc_no IS 'the image arc in the extraction';
 COMMENT ON COLUMN matched_arc.residual IS 'rms distance of the image arc from the projected model arc, px';
 COMMENT ON COLUMN matched_arc.angle IS 'mean angle between them, rad';
-COMMENT ON COLUMN matched_arc.overlap IS 'length of image arc that lies beside the model arc, px';
+COMMENT ON COLUMN matched_arc.overlap IS 'share of the image arc that lies beside the model arc, 0 to 1';
 
 CREATE VIEW rejected_arc AS
 WITH best AS (

@@ -151,6 +151,8 @@ def _gains(problem: MatchingProblem) -> Floats:
 def _fusion_moves(problem: MatchingProblem, _: float) -> Answer:
     import pylibmgm
 
+    if not problem.injective:  # it knows no label that is taken twice
+        return Answer(0.0, None, None)
     began = time.perf_counter()
     model = pylibmgm.GmModel(pylibmgm.Graph(0, problem.units), pylibmgm.Graph(1, problem.labels))
     unit = problem.candidate_unit
