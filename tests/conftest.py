@@ -15,16 +15,18 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
+from tests.browser import CHROMIUM
+
 # Before NumPy is imported: beside another worker the threads of linear algebra only wait for each other, and loudly.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect, not skip, tests marked `data` where RELMODEL_TEST_DATA is unset."""
+    """Deselect, not skip, tests marked `data` where RELMODEL_TEST_DATA is unset, and `browser` where there is none."""
     items.sort(key=lambda item: next((i for i, name in enumerate(_FIRST) if item.nodeid.startswith(name)), len(_FIRST)))
-    if os.environ.get("RELMODEL_TEST_DATA"):
-        return
-    gone = [item for item in items if item.get_closest_marker("data")]
+    missing = [] if os.environ.get("RELMODEL_TEST_DATA") else ["data"]
+    missing += [] if CHROMIUM else ["browser"]
+    gone = [item for item in items if any(item.get_closest_marker(mark) for mark in missing)]
     if gone:
         config.hook.pytest_deselected(items=gone)
         items[:] = [item for item in items if item not in gone]

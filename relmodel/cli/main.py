@@ -38,6 +38,7 @@ VERBS = (
     "stereo",
     "inspect",
     "runs",
+    "report",
     "schema",
     "sql",
     "check",

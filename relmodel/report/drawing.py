@@ -1,0 +1,92 @@
+"""Small SVG drawings: courses of arcs, histograms, residuals on the picture, ellipses of uncertainty."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from markupsafe import Markup
+
+from relmodel.arrays import Floats, Ints
+
+_DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
+
+
+def courses(owner: Ints, x: Floats, y: Floats, *, detail: float = _DETAIL_PX) -> dict[int, str]:
+    """SVG path data of each owner's points, px, which follow each other; owners are in runs.
+
+    Points that a straight piece passes within `detail` are left out (Douglas and Peucker 1973, by OpenCV).
+    """
+    if not len(owner):
+        return {}
+    starts = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
+    points = np.stack([x, y], axis=1).astype(np.float32)
+    pieces = zip(owner[starts].tolist(), np.split(points, starts[1:]), strict=True)
+    return {int(no): path_data(np.asarray(cv2.approxPolyDP(piece, detail, False)[:, 0], float)) for no, piece in pieces}
+
+
+def path_data(points: Floats, closed: bool = False) -> str:
+    """SVG path data of a polyline (n, 2), px, to a tenth."""
+    return "M" + "L".join(f"{u:.1f} {v:.1f}" for u, v in points.tolist()) + ("Z" if closed else "")
+
+
+def histogram(values: Floats, weights: Floats, *, reach: float = 4.0, bins: int = 40) -> Markup:
+    """Residuals over their standard deviations as bars, beside the normal density; the last bars hold what lies beyond.
+
+    values in standard deviations, weights 0 to 1.
+    """
+    heights, edges = np.histogram(np.clip(values, -reach, reach), bins, (-reach, reach), weights=weights)
+    total = max(float(heights.sum()), 1e-9)
+    density = heights / total / (edges[1] - edges[0])
+    top = max(float(density.max()), 0.45)
+    bars = Markup("").join(
+        Markup('<rect x="{:.2f}" y="{:.2f}" width="{:.2f}" height="{:.2f}"/>').format(
+            40 * left, 100 * (1 - d / top), 40 * (edges[1] - edges[0]) - 0.5, 100 * d / top
+        )
+        for left, d in zip(edges[:-1].tolist(), density.tolist(), strict=True)
+    )
+    at = np.linspace(-reach, reach, 81)
+    normal = np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi)
+    curve = path_data(np.stack([40 * at, 100 * (1 - normal / top)], axis=1))
+    marks = Markup("").join(
+        Markup('<text x="{}" y="112" text-anchor="middle">{}</text>').format(40 * k, k) for k in (-4, -2, 0, 2, 4)
+    )
+    return Markup(
+        '<svg class="plot" viewBox="-166 -4 332 120" role="img" aria-label="histogram of residuals">'
+        '<g class="bars">{}</g><path class="curve" d="{}"/><path class="axis" d="M-160 100H160"/>{}</svg>'
+    ).format(bars, curve, marks)
+
+
+def residual_map(points: Floats, normals: Floats, residual: Floats, width: int, height: int, scale: float) -> Markup:
+    """Residuals (n,) px, along normals (n, 2) from points (n, 2) of the picture, drawn `scale` times as long."""
+    ends = points + scale * residual[:, None] * normals
+    data = "".join(
+        f"M{a:.0f} {b:.0f}L{c:.0f} {d:.0f}" for (a, b), (c, d) in zip(points.tolist(), ends.tolist(), strict=True)
+    )
+    return Markup(
+        '<svg class="plot map" viewBox="-0.5 -0.5 {w} {h}" role="img" aria-label="residuals on the picture">'
+        '<rect class="frame" x="-0.5" y="-0.5" width="{w}" height="{h}"/><path class="residual" d="{d}"/></svg>'
+    ).format(w=width, h=height, d=data)
+
+
+def ellipse(covariance: Floats, label: str) -> Markup:
+    """One and two standard deviations of a covariance (2, 2) in mm, the longer half axis of two filling the drawing."""
+    half = 2 * float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 1e-30)))
+    paths = Markup("").join(
+        Markup('<path class="ellipse" d="{}"/>').format(
+            path_data(ellipse_points(covariance, k) * [80 / half, -80 / half], True)
+        )
+        for k in (1, 2)
+    )
+    return Markup(
+        '<svg class="plot ellipses" viewBox="-100 -100 200 215" role="img" aria-label="error ellipse {label}">'
+        '<path class="axis" d="M-90 0H90M0 -90V90"/>{paths}<text x="0" y="110" text-anchor="middle">{label}: '
+        "two sigma at most {half:.2g} mm</text></svg>"
+    ).format(label=label, paths=paths, half=half)
+
+
+def ellipse_points(covariance: Floats, sigmas: float, count: int = 48) -> Floats:
+    """Points (count, 2) around the ellipse of so many standard deviations about the origin."""
+    values, vectors = np.linalg.eigh(covariance)
+    at = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    circle = np.stack([np.cos(at), np.sin(at)], axis=1)
+    return np.asarray(sigmas * circle * np.sqrt(np.maximum(values, 0)) @ vectors.T)

@@ -1,0 +1,148 @@
+"""Pages: templates filled in, with everything that a browser needs inside and nothing that it may fetch.
+
+Names come from files that others made: templates escape all text, JSON lies in an element that is not run, and the
+page's own policy runs the one script whose hash it states, so that no name can bring another.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from decimal import Decimal
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from sqlalchemy import Connection
+
+from relmodel.errors import InputError
+from relmodel.paths import check_writable
+from relmodel.store import sql
+from relmodel.text import visible
+
+ROWS_SHOWN = 300  # of a table; the SQL below it gives the rest
+_FOLDER = Path(__file__).parent / "templates"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a page: what a named query gave, and the query.
+
+    upright: the one row stands as a column.  folded: shown when its title is clicked.  empty: what is said where there
+    are no rows; without it the table is left out then.  marks: of each row the ids of what it stands for in the
+    pictures, which the page's script lights.
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    query: str = ""
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    caption: str = ""
+    left_out: int = 0
+    upright: bool = False
+    folded: bool = False
+    empty: str = ""
+    marks: Sequence[str] | None = None
+
+    @property
+    def count(self) -> int:
+        return len(self.rows) + self.left_out
+
+
+def read_table(connection: Connection, title: str, name: str, /, **parameters: Any) -> Table:
+    """What the named query `queries/NAME.sql` gives, the first rows of it."""
+    found = connection.execute(sql.query(name), parameters)
+    columns, rows = list(found.keys()), found.all()
+    left_out = max(len(rows) - ROWS_SHOWN, 0)
+    return Table(title, columns, rows[:ROWS_SHOWN], sql.query(name).text, parameters, sql.description(name), left_out)
+
+
+def render(template: str, **values: Any) -> str:
+    """A page: the template filled in."""
+    own = {"script": Markup(page_script()), "policy": policy(), "style": Markup((_FOLDER / "page.css").read_text())}
+    return _environment().get_template(template).render(**(own | values))
+
+
+def write_page(path: Path, made: Callable[[], str]) -> None:
+    """Write the page that `made` gives.  Raises InputError where the file cannot be written, before it is made."""
+    check_writable(path, "page")
+    text = made()
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"the page {path} cannot be written ({error.strerror}): name another place") from error
+
+
+@cache
+def page_script() -> str:
+    return "".join((_FOLDER / name).read_text() for name in ("viewer.js", "page.js"))
+
+
+def policy(forms: str = "'none'") -> str:
+    """The Content-Security-Policy of a page: nothing is fetched, and only the page's own script runs."""
+    digest = base64.b64encode(hashlib.sha256(page_script().encode()).digest()).decode()
+    return (
+        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
+        f"script-src 'sha256-{digest}'; base-uri 'none'; form-action {forms}"
+    )
+
+
+def script_json(data: Any) -> Markup:
+    """JSON for an element of type application/json: no `<` in it can end the element."""
+    text = json.dumps(data, separators=(",", ":"), default=_plain, allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
+
+
+def cell(value: Any) -> str:
+    """A value as a table shows it: six digits, times to the second, control characters made visible."""
+    if value is None:
+        return ""
+    if isinstance(value, Markup):  # drawn here, not read from anywhere
+        return value
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (float, Decimal)):
+        return f"{value:.6g}"
+    if isinstance(value, datetime):
+        return value.isoformat(" ", "seconds")
+    if isinstance(value, (list, tuple)):
+        return ", ".join(cell(v) for v in value)
+    return visible(str(value))
+
+
+def heading(name: str) -> str:
+    """A column's name as a table's head shows it."""
+    return visible(name.replace("_", " "))
+
+
+def is_number(value: Any) -> bool:
+    """Whether a cell is set to the right."""
+    return isinstance(value, (int, float, Decimal)) and not isinstance(value, bool)
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=FileSystemLoader(_FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"cell": cell, "heading": heading, "json": script_json}
+    made.tests["figure"] = is_number
+    return made
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has no form for: NumPy's numbers and arrays as Python's, others as text."""
+    if isinstance(value, Decimal):
+        return float(value)
+    return value.tolist() if hasattr(value, "tolist") else str(value)

@@ -1,0 +1,402 @@
+"""`relmodel report`: pages of runs, held against the rows that they are made from."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import re
+from collections.abc import Callable, Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import numpy as np
+import pytest
+from PIL import Image
+
+from relmodel.cli.main import main
+from relmodel.errors import UsageError
+from relmodel.report.run import newest_inspection
+from relmodel.resources import resource_dir
+from relmodel.store import Run, Store
+from tests.browser import Browser, browser
+from tests.cli.conftest import Inspection
+
+EVIL = """</script></title></style><img src=x onerror="window.hacked=1">'"`<!--&amp;\x1b[31m"""
+
+
+class Page(HTMLParser):
+    """Elements of a page with their attributes, and its text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.words: list[str] = []
+        self.scripts: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, {name: value or "" for name, value in attrs}))
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, {name: value or "" for name, value in attrs}))
+
+    def handle_data(self, data: str) -> None:
+        if self.elements and self.elements[-1][0] == "script":
+            self.scripts[-1] += data
+        else:
+            self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(self.words)
+
+    def with_class(self, *names: str) -> list[dict[str, str]]:
+        return [a for _, a in self.elements if set(names) <= set(a.get("class", "").split())]
+
+
+def written(store: str, folder: Path, *options: str) -> str:
+    file = folder / "page.html"
+    assert main(["report", *options, "-o", str(file), "--store", store]) == 0
+    return file.read_text()
+
+
+def data_of(page: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert found
+    data: dict[str, Any] = json.loads(found[1])
+    return data
+
+
+def asked(store: str, query: str) -> list[tuple[Any, ...]]:
+    with duckdb.connect(store, read_only=True) as connection:
+        return connection.sql(query).fetchall()
+
+
+@pytest.fixture(scope="module")
+def page(inspection: Inspection, tmp_path_factory: pytest.TempPathFactory) -> str:
+    return written(inspection.store, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def read(page: str) -> Page:
+    return Page(page)
+
+
+def test_the_verdict_comes_first(read: Page, inspection: Inspection) -> None:
+    text = read.text
+    assert text.index("Accepted") < text.index(inspection.answer["reason"]) < text.index("Pictures")
+
+
+def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspection) -> None:
+    ids = [a["id"] for _, a in read.elements if "id" in a]
+    assert len(ids) == len(set(ids))
+    (arcs,) = asked(inspection.store, "SELECT count(*) FROM image_arc")
+    (model,) = asked(inspection.store, "SELECT count(*) FROM view_arc")
+    assert (len(read.with_class("arc")), len(read.with_class("model"))) == (arcs[0], model[0] + 1)  # and its section
+    (matched,) = asked(inspection.store, "SELECT count(DISTINCT (camera, image_arc_no)) FROM matched_arc")
+    (rejected,) = asked(inspection.store, "SELECT count(*) FROM rejected_arc")
+    assert (len(read.with_class("arc", "matched")), len(read.with_class("arc", "rejected"))) == (
+        matched[0],
+        rejected[0],
+    )
+    (found,) = asked(inspection.store, "SELECT count(DISTINCT (camera, view_arc_no)) FROM matched_arc")
+    assert len(read.with_class("model", "met")) == found[0]
+    for kind, count in asked(inspection.store, "SELECT kind, count(*) FROM image_arc GROUP BY kind"):
+        assert len(read.with_class("arc", kind)) == count
+    for (reason,) in asked(inspection.store, "SELECT DISTINCT reason FROM rejected_arc"):
+        assert f"rejected: {reason}" in read.text
+
+
+def test_parts_and_features_are_linked_to_their_arcs(page: str, read: Page, inspection: Inspection) -> None:
+    items = data_of(page)["items"]
+    buttons = [a for tag, a in read.elements if tag == "button" and "data-item" in a]
+    (in_view,) = asked(inspection.store, "SELECT count(*) FROM part_in_view")
+    assert len(items) == len(buttons) == in_view[0]
+    ids = {a["id"] for _, a in read.elements if "id" in a}
+    assert {arc for item in items for arc in item["arcs"]} <= ids
+    parts = asked(
+        inspection.store,
+        "SELECT count(*) FROM part_in_view JOIN view_arc USING (run_id, occurrence_id) WHERE level = 'part'",
+    )
+    assert sum(len(item["arcs"]) for item in items if item["surfaces"] is None) == parts[0][0]
+    surfaces = asked(
+        inspection.store,
+        "SELECT count(*) FROM part_in_view p JOIN occurrence o ON o.id = p.occurrence_id "
+        "JOIN feature_surface f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no",
+    )
+    assert sum(len(item["surfaces"]) for item in items if item["surfaces"] is not None) == surfaces[0][0]
+
+
+def test_a_page_fetches_nothing_and_stays_small(page: str, read: Page) -> None:
+    for tag, attributes in read.elements:
+        assert tag not in ("link", "iframe", "object", "embed", "base")
+        for name in ("src", "href", "action", "srcset"):
+            assert attributes.get(name, "data:").startswith("data:"), (tag, attributes)
+    assert not re.search(r"url\(|@import|import\(|fetch\(|XMLHttpRequest|WebSocket", "".join(read.scripts) + page)
+    policy = next(a["content"] for tag, a in read.elements if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy.startswith("default-src 'none'; img-src data:; ")
+    assert "script-src 'sha256-" in policy
+    pictures = sum(len(a["href"]) for tag, a in read.elements if tag == "image")
+    geometry = sum(len(s[k]) for s in data_of(page)["scene"]["shapes"] for k in "vte")
+    assert len(page) - pictures - geometry <= 1_000_000
+
+
+def test_every_table_shows_the_query_that_gives_it(read: Page) -> None:
+    queries = {f.read_text().strip() for f in (resource_dir("queries") / "report").glob("*.sql")}
+    shown = [w.strip() for w in read.words if w.strip().startswith("-- ")]
+    assert len(shown) >= 10
+    assert set(shown) <= queries
+
+
+def test_the_model_is_the_stored_mesh(page: str, inspection: Inspection) -> None:
+    scene = data_of(page)["scene"]
+    meshes = asked(
+        inspection.store,
+        "SELECT shape_id, vertices, triangles, triangle_surfaces FROM shape_mesh WHERE shape_id IN "
+        "(SELECT shape_id FROM occurrence WHERE kind = 'part') ORDER BY shape_id",
+    )
+    assert len(scene["shapes"]) == len(meshes)
+    for shape, (_, vertices, triangles, surfaces) in zip(scene["shapes"], meshes, strict=True):
+        found = np.frombuffer(base64.b64decode(shape["v"]), "<u2").reshape(-1, 3) / 65535 * shape["size"] + shape["lo"]
+        np.testing.assert_allclose(found, np.reshape(vertices, (-1, 3)), atol=max(shape["size"]) / 65535 + 1e-4)
+        drawn = np.frombuffer(base64.b64decode(shape["t"]), "<u4" if shape["wide"] else "<u2").reshape(-1, 3)
+        of = np.concatenate([np.full(count // 3, surface) for surface, _, count in shape["s"]])
+        rows = zip(map(tuple, np.reshape(triangles, (-1, 3)).tolist()), surfaces, strict=True)
+        assert sorted(zip(map(tuple, drawn.tolist()), of.tolist(), strict=True)) == sorted(rows)
+    paths = {p for (p,) in asked(inspection.store, "SELECT path FROM occurrence WHERE kind = 'part'")}
+    assert {p["path"] for p in scene["parts"]} == paths
+
+
+def changed(store: str, *statements: str, given: str = "") -> str:
+    """The store after statements, in which $given stands for a text."""
+    with duckdb.connect(store) as connection:
+        for statement in statements:
+            connection.execute(statement, {"given": given} if "$given" in statement else None)
+    return store
+
+
+@pytest.fixture(scope="module")
+def evil_page(
+    inspection: Inspection, copy_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> str:
+    """The page of a run whose names are all an attempt to run a script."""
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE part_in_view SET path = path || $given",
+        "UPDATE occurrence SET path = path || $given",
+        "UPDATE image SET file_name = $given",
+        "UPDATE run_input SET name = $given",
+        "UPDATE pose SET reason = $given",
+        "UPDATE world SET name = $given",
+        "UPDATE run_event SET message = $given",
+        "UPDATE run SET parameters = json_object($given, $given)",
+        given=EVIL,
+    )
+    return written(store, tmp_path_factory.mktemp("evil"))
+
+
+def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
+    found = Page(evil_page)
+    assert [tag for tag, _ in found.elements] == [tag for tag, _ in read.elements]
+    assert not [a for _, a in found.elements if any(name.startswith("on") for name in a)]
+    assert "window.hacked=1" in found.text
+    assert "\x1b" not in evil_page
+    paths = [p["path"] for p in data_of(evil_page)["scene"]["parts"]]
+    assert paths
+    assert all(path.endswith(EVIL) for path in paths)
+
+
+def test_a_refused_run_says_why(inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path) -> None:
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE pose SET verdict = 'refused', reason = 'too little evidence'",
+        "UPDATE run_event SET status = 'refused' WHERE kind = 'ended'",
+        "DELETE FROM part_in_view",
+        "DELETE FROM image_blob",
+    )
+    found = Page(written(store, tmp_path))
+    text = found.text
+    assert text.index("Refused") < text.index("too little evidence") < text.index("Pictures")
+    assert found.with_class("verdict", "bad")
+    assert text.count("the bytes of this picture were not kept") == 2
+    assert found.with_class("arc", "rejected")
+
+
+def test_a_failed_run_and_others_have_pages(duckdb_file: Path, tmp_path: Path) -> None:
+    def fail() -> None:
+        with Store.open(duckdb_file) as store, Run.begin(store, "inspect", {"world": "w"}):
+            raise ValueError("the lens fell off")
+
+    with pytest.raises(ValueError, match="lens"):
+        fail()
+    found = Page(written(str(duckdb_file), tmp_path))
+    assert found.with_class("verdict", "bad")
+    assert found.text.index("Failed") < found.text.index("the lens fell off")
+
+
+def test_loads_and_worlds_have_pages(inspection: Inspection, tmp_path: Path) -> None:
+    for run, kind in asked(inspection.store, "SELECT id, kind FROM run ORDER BY id"):
+        text = Page(written(inspection.store, tmp_path, str(run))).text
+        assert ("Inspection" if kind == "inspect" else "Done") in text
+        assert ("What was loaded" in text) == (kind == "load")
+
+
+def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["-o", str(tmp_path / "x.html"), "--store", str(duckdb_file)]
+    assert main(["report", "7", *options]) == 2
+    assert "there is no run 7" in capsys.readouterr().err
+    assert main(["report", *options]) == 2
+    assert "holds no inspection" in capsys.readouterr().err
+    assert not (tmp_path / "x.html").exists()
+    with Store.open(duckdb_file) as store, store.read() as connection, pytest.raises(UsageError):
+        newest_inspection(store, connection)
+    assert main(["report", "7", "-o", str(tmp_path / "no/x.html"), "--store", str(duckdb_file)]) == 3
+
+
+def test_pages_of_postgresql_are_those_of_duckdb(page: str, postgresql_inspection: Inspection, tmp_path: Path) -> None:
+    other = data_of(written(postgresql_inspection.store, tmp_path))
+    ours = data_of(page)
+    assert other["items"] == ours["items"]
+    assert other["scene"]["parts"] == ours["scene"]["parts"]
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with browser() as opened:
+        yield opened
+
+
+@pytest.fixture
+def shown(page: str, chromium: Browser, tmp_path: Path) -> Browser:
+    """The page of the inspection, open."""
+    return opened(page, chromium, tmp_path)
+
+
+def opened(page: str, chromium: Browser, folder: Path) -> Browser:
+    file = folder / "page.html"
+    file.write_text(page)
+    chromium.open(file.as_uri())
+    return chromium
+
+
+@pytest.mark.browser
+def test_a_browser_shows_it_without_complaint_or_request(shown: Browser, inspection: Inspection) -> None:
+    assert not shown.complaints
+    assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
+    assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
+    assert shown.run("document.querySelector('.verdict .word').textContent") == "Accepted"
+    assert inspection.answer["reason"] in shown.run("document.body.innerText")
+
+
+@pytest.mark.browser
+def test_layers_are_toggled(shown: Browser) -> None:
+    def seen(selector: str) -> int:
+        style = f"[...document.querySelectorAll({selector!r})].map(e => getComputedStyle(e).display)"
+        return sum(display != "none" for display in shown.run(style))
+
+    assert seen("path.model.met") > 0
+    assert seen("path.arc.rejected") == 0
+    shown.run("document.querySelector('[data-layer=rejected-arcs]').click()")
+    assert seen("path.arc.rejected") > 0
+    shown.run("document.querySelector('[data-layer=met-arcs]').click()")
+    assert seen("path.model.met") == 0
+
+
+@pytest.mark.browser
+def test_list_and_pictures_are_linked_both_ways(shown: Browser, page: str) -> None:
+    items = data_of(page)["items"]
+    number = next(n for n, item in enumerate(items) if item["surfaces"] and len(item["arcs"]) > 3)
+    shown.run(f"document.querySelector('[data-item=\"{number}\"]').focus()")
+    shown.press("Enter")
+    lit = shown.run("[...document.querySelectorAll('.picture path.lit')].map(p => p.id)")
+    assert sorted(lit) == sorted(items[number]["arcs"])
+    shown.press("Escape")
+    assert shown.run("document.querySelectorAll('.picture path.lit').length") == 0
+    # A click on an arc in the picture chooses what it belongs to.
+    arc = next(a for a in items[number]["arcs"] if a.startswith("c0-"))
+    x, y = shown.run(
+        f"(p => {{ const svg = p.ownerSVGElement; svg.scrollIntoView(); const m = p.getScreenCTM(), "
+        f"q = p.getPointAtLength(p.getTotalLength() / 2); return [m.a * q.x + m.e, m.d * q.y + m.f]; }})"
+        f"(document.getElementById({arc!r}))"
+    )
+    shown.mouse("mouseMoved", x, y)
+    assert shown.run("document.querySelector('.readout').textContent") != ""
+    shown.mouse("mousePressed", x, y, 1)
+    shown.mouse("mouseReleased", x, y)
+    chosen = shown.run("[...document.querySelectorAll('[aria-pressed=true]')].map(b => +b.dataset.item)")
+    assert len(chosen) == 1
+    lit = shown.run("[...document.querySelectorAll('.picture path.lit')].map(p => p.id)")
+    assert arc in items[chosen[0]]["arcs"]
+    assert set(items[chosen[0]]["arcs"]) <= set(lit)
+
+
+@pytest.mark.browser
+def test_the_model_is_drawn_and_turns(shown: Browser) -> None:
+    drawing = (
+        "(c => { const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height); "
+        "g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); let n = 0, s = 0; "
+        "for (let i = 0; i < p.length; i += 4) if (p[i + 3]) { n += 1; s = (s * 31 + p[i] + i) % 1000003; } "
+        "return [n / (c.width * c.height), s]; })(document.getElementById('canvas'))"
+    )
+    wait = "new Promise(d => requestAnimationFrame(() => requestAnimationFrame(() => d(0))))"
+    covered, before = shown.run(drawing)
+    assert covered > 0.03
+    shown.run("document.getElementById('canvas').focus({preventScroll: true})")
+    shown.press("ArrowRight")
+    shown.run(wait)
+    covered, after = shown.run(drawing)
+    assert covered > 0.03
+    assert after != before
+    for view in ("left", "right"):
+        shown.run(f"document.querySelector('[data-view={view}]').click()")
+        shown.run(wait)
+        assert shown.run(drawing)[0] > 0.5  # the part fills the picture
+    assert not shown.complaints
+
+
+@pytest.mark.browser
+def test_pictures_come_nearer_by_keys(shown: Browser) -> None:
+    shown.run("document.querySelector('svg.picture').focus()")
+    whole = shown.run("document.querySelector('svg.picture').viewBox.baseVal.width")
+    shown.press("+")
+    assert shown.run("document.querySelector('svg.picture').viewBox.baseVal.width") < whole
+    shown.press("0")
+    assert shown.run("document.querySelector('svg.picture').viewBox.baseVal.width") == whole
+
+
+@pytest.mark.browser
+def test_it_is_dark_where_dark_is_preferred(shown: Browser) -> None:
+    def brightness() -> float:
+        with Image.open(io.BytesIO(shown.picture())) as picture:
+            return float(np.asarray(picture.convert("L"))[:20, -200:].mean())
+
+    shown.prefer("light")
+    assert brightness() > 200
+    shown.prefer("dark")
+    assert brightness() < 60
+    shown.prefer("light")
+
+
+@pytest.mark.browser
+def test_names_from_files_run_nothing(evil_page: str, chromium: Browser, tmp_path: Path) -> None:
+    shown = opened(evil_page, chromium, tmp_path)
+    assert not shown.complaints
+    assert shown.run("typeof window.hacked") == "undefined"
+    assert len(shown.requests) == 1 + sum(url.startswith("data:") for url in shown.requests)
+    assert shown.run("document.querySelector('.items .name').textContent").endswith(EVIL.replace("\x1b", "\\x1b"))
+    # Nor would a name that found its way in: the policy of the page holds it back.
+    refused = shown.run(
+        "new Promise(done => { const seen = []; addEventListener('securitypolicyviolation', e => {"
+        " seen.push(e.effectiveDirective); if (seen.length == 3) done(seen.sort()); });"
+        " document.body.append(Object.assign(document.createElement('script'), {textContent: 'window.hacked = 2'}),"
+        " Object.assign(new Image(), {src: 'http://127.0.0.1:9/x.png'}));"
+        " fetch('http://127.0.0.1:9/').catch(() => 0); })"
+    )
+    assert refused == ["connect-src", "img-src", "script-src-elem"]
+    assert shown.run("typeof window.hacked") == "undefined"
