@@ -4,16 +4,17 @@
 
 Rendered pairs (folder bulkhead), no model and no prior unless --prior says by how many mm one would be off: an arc that
 runs along visible edges is matched rightly where its partner shows the same edge at the same place in space (see
-tests/vision/stereo/rendered.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions:
-right where 40 % of what both cover is common, by depth.  `held`: how often the 95 % ellipse across the true edge, of
-the ends of rightly matched arcs, holds it.  `s` processor seconds a pair, beyond extraction, joins and certificate
-included.
+tests/vision/stereo/rendered.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions,
+carried over by their depth, alike.  `held`: how often the 95 % ellipse across the true edge, of the ends of rightly
+matched arcs, holds it.  `s` processor seconds a pair, beyond extraction, joins and certificate included.
 
 Peers: LSD segments with their mean gradient-histogram descriptor (OpenCV SIFT at the middle, scale of the segment),
 mutual best within the epipolar rows; SGBM of the rectified pictures, sampled at the arcs: `recall` is the share of
 samples within 1 px of the true disparity, `precision` the same of those that SGBM answers.
 
-Photographs (folder stereo_scenes): samples of triangulated arcs, and their share within 1 px of the true disparity.
+Photographs (folder stereo_scenes): rows at which a matched arc shows a disparity, and their share within 1 px of the
+true one, the nearest that is found within 1, or 2, px beside the edge: it is the surface in front that has the edge.
+`possible`: rows of the left arcs at which any right arc is within 1 px of the true disparity.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,10 +32,9 @@ import cv2
 import numpy as np
 from tabulate import tabulate
 
-from relmodel.arrays import Bytes, Floats
+from relmodel.arrays import Bools, Bytes, Floats, Ints
 from tests.vision.stereo.rendered import (
     RenderedPair,
-    Siblings,
     depth_maps,
     find_region_siblings,
     find_siblings,
@@ -56,7 +58,7 @@ HELD = 5.99  # 95 % of chi square with two degrees of freedom
 
 def rendered(folder: Path, names: list[str], slack: float | None) -> str:
     """A table: one row a method, sums over the pairs."""
-    counts = {name: np.zeros(10) for name in (*METHODS, "LSD with descriptors", "SGBM at arcs")}
+    counts = {name: Counter[str]() for name in (*METHODS, "LSD with descriptors", "SGBM at arcs")}
     for name in names:
         pair = read_pair(folder / name[0] / "pairs", int(name[1:]))
         left, right = (make_primitives(extract(picture)) for picture in pair.pictures.values())
@@ -67,55 +69,43 @@ def rendered(folder: Path, names: list[str], slack: float | None) -> str:
             began = time.process_time()
             depths = None if slack is None else depth_maps(pair.depth, slack)
             found = match_stereo(pair.rig, left, right, depths, replace(DEFAULTS, method=method))
-            seconds = time.process_time() - began
-            counts[method] += _count(pair, found, siblings, arcs, seconds)
-            label = found.region_label
-            matched = np.flatnonzero(regions.known & (label >= 0))
-            counts[method][4:7] += (
-                len(matched), regions.right(matched, label[matched]).sum(), regions.possible.sum(),
-            )  # fmt: skip
-        counts["LSD with descriptors"] += _segments(pair)
-        counts["SGBM at arcs"] += _block_matching(pair, arcs[0])
-    rows = [_row(name, c.tolist(), len(names)) for name, c in counts.items()]
+            counts[method]["ms"] += round(1000 * (time.process_time() - began))
+            counts[method].update(_judge(siblings.real, siblings.possible(), found.arc_label, siblings.right))
+            of_regions = _judge(regions.known, regions.possible, found.region_label, regions.right)
+            counts[method].update({f"regions {what}": count for what, count in of_regions.items()})
+            matched = np.flatnonzero(siblings.real & (found.arc_label >= 0))
+            good = matched[siblings.right(matched, found.arc_label[matched])]
+            chi = measure_ends(pair, arcs[0], found.triangulated, good)
+            counts[method].update(ends=int(np.isfinite(chi).sum()), held=int((chi < HELD).sum()))
+        counts["LSD with descriptors"].update(_segments(pair))
+        counts["SGBM at arcs"].update(_block_matching(pair, arcs[0]))
     header = ("method", "precision", "recall", "regions precision", "regions recall", "held", "s")
+    rows = [
+        [name, *(c[of] / c[to] if c[to] else None for of, to in _SHARES), c["ms"] / 1000 / len(names)]
+        for name, c in counts.items()
+    ]
     return tabulate(rows, header, floatfmt=("", ".3f", ".3f", ".3f", ".3f", ".3f", ".2f"))
 
 
-def _row(name: str, sums: list[float], pairs: int) -> list[object]:
-    matched, right, partnered, possible, r_matched, r_right, r_possible, ends, held, seconds = sums
-    return [
-        name,
-        right / max(matched, 1),
-        partnered / max(possible, 1),
-        r_right / r_matched if r_matched else None,
-        r_right / r_possible if r_possible else None,
-        held / ends if ends else None,
-        seconds / pairs,
-    ]
+_SHARES = (
+    ("right", "matched"), ("found", "possible"), ("regions right", "regions matched"),
+    ("regions found", "regions possible"), ("held", "ends"),
+)  # fmt: skip
 
 
-def _count(
-    pair: RenderedPair,
-    found: StereoMatches,
-    siblings: Siblings,
-    arcs: tuple[StereoArcs, StereoArcs],
-    seconds: float,
-) -> Floats:
-    label = found.arc_label
-    matched = np.flatnonzero(siblings.real & (label >= 0))
-    good = matched[siblings.right(matched, label[matched])]
-    possible = siblings.possible()
-    chi = measure_ends(pair, arcs[0], found.triangulated, good)
-    known = chi[np.isfinite(chi)]
-    return np.array(
-        [
-            len(matched), len(good), np.isin(np.flatnonzero(possible), good).sum(), possible.sum(), 0, 0, 0,
-            len(known), (known < HELD).sum(), seconds,
-        ]
-    )  # fmt: skip
+def _judge(known: Bools, possible: Bools, label: Ints, is_right: Callable[[Ints, Ints], Bools]) -> dict[str, int]:
+    """How many units were matched, and rightly; how many have a sibling, and how many of these were matched so."""
+    matched = np.flatnonzero(known & (label >= 0))
+    right = matched[is_right(matched, label[matched])]
+    return {
+        "matched": len(matched),
+        "right": len(right),
+        "possible": int(possible.sum()),
+        "found": int(possible[right].sum()),
+    }
 
 
-def _segments(pair: RenderedPair) -> Floats:
+def _segments(pair: RenderedPair) -> dict[str, int]:
     """LSD segments of both pictures, matched by descriptors: judged as arcs."""
     began = time.process_time()
     found, described = [], []
@@ -143,13 +133,9 @@ def _segments(pair: RenderedPair) -> Floats:
     mutual = np.argmin(gap, axis=0)[label] == np.arange(len(label))
     least = gap[np.arange(len(label)), label]
     label[~mutual | ~np.isfinite(least) | (least > 250)] = -1
-    seconds = time.process_time() - began
+    ms = round(1000 * (time.process_time() - began))
     siblings = find_siblings(pair, *(_as_arcs(lines) for lines in found))
-    matched = np.flatnonzero(siblings.real & (label >= 0))
-    good = matched[siblings.right(matched, label[matched])]
-    possible = siblings.possible()
-    partnered = np.isin(np.flatnonzero(possible), good).sum()
-    return np.array([len(matched), len(good), partnered, possible.sum(), 0, 0, 0, 0, 0, seconds])
+    return {"ms": ms, **_judge(siblings.real, siblings.possible(), label, siblings.right)}
 
 
 def _as_arcs(lines: Floats) -> StereoArcs:
@@ -161,7 +147,7 @@ def _as_arcs(lines: Floats) -> StereoArcs:
     return StereoArcs(offsets, np.concatenate(points), np.ones(counts.sum()), np.full(n, LINE), np.ones(n), np.ones(n))
 
 
-def _block_matching(pair: RenderedPair, arcs: StereoArcs) -> Floats:
+def _block_matching(pair: RenderedPair, arcs: StereoArcs) -> dict[str, int]:
     """SGBM of rectified pictures at the points of the arcs that have a depth."""
     began = time.process_time()
     rectification = rectify(pair.rig)
@@ -189,7 +175,10 @@ def _block_matching(pair: RenderedPair, arcs: StereoArcs) -> Floats:
     got = disparity[v[known].clip(0, size[1] - 1), u[known].clip(0, size[0] - 1)]
     told = got >= 0
     good = told & (np.abs(got + low - truth[known]) <= 1)
-    return np.array([told.sum(), good.sum(), good.sum(), known.sum(), 0, 0, 0, 0, 0, time.process_time() - began])
+    return {
+        "matched": int(told.sum()), "right": int(good.sum()), "found": int(good.sum()), "possible": int(known.sum()),
+        "ms": round(1000 * (time.process_time() - began)),
+    }  # fmt: skip
 
 
 def _sgbm(left: Bytes, right: Bytes) -> Floats:
@@ -219,27 +208,36 @@ def photographs(folder: Path) -> str:
             found = match_stereo(rig, left, right, parameters=replace(DEFAULTS, method=method))
             seconds = time.process_time() - began
             rows.append([name, method, *_samples(found, left, right, truth), seconds])
-    return tabulate(rows, ("scene", "method", "samples", "within 1 px", "s"), floatfmt=("", "", "", ".3f", ".2f"))
+    header = ("scene", "method", "possible", "samples", "1 px beside", "2 px beside", "s")
+    return tabulate(rows, header, floatfmt=("", "", "", "", ".3f", ".3f", ".2f"))
 
 
-def _samples(found: StereoMatches, left: Primitives, right: Primitives, truth: Floats) -> tuple[int, float]:
-    """Rows that both arcs of a pair cross, with known disparity, and the share within 1 px of it: of the nearer of the
-    two sides of the edge, as an edge has the disparity of the surface in front."""
-    space, rectification, p = found.triangulated, found.rectification, found.parameters
-    crossings = [
-        cross_rows(rectification, view, pack_arcs(picture), p.epipolar.tangent_reach, p.epipolar.least_rise)
-        for view, picture in ((rectification.left, left), (rectification.right, right))
-    ]
-    _, i, j = pair_crossings(crossings[0], crossings[1], (space.left, space.right), p.epipolar)
-    disparity = crossings[0].x[i] - crossings[1].x[j]
-    points = pack_arcs(left).points[crossings[0].position[i].astype(np.int64)]
-    x, y = points.round().astype(int).T
-    best = np.full(len(i), np.inf)
-    for dx in (-1, 0, 1):
-        true = truth[y.clip(0, truth.shape[0] - 1), (x + dx).clip(0, truth.shape[1] - 1)]
-        best = np.where(true > 0, np.minimum(best, np.abs(disparity - true)), best)
-    known = np.isfinite(best)
-    return int(known.sum()), float(np.mean(best[known] <= 1))
+def _samples(found: StereoMatches, left: Primitives, right: Primitives, truth: Floats) -> tuple[int, int, float, float]:
+    """Rows that could show a disparity within 1 px of the true one; those that do show one, where the truth is known;
+    their share within 1 px of the true one, 1 px and 2 px beside."""
+    space, rectification, p = found.triangulated, found.rectification, found.parameters.epipolar
+    arcs = [pack_arcs(picture) for picture in (left, right)]
+    a, b = (
+        cross_rows(rectification, view, own, p.tangent_reach, p.least_rise)
+        for view, own in zip((rectification.left, rectification.right), arcs, strict=True)
+    )
+
+    def off(at: Ints, disparity: Floats, beside: int) -> Floats:
+        x, y = arcs[0].points[a.position[at].astype(np.int64)].round().astype(int).T
+        best = np.full(len(at), np.inf)
+        for dx in range(-beside, beside + 1):
+            true = truth[y.clip(0, truth.shape[0] - 1), (x + dx).clip(0, truth.shape[1] - 1)]
+            best = np.where(true > 0, np.minimum(best, np.abs(disparity - true)), best)
+        return best
+
+    _, i, j = pair_crossings(a, b, (space.left, space.right), p)
+    narrow, wide = (off(i, a.x[i] - b.x[j], beside) for beside in (1, 2))
+    known = np.isfinite(narrow)
+    k, m = np.nonzero(a.row[:, None] == b.row)
+    near = np.abs(a.angle[k] - b.angle[m]) < 2 * p.angle_sigma
+    k, m = k[near], m[near]
+    possible = len(np.unique(k[off(k, a.x[k] - b.x[m], 1) <= 1]))
+    return possible, int(known.sum()), float(np.mean(narrow[known] <= 1)), float(np.mean(wide[known] <= 1))
 
 
 def main() -> None:

@@ -108,24 +108,21 @@ class Siblings:
 
 
 def find_siblings(pair: RenderedPair, left: StereoArcs, right: StereoArcs) -> Siblings:
-    """Which arcs show the same edge: the right arc passes within 3 px of where the left one's edge points are seen, on
-    the same edge or within 3 mm of it."""
+    """Which arcs show the same edge: the right arc passes within 3 px of where an edge point of the left one is seen,
+    on the same edge or within 3 mm of it."""
     arcs = {"left": left, "right": right}
     own = {n: np.repeat(np.arange(len(a)), np.diff(a.offsets)) for n, a in arcs.items()}
-    distance, nearest = {}, {}
-    for n in NAMES:
-        d, i = cKDTree(pair.edges[n].uv).query(arcs[n].points, distance_upper_bound=ON_EDGE)
-        distance[n], nearest[n] = np.asarray(d), np.where(np.isfinite(d), i, 0)
-    on = {n: np.isfinite(d) for n, d in distance.items()}
-    point = {n: pair.edges[n].points[nearest[n]] for n in NAMES}
-    edge = {n: pair.edges[n].edge[nearest[n]] for n in NAMES}
+    beside = {n: _edges_beside(pair.edges[n], arcs[n].points) for n in NAMES}
+    on = {n: np.bincount(at, minlength=len(own[n])) > 0 for n, (at, _) in beside.items()}
+    point = {n: pair.edges[n].points[sample] for n, (_, sample) in beside.items()}
+    edge = {n: pair.edges[n].edge[sample] for n, (_, sample) in beside.items()}
     seen, _ = pair.rig.cameras["right"].project(apply(inverse(pair.rig.rig_from_camera["right"]), point["left"]))
-    i = np.flatnonzero(on["left"])
-    j = np.flatnonzero(on["right"])
-    hits = cKDTree(seen[i]).sparse_distance_matrix(cKDTree(right.points[j]), SAME_PLACE, output_type="coo_matrix")
-    a, b = i[hits.row], j[hits.col]
-    same = edge["left"][a] == edge["right"][b]
-    same |= np.linalg.norm(point["left"][a] - point["right"][b], axis=1) < SAME_PLACE
+    there = right.points[beside["right"][0]]
+    hits = cKDTree(seen).sparse_distance_matrix(cKDTree(there), SAME_PLACE, output_type="coo_matrix")
+    i, j = hits.row, hits.col
+    same = edge["left"][i] == edge["right"][j]
+    same |= np.linalg.norm(point["left"][i] - point["right"][j], axis=1) < SAME_PLACE
+    a, b = beside["left"][0][i], beside["right"][0][j]
     a, b = a[same], b[same]
     key = np.unique(a * len(right) + own["right"][b])
     agreed = np.zeros((len(left), len(right)), np.int64)
@@ -133,6 +130,19 @@ def find_siblings(pair: RenderedPair, left: StereoArcs, right: StereoArcs) -> Si
     size = {n: np.diff(arcs[n].offsets) for n in NAMES}
     known = {n: np.bincount(own[n][on[n]], minlength=len(arcs[n])) for n in NAMES}
     return Siblings(agreed, size["left"], size["right"], known["left"], known["right"])
+
+
+def _edges_beside(edges: EdgePoints, points: Floats) -> tuple[Ints, Ints]:
+    """The visible edges that run by each of the points (n, 2), one behind the other as they may be: (point, nearest
+    sample of the edge)."""
+    distance, nearest = cKDTree(edges.uv).query(points, k=_SAMPLES, distance_upper_bound=ON_EDGE)
+    at, rank = np.nonzero(np.isfinite(distance))
+    sample = nearest[at, rank]
+    _, first = np.unique(at * (edges.edge.max() + 1) + edges.edge[sample], return_index=True)
+    return at[first], sample[first]
+
+
+_SAMPLES = 12  # of the edges about a point that are looked at, the nearest first
 
 
 def measure_ends(pair: RenderedPair, left: StereoArcs, space: Triangulated, wanted: Ints) -> Floats:
@@ -166,23 +176,27 @@ def measure_ends(pair: RenderedPair, left: StereoArcs, space: Triangulated, want
 
 @dataclass(frozen=True)
 class RegionSiblings:
-    """How the regions of two pictures correspond: overlap (left regions, right regions), intersection over union of
-    what the left picture shows; known (left regions,): whether the truth has depths of half of it."""
+    """How the regions of two pictures correspond, by pixels of the left picture that have a depth: shared (left
+    regions, right regions); left_size, right_size: of each region, as far as the other picture shows it; known (left
+    regions,): whether half of the region has a depth."""
 
-    overlap: Floats
+    shared: Floats
+    left_size: Ints
+    right_size: Ints
     known: Bools
 
     def right(self, left: Ints, right: Ints) -> Bools:
-        """Whether pairs of regions are one: they overlap by 40 %."""
-        return np.asarray(self.overlap[left, right] >= LEAST_OVERLAP, bool)
+        """Whether pairs of regions are one: they share half of the smaller, as arcs do."""
+        smaller = np.minimum(self.left_size[left], self.right_size[right])
+        return np.asarray((self.shared[left, right] >= 0.5 * smaller) & (smaller > 0), bool)
 
     @property
     def possible(self) -> Bools:
-        """Left regions that have a sibling."""
-        return np.asarray(self.known & (self.overlap >= LEAST_OVERLAP).any(axis=1), bool)
+        """Left regions that have a sibling of their size: one that shares half of the larger."""
+        larger = np.maximum(self.left_size[:, None], self.right_size)
+        return np.asarray(self.known & ((self.shared >= 0.5 * larger) & (self.shared > 0)).any(axis=1), bool)
 
 
-LEAST_OVERLAP = 0.4
 _STEP = 3  # every third pixel each way
 
 
@@ -199,12 +213,12 @@ def find_region_siblings(pair: RenderedPair, left: RegionColumns, right: RegionC
     a = _label(left, pair.depth.shape)[y, x]
     b = np.full(len(a), -1)
     b[inside] = _label(right, (camera.height, camera.width))[v[inside], u[inside]]
-    sizes = [np.bincount(of[of >= 0], minlength=len(side)) for of, side in ((a, left), (b, right))]
+    sizes = [np.bincount(of[of >= 0], minlength=len(side)) for of, side in ((a[inside], left), (b, right))]
     shared = np.zeros((len(left), len(right)))
     both = (a >= 0) & (b >= 0)
     np.add.at(shared, (a[both], b[both]), 1)
-    union = sizes[0][:, None] + sizes[1] - shared
-    return RegionSiblings(shared / np.maximum(union, 1), sizes[0] * _STEP**2 >= 0.5 * left.area)
+    known = np.bincount(a[a >= 0], minlength=len(left)) * _STEP**2 >= 0.5 * left.area
+    return RegionSiblings(shared, sizes[0], sizes[1], known)
 
 
 def _label(regions: RegionColumns, shape: tuple[int, ...]) -> Ints32:
