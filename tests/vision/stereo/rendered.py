@@ -137,7 +137,7 @@ def _edges_beside(edges: EdgePoints, points: Floats) -> tuple[Ints, Ints]:
     sample of the edge)."""
     distance, nearest = cKDTree(edges.uv).query(points, k=_SAMPLES, distance_upper_bound=ON_EDGE)
     at, rank = np.nonzero(np.isfinite(distance))
-    sample = nearest[at, rank]
+    sample = np.asarray(nearest)[at, rank]
     _, first = np.unique(at * (edges.edge.max() + 1) + edges.edge[sample], return_index=True)
     return at[first], sample[first]
 
