@@ -90,17 +90,21 @@ def set_attribute(
     `surface`, `arc`: ordinal of a surface or arc of the part.  `world`: the path is the name of a world, whose newest
     revision is meant.  Raises UsageError where the path leads nowhere or name, value and unit do not fit.
     """
-    with store.read() as connection:
-        units = {row.symbol: row.dimension for row in store.rows(connection, "object/units")}
-        owner = _owner(store, connection, path, variant, surface, arc, world)
-    _check(owner, name, value, unit, units)
     parameters: dict[str, Any] = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
     parameters |= {"name": name, "value": value, "unit": unit, "user": _user()}
-    with Run.begin(store, "set", parameters) as run, run.write() as connection:
+    with Run.begin(store, "set", parameters) as run:
+        with store.read() as connection:
+            units = {row.symbol: row.dimension for row in store.rows(connection, "object/units")}
+            owner = _owner(store, connection, path, variant, surface, arc, world)
+        _check(owner, name, value, unit, units)
         _, columns = attribute_rows([(owner.id, [(name, value, unit)])])
         row = {key: [number] for key, number in owner.key.items()}
-        run.append(connection, f"{owner.level}_attribute", {**row, "run_id": run.id, "source": "user", **columns})
-        run.end("ok", f"{name} of {owner.words} is set", connection)
+
+        def write(connection: Connection) -> None:
+            run.append(connection, f"{owner.level}_attribute", {**row, "run_id": run.id, "source": "user", **columns})
+            run.finish(f"{name} of {owner.words} is set", connection)
+
+        run.transact(write)
     return Setting(run.id, owner, name, value, unit)
 
 
@@ -127,7 +131,7 @@ def _owner(
     name = max((n for n in loaded if path == n or path.startswith(f"{n}/")), key=len, default=path.partition("/")[0])
     tree = read_tree(store, connection, name, variant)
     inside = path[len(name) + 1 :]
-    called = f"{name} variant {variant}" if variant else name
+    called = f"{name} variant {tree.variant}" if tree.variant else name
     if inside and inside not in tree.path:
         near = get_close_matches(inside, tree.path, 1)
         hint = f"did you mean {name}/{near[0]}?" if near else f"relmodel show {name} lists what there is"

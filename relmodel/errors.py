@@ -26,3 +26,7 @@ class StoreError(RelmodelError):
     """The store cannot be opened, is locked by another process, or is not a relmodel store."""
 
     exit_status = 3
+
+
+class TransientError(StoreError):
+    """The database refused or lost what may well succeed when it is tried again."""

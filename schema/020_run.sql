@@ -6,16 +6,22 @@ CREATE TABLE run (
     kind TEXT NOT NULL,
     parameters JSON NOT NULL,
     versions JSON NOT NULL,
+    code_commit TEXT,
+    code_sha256 TEXT NOT NULL,
+    schema_revision TEXT NOT NULL,
     host TEXT NOT NULL,
     process BIGINT NOT NULL,
     began_at TIMESTAMPTZ NOT NULL,
-    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'stereo', 'inspect', 'set'))
+    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'stereo', 'inspect', 'set', 'prune'))
 );
 COMMENT ON TABLE run IS 'One execution that writes: a load, a world, an index, an inspection, an attribute that a person sets. What happened in it is in run_event.';
 COMMENT ON COLUMN run.id IS 'identity of the run';
 COMMENT ON COLUMN run.kind IS 'what was run';
 COMMENT ON COLUMN run.parameters IS 'parameters of the run, defaults and the seeds of its random draws included';
 COMMENT ON COLUMN run.versions IS 'versions of relmodel and of the packages the result depends on';
+COMMENT ON COLUMN run.code_commit IS 'git commit of the checkout that the code ran from; null where it ran from an installed package';
+COMMENT ON COLUMN run.code_sha256 IS 'SHA-256 of the program as it ran, of its Python and SQL files: equal for equal code, installed or not, committed or not';
+COMMENT ON COLUMN run.schema_revision IS 'revision of the store''s schema';
 COMMENT ON COLUMN run.host IS 'name of the machine';
 COMMENT ON COLUMN run.process IS 'process id on that machine, to tell a dead run from a living one';
 COMMENT ON COLUMN run.began_at IS 'when the run began';
@@ -41,22 +47,23 @@ CREATE TABLE run_event (
     kind TEXT NOT NULL,
     name TEXT NOT NULL,
     seconds DOUBLE PRECISION,
-    status TEXT NOT NULL,
+    state TEXT NOT NULL,
     message TEXT,
     happened_at TIMESTAMPTZ NOT NULL,
     PRIMARY KEY (run_id, event_no),
     CHECK (kind IN ('begun', 'step', 'ended', 'found_dead')),
-    CHECK (status IN ('ok', 'refused', 'ambiguous', 'failed'))
+    CHECK (state IN ('running', 'finished', 'failed', 'killed')),
+    CHECK (CASE kind WHEN 'ended' THEN state IN ('finished', 'failed') WHEN 'found_dead' THEN state = 'killed' ELSE state = 'running' END)
 );
 COMMENT ON TABLE run_event IS 'What happened in a run, appended in order.';
 COMMENT ON COLUMN run_event.run_id IS 'the run';
 COMMENT ON COLUMN run_event.event_no IS 'ordinal of the event in the run';
 COMMENT ON COLUMN run_event.kind IS 'begun, step (a step of the run ended), ended, or found_dead (its process was gone)';
 COMMENT ON COLUMN run_event.name IS 'name of the step; empty for the others';
-COMMENT ON COLUMN run_event.seconds IS 'how long the step or the run took, s';
-COMMENT ON COLUMN run_event.status IS 'ok, refused, ambiguous or failed';
+COMMENT ON COLUMN run_event.seconds IS 'how long the step or the run took, s; those of the steps add up to that of the run';
+COMMENT ON COLUMN run_event.state IS 'state of the run from here on: running; finished (it did what it was asked, whatever the verdict); failed (bad input or an error); killed (its process was gone)';
 COMMENT ON COLUMN run_event.message IS 'the error or the reason, one sentence';
-COMMENT ON COLUMN run_event.happened_at IS 'when it was written';
+COMMENT ON COLUMN run_event.happened_at IS 'when it happened: of a step, when the step ended';
 
 CREATE TABLE ledger (
     run_id BIGINT NOT NULL,
@@ -64,13 +71,25 @@ CREATE TABLE ledger (
     relation TEXT NOT NULL,
     row_count BIGINT NOT NULL,
     PRIMARY KEY (run_id, write_no, relation),
-    CHECK (row_count > 0)
+    CHECK (row_count <> 0)
 );
-COMMENT ON TABLE ledger IS 'How many rows each transaction of a run committed into each relation; relmodel check holds it against the tables.';
+COMMENT ON TABLE ledger IS 'How many rows each transaction of a run committed into each relation, or took from it; relmodel check holds it against the tables.';
 COMMENT ON COLUMN ledger.run_id IS 'the run that wrote';
 COMMENT ON COLUMN ledger.write_no IS 'ordinal of the transaction in the run, from 0';
 COMMENT ON COLUMN ledger.relation IS 'the table written to';
-COMMENT ON COLUMN ledger.row_count IS 'rows appended';
+COMMENT ON COLUMN ledger.row_count IS 'rows appended; below 0: rows taken, by a run of kind prune';
+
+CREATE TABLE pruned_run (
+    run_id BIGINT NOT NULL,
+    what TEXT NOT NULL,
+    by_run_id BIGINT NOT NULL,
+    PRIMARY KEY (run_id, what),
+    CHECK (what IN ('runs', 'pictures'))
+);
+COMMENT ON TABLE pruned_run IS 'Runs whose rows were taken to make room; the run itself, its inputs, events and ledger stay.';
+COMMENT ON COLUMN pruned_run.run_id IS 'the run that was pruned';
+COMMENT ON COLUMN pruned_run.what IS 'runs: all that it found; pictures: the bytes of its pictures';
+COMMENT ON COLUMN pruned_run.by_run_id IS 'the run of kind prune that did it';
 
 CREATE SEQUENCE source_id_seq;
 CREATE TABLE source (
@@ -100,10 +119,13 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_input', 'run', 'primary'),
     ('run_event', 'run', 'primary'),
     ('ledger', 'run', 'primary'),
+    ('pruned_run', 'run', 'primary'),
     ('source', 'run', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('run_input', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('run_event', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('ledger', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('ledger', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']);
+    ('ledger', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
+    ('pruned_run', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('pruned_run', 1, ARRAY['by_run_id'], 'run', ARRAY['id']);

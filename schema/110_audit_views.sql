@@ -2,20 +2,19 @@
 
 CREATE VIEW run_summary AS
 SELECT
-    r.id AS run_id, r.kind, r.began_at, e.seconds,
-    coalesce(e.status, 'under way') AS status, e.message,
-    p.verdict, p.evidence_ratio
+    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, p.verdict, e.message, p.evidence_ratio
 FROM run AS r
+JOIN run_state AS s ON s.run_id = r.id
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id;
 COMMENT ON VIEW run_summary IS 'Every run with how it ended, and the verdict where it was an inspection.';
 COMMENT ON COLUMN run_summary.run_id IS 'the run';
 COMMENT ON COLUMN run_summary.kind IS 'what was run';
 COMMENT ON COLUMN run_summary.began_at IS 'when the run began';
-COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s';
-COMMENT ON COLUMN run_summary.status IS 'how it ended: ok, refused, ambiguous or failed; or under way';
+COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s; null while it runs, and where it was killed';
+COMMENT ON COLUMN run_summary.state IS 'running, finished, failed or killed';
+COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection: accepted, ambiguous or refused; null of other runs';
 COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
-COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection';
 COMMENT ON COLUMN run_summary.evidence_ratio IS 'evidence found in the images over what a right pose would find; null where it was no inspection';
 
 CREATE VIEW pose_world AS

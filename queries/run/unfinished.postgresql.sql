@@ -1,8 +1,8 @@
--- Runs that neither ended nor have a living process: nobody holds their lock.
--- Takes nothing; gives run_id and event_no, the ordinal of their next event.
-SELECT run_id, event_no
+-- Runs that neither ended nor have a living process: nobody holds their lock, and this transaction does from here on.
+-- Takes nothing; gives run_id; some may have ended since the transaction began to look (run/unfinished).
+SELECT run_id
 FROM (
-    SELECT run_id, max(event_no) + 1 AS event_no
+    SELECT run_id
     FROM run_event
     GROUP BY run_id
     HAVING count(*) FILTER (WHERE kind IN ('ended', 'found_dead')) = 0

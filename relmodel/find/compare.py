@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
@@ -79,11 +80,15 @@ def compare(store: Store, world: str | None = None) -> Comparison:
 
     measured = [_measured(kind, boxes, asked, views) for kind in kinds]
     found = Comparison(name, len(boxes), measured, _of_store(store, name, asked, views), Grid(boxes).cell_mm)
-    with Run.begin(store, "index", {"world": name}, packages=("numba", "numpy")) as run, run.write() as connection:
-        rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
-        rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
+    rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
+    rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
+
+    def write(connection: Connection) -> None:
         run.append(connection, "world_attribute", {"world_id": world_id, "run_id": run.id, "source": "derived", **rows})
-        run.end("ok", f"{found.recommended} is the best index of world {name}", connection)
+        run.finish(f"{found.recommended} is the best index of world {name}", connection)
+
+    with Run.begin(store, "index", {"world": name}, packages=("numba", "numpy")) as run:
+        run.transact(write)
     return found
 
 

@@ -27,13 +27,14 @@ def write_octree(store: Store, world: str | None = None) -> int:
     if cells:
         return cells
     boxes = np.stack([parts[c] for c in BOX_COLUMNS], axis=1).astype(float)
-    with (
-        Run.begin(store, "index", {"world": name, "kind": "octree"}, packages=("numpy",)) as run,
-        run.write() as connection,
-    ):
+
+    def write(connection: Connection) -> int:
         cells = append_octree(run, connection, world_id, parts["occurrence_id"], boxes)
-        run.end("ok", f"oct-tree of world {name} has {cells} cells", connection)
-    return cells
+        run.finish(f"oct-tree of world {name} has {cells} cells", connection)
+        return cells
+
+    with Run.begin(store, "index", {"world": name, "kind": "octree"}, packages=("numpy",)) as run:
+        return run.transact(write)
 
 
 def append_octree(run: Run, connection: Connection, world_id: int, occurrence_id: Ints, boxes: Floats) -> int:

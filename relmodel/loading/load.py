@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -19,9 +17,11 @@ from relmodel.model.model import Finding
 from relmodel.progress import Progress, silent
 from relmodel.readers import TIME_LIMIT_S, Reader, ReadOptions, read
 from relmodel.readers.formats import check_unit, format_of
-from relmodel.store import Run, Store
+from relmodel.store import Run, Store, digest_inputs
 
 if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
     from relmodel.loading.write.write import LoadReport
     from relmodel.model.model import Model
 
@@ -91,20 +91,17 @@ def load_all(
             request, job = jobs.popleft()
             jobs.extend(_begin(pool, reader, following) for following in islice(waiting, 1))
             outcome: LoadReport | InputError
-            if isinstance(job, InputError):
-                outcome = job
-            else:
-                progress(f"{request.path.name}: reading", done, steps)
-                storing = partial(progress, f"{request.path.name}: storing", done + 1, steps)
-                try:
-                    outcome = _load(store, request, job, storing)
-                except InputError as error:
-                    outcome = error
+            progress(f"{request.path.name}: reading", done, steps)
+            storing = partial(progress, f"{request.path.name}: storing", done + 1, steps)
+            try:
+                outcome = _load(store, request, job, storing)
+            except InputError as error:
+                outcome = error
             done += 2
             yield request, outcome
 
 
-_Reading: TypeAlias = "Future[tuple[Model, float]]"  # and how long it took, s
+_Reading: TypeAlias = "Future[Model]"
 
 
 def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[Request, _Reading | InputError]:
@@ -131,13 +128,12 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
     return request, pool.submit(_read, reader, request)
 
 
-def _read(reader: Reader, request: Request) -> tuple[Model, float]:
-    began = time.perf_counter()
+def _read(reader: Reader, request: Request) -> Model:
     options = ReadOptions(request.unit, request.name, request.time_limit_s, request.occluder)
-    return reader(request.path, options), time.perf_counter() - began
+    return reader(request.path, options)
 
 
-def _load(store: Store, request: Request, reading: _Reading, storing: Callable[[], None]) -> LoadReport:
+def _load(store: Store, request: Request, reading: _Reading | InputError, storing: Callable[[], None]) -> LoadReport:
     """Load what is being read, in a run of its own that begins before; `storing` is told when it is read."""
     parameters = {
         "name": request.name,
@@ -147,7 +143,7 @@ def _load(store: Store, request: Request, reading: _Reading, storing: Callable[[
         "strict": request.strict,
         "occluder": request.occluder,
     }
-    packages = ("cadquery-ocp-novtk" if format_of(request.path) == "step" else "trimesh", "numpy", "duckdb")
+    packages = ("cadquery-ocp-novtk", "trimesh", "numpy", "duckdb")
     files: Mapping[str, tuple[str, str]] = {}
     findings: Sequence[Finding] = ()
     with Run.begin(store, "load", parameters, packages=packages) as run:
@@ -157,24 +153,30 @@ def _load(store: Store, request: Request, reading: _Reading, storing: Callable[[
             from relmodel.loading.derive import derive
             from relmodel.loading.write.write import write
 
-            model, took = reading.result()
+            if isinstance(reading, InputError):
+                raise reading
+            model = reading.result()
             files, findings = _inputs(model), model.findings
             model = _allowed(model, request)
+            run.step("read")
             storing()
-            began = time.perf_counter()
-            with store.one_thread(), run.write() as connection:
+
+            def store_model(connection: Connection) -> LoadReport:
+                nonlocal findings
                 derived = derive(model, store, connection)
                 findings = [noted.finding for noted in derived.findings]
                 if findings and request.strict:
                     raise InputError(f"{_several(request.path, findings)}: mend the file, or load it without --strict")
                 run.inputs(connection, files)
                 report = write(run, connection, derived, request.name, request.variant)
-                run.steps(connection, {"read": took, "store": time.perf_counter() - began})
-                run.end("ok", connection=connection)
+                run.finish(connection=connection, last="store")
+                return report
+
+            with store.one_thread():
+                return run.transact(store_model)
         except Exception as error:
-            _note_refusal(run, error, files or _unread(request.path), findings)
+            _note_refusal(run, error, files or digest_inputs({"model": request.path}), findings)
             raise
-    return report
 
 
 def _allowed(model: Model, request: Request) -> Model:
@@ -202,15 +204,6 @@ def _inputs(model: Model) -> dict[str, tuple[str, str]]:
     return {**meshes, "model": (first.name, first.sha256)}
 
 
-def _unread(path: Path) -> dict[str, tuple[str, str]]:
-    """The file as an input of the run that could not read it."""
-    try:
-        with path.open("rb") as file:
-            return {"model": (path.name, hashlib.file_digest(file, "sha256").hexdigest())}
-    except OSError:
-        return {}
-
-
 def _note_refusal(
     run: Run, error: Exception, files: Mapping[str, tuple[str, str]], findings: Sequence[Finding]
 ) -> None:
@@ -218,8 +211,11 @@ def _note_refusal(
     from relmodel.loading.write.findings import append_findings_of_refused
 
     message = str(error) or type(error).__name__
-    with run.write() as connection:
+
+    def write(connection: Connection) -> None:
         run.inputs(connection, files)
         run.append(connection, "load_report", {"run_id": [run.id], "status": "refused", "message": message})
         append_findings_of_refused(run, connection, findings)
-        run.end("refused" if isinstance(error, InputError) else "failed", message, connection)
+        run.fail(message, connection)
+
+    run.transact(write)

@@ -9,9 +9,9 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
-from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
+from relmodel.variants.named import find_variant
 
 _WHOLE = -1  # for the id of a part: of the file as a whole
 
@@ -36,22 +36,14 @@ class Tree:
 
 
 def read_tree(store: Store, connection: Connection, name: str, variant: str = "") -> Tree:
-    """Tree of the newest revision of a variant.  Raises UsageError where it is not loaded."""
-    found = store.rows(connection, "load/latest_variant", name=name, variant=variant)
-    if not found:
-        known = [
-            f"{r.name} variant {r.variant}" if r.variant else r.name for r in store.rows(connection, "newest_objects")
-        ]
-        asked = f"{name} variant {variant}" if variant else name
-        raise UsageError(
-            f"there is no object {asked}: name one of those loaded: {', '.join(known) or 'there are none'}"
-        )
-    object_id = int(found[0].object_id)
+    """Tree of the newest revision of a variant, as `find_variant` finds it; raises UsageError as that."""
+    found = find_variant(store, connection, name, variant)
+    object_id = found.object_id
     rows = store.columns(connection, "object_expansion", object_id=object_id)
     depth, child, part, shape = (np.asarray(rows[c], np.int64) for c in ("depth", "object_id", "part_id", "shape_id"))
     pose = matrices({c: rows[c] for c in MATRIX_COLUMNS})
     path = [str(p) for p in rows["path"]]
-    return Tree(object_id, name, variant, int(found[0].revision), path, depth, child, part, shape, pose)
+    return Tree(object_id, name, found.variant, found.revision, path, depth, child, part, shape, pose)
 
 
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:

@@ -9,36 +9,84 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from relmodel.errors import StoreError
+from relmodel.errors import StoreError, TransientError
 
 if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
     from relmodel.store.database import Database
 
 
-@contextmanager
-def show_alive(store: Database, run_id: int) -> Iterator[None]:
-    """Show, for as long as the block lasts, that a run's process lives.  Raises StoreError where the file beside the
-    store cannot be written."""
-    if store.dialect == "duckdb":
-        with _locked(_lock_file(store, run_id)):
-            yield
-        return
-    with store.read() as session:
-        store.rows(session, "run/hold.postgresql", run=run_id)
-        session.commit()  # the lock is the session's, not the transaction's
+class Pulse:
+    """The sign that the process of a run lives, from `hold` to `release`."""
+
+    def __init__(self, store: Database, run_id: int) -> None:
+        self._store = store
+        self._run_id = run_id
+        self._session: Connection | None = None
+        self._file = _lock_file(store, run_id)
+        self._descriptor: int | None = None
+
+    def hold(self) -> None:
+        """Give the sign; give it anew where a restart of the server ended it.  Raises StoreError where the file beside
+        the store cannot be written."""
+        if self._store.dialect == "duckdb":
+            self._lock()
+        elif not self._asked("run/lives.postgresql"):
+            self.release()
+            self._session = self._store.connect()
+            self._asked("run/hold.postgresql", run=self._run_id)
+
+    def release(self) -> None:
+        """Take the sign back."""
+        if self._descriptor is not None and self._file is not None:
+            self._file.unlink(missing_ok=True)
+            os.close(self._descriptor)
+            self._descriptor = None
+        if self._session is not None:
+            self._asked("run/release.postgresql", run=self._run_id)
+            self._session.close()
+            self._session = None
+
+    def _lock(self) -> None:
+        if self._file is None or self._descriptor is not None:
+            return
         try:
-            yield
-        finally:
-            store.rows(session, "run/release.postgresql", run=run_id)
+            self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT, 0o666)
+        except OSError as error:
+            raise StoreError(
+                f"the file {self._file} cannot be written ({error.strerror}): see to the permissions of its folder"
+            ) from error
+        fcntl.flock(self._descriptor, fcntl.LOCK_EX)
+
+    def _asked(self, name: str, **parameters: int) -> bool:
+        """Whether the session is there to be asked; what it is asked holds beyond a transaction."""
+        if self._session is None:
+            return False
+        try:
+            with self._store.failures():
+                self._store.rows(self._session, name, **parameters)
+                self._session.commit()
+        except TransientError:  # the session went, and its lock with it
+            self._session.rollback()
+            return False
+        return True
 
 
-def is_alive(store: Database, run_id: int) -> bool:
-    """Whether a process, this one too, shows that a run of a DuckDB store lives; what a dead one left is removed."""
+def _lock_file(store: Database, run_id: int) -> Path | None:
+    database = store.engine.url.database
+    if store.dialect != "duckdb" or not database or database.startswith(":"):
+        return None
+    return Path(f"{database}.run-{run_id}")
+
+
+def _is_alive(store: Database, run_id: int) -> bool:
+    """Whether a process, this one too, shows that a run of a DuckDB store lives."""
     file = _lock_file(store, run_id)
     if file is None:
         return False
@@ -52,32 +100,46 @@ def is_alive(store: Database, run_id: int) -> bool:
         return True
     finally:
         os.close(descriptor)
-    with suppress(OSError):
-        file.unlink()
     return False
 
 
-def _lock_file(store: Database, run_id: int) -> Path | None:
-    database = store.engine.url.database
-    if not database or database.startswith(":"):
-        return None
-    return Path(f"{database}.run-{run_id}")
+def find_dead_runs(store: Database, connection: Connection) -> list[int]:
+    """The runs that neither ended nor have a living process; on PostgreSQL this transaction then holds their locks."""
+    unfinished = [int(row.run_id) for row in store.rows(connection, f"run/unfinished.{store.dialect}")]
+    return [run for run in unfinished if store.dialect != "duckdb" or not _is_alive(store, run)]
 
 
-@contextmanager
-def _locked(file: Path | None) -> Iterator[None]:
-    if file is None:
-        yield
-        return
-    try:
-        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT, 0o666)
-    except OSError as error:
-        raise StoreError(
-            f"the file {file} cannot be written ({error.strerror}): see to the permissions of its folder"
-        ) from error
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        file.unlink(missing_ok=True)
-        os.close(descriptor)
+def name_dead_runs(store: Database) -> None:
+    """Let who only reads a DuckDB file see which runs are dead; on PostgreSQL the views see it."""
+    if store.dialect == "duckdb":
+        with store.read() as connection:
+            store.dead_runs = find_dead_runs(store, connection)
+
+
+def mark_dead_runs(store: Database) -> None:
+    """Append found_dead to the runs that neither ended nor have a living process."""
+    with store.write() as connection:
+        found = find_dead_runs(store, connection)
+        if not found:
+            return
+        # A run may have ended while the locks were tried: this statement sees that.
+        with store.relation(connection, "asked_run", {"run_id": found}):
+            dead = store.rows(connection, "run/still_unfinished")
+        store.append(
+            connection,
+            "run_event",
+            {
+                "run_id": [row.run_id for row in dead],
+                "event_no": [row.event_no for row in dead],
+                "kind": "found_dead",
+                "name": "",
+                "state": "killed",
+                "message": "its process ended before the run did",
+                "happened_at": [datetime.now(UTC)] * len(dead),
+            },
+        )
+    for run in found:
+        file = _lock_file(store, run)
+        if file is not None:
+            with suppress(OSError):
+                file.unlink()

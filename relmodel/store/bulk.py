@@ -41,6 +41,15 @@ def insert(connection: Connection, table: Table, query: TextClause, parameters: 
     return count
 
 
+def delete(connection: Connection, table: Table, column: str, keys: str) -> int:
+    """Delete the rows of `table` whose `column` is among those of the relation `keys`, and return how many."""
+    asked = sa.table(keys, sa.column(column))
+    own = table.c[column if column in table.c else "id"]
+    count = connection.execute(sa.delete(table).where(own.in_(sa.select(asked.c[column])))).rowcount
+    _count(connection, table, -count)
+    return count
+
+
 def _count(connection: Connection, table: Table, count: int) -> None:
     counts = connection.info.get(_COUNTS)
     if counts is not None and count:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import cached_property
 from graphlib import TopologicalSorter
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from sqlalchemy.types import TypeEngine
 
 from relmodel.arrays import Ints
 from relmodel.columns import Columns
-from relmodel.errors import StoreError
+from relmodel.errors import StoreError, TransientError
 from relmodel.store import bulk, sql
 from relmodel.store.engine import is_locked
 
@@ -46,15 +46,26 @@ _TYPES: dict[str, type[TypeEngine[Any]]] = {
     "varchar": sa.String,
 }
 
+WAITS_S = (0.1, 0.5, 1.0, 2.0, 4.0)
+"""s before each further try of what a server refused or lost: a restart takes it a few seconds"""
+# Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
+_TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
+
+T = TypeVar("T")
+
 
 class Database:
-    """What a store is made in.  All reading and writing goes through connections that `read` and `write` give."""
+    """What a store is made in.  All reading and writing goes through connections that `read` and `write` give.
+
+    dead_runs: those that its connections to a DuckDB file are told of, where it is open for reading only.
+    """
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
         self.engine = engine
         self.name = name
         self._read_only = read_only
         self._closed = False
+        self.dead_runs: list[int] = []
 
     @property
     def revision(self) -> str | None:
@@ -71,8 +82,21 @@ class Database:
         if self.dialect == "duckdb" and not self._closed:
             self.engine.dispose()
 
+    def connect(self) -> Connection:
+        """A connection that the caller closes; waited for while another process holds the file, as one does that
+        records, or the server restarts."""
+
+        def once() -> Connection:
+            with self.failures():
+                connection = self._connect()
+                if self.dead_runs:
+                    connection.execute(sql.query("run/name_dead.duckdb"), {"dead": self.array(self.dead_runs)})
+                    connection.commit()
+                return connection
+
+        return self.patiently(once)
+
     def _connect(self) -> Connection:
-        """A connection; where another process holds the file, as one does that records, after a while."""
         given_up = time.monotonic() + PATIENCE_S
         while True:
             try:
@@ -146,7 +170,7 @@ class Database:
         Raises StoreError where the database fails, refuses it to the role, or is closed.
         """
         self._refuse_closed()
-        with self._failures(), self._connect() as connection:
+        with self.failures(), self.connect() as connection:
             if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
                 connection = connection.execution_options(isolation_level="REPEATABLE READ")
             yield connection
@@ -161,8 +185,17 @@ class Database:
         self._refuse_closed()
         if self._read_only:
             raise StoreError(f"the store {self.name} is open for reading only: open it without read_only to write")
-        with self._failures(), self._connect() as connection, connection.begin():
+        with self.failures(), self.connect() as connection, connection.begin():
             yield connection
+
+    def patiently(self, work: Callable[[], T]) -> T:
+        """What `work` gives, tried again some seconds long where a server refuses to serialise it or restarts."""
+        for wait in WAITS_S:
+            try:
+                return work()
+            except TransientError:
+                time.sleep(wait)
+        return work()
 
     @contextmanager
     def one_thread(self) -> Iterator[None]:
@@ -186,7 +219,7 @@ class Database:
             raise StoreError(f"the store {self.name} is closed: open it again")
 
     @contextmanager
-    def _failures(self) -> Iterator[None]:
+    def failures(self) -> Iterator[None]:
         """What befalls a database in use (connection lost, disk full, memory out, no privilege) as a sentence.
 
         Errors of statements stay as they are: they are mistakes of the program.
@@ -203,7 +236,10 @@ class Database:
             ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
             if not ours or not {"OperationalError", "InterfaceError"} & {kind.__name__ for kind in type(said).__mro__}:
                 raise
-            raise StoreError(
+            # A code 08... is a connection's.
+            code = getattr(said, "sqlstate", "") if self.dialect == "postgresql" else ""
+            kind = TransientError if code in _TRANSIENT or str(code).startswith("08") else StoreError
+            raise kind(
                 f"the store {self.name} failed ({words}): look after its disk, memory or server, and try again"
             ) from error
 
@@ -233,6 +269,11 @@ class Database:
     def insert(self, connection: Connection, table: str, name: str, /, **parameters: Any) -> int:
         """Run the named query, which inserts rows into `table` from others; returns how many."""
         return bulk.insert(connection, self.table(table), sql.query(name), parameters)
+
+    def delete(self, connection: Connection, table: str, column: str, keys: str) -> int:
+        """Delete the rows of `table` whose `column` (its `id` where it has no such) is among those of the relation
+        `keys`; returns how many."""
+        return bulk.delete(connection, self.table(table), column, keys)
 
     def relation(self, connection: Connection, name: str, columns: Columns) -> AbstractContextManager[None]:
         """Columns as a relation that named queries on `connection` join by its name, for as long as the block lasts:

@@ -1,50 +1,104 @@
-"""The dictionary of a store, read from the store itself: its relations, their columns, and what they mean."""
+"""The dictionary of a store, read from the store itself: its relations and functions, their columns, and what they
+mean."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from difflib import get_close_matches
 from typing import NamedTuple
 
-from sqlalchemy import inspect
+from sqlalchemy import create_engine, inspect
 from sqlalchemy.engine.reflection import ObjectKind
 
 from relmodel.errors import UsageError
-from relmodel.store.store import Store
+from relmodel.store.database import Database
+
+FUNCTION = "function"
 
 
 class Entry(NamedTuple):
-    """A relation (`column` and `type` are None) or a column of it."""
+    """A relation or a function; standing: primary, redundant, view or function."""
 
     level: str
     relation: str
     standing: str
-    column: str | None
-    type: str | None
+    comment: str
+
+
+class Column(NamedTuple):
+    """A column of a relation, or an argument of a function; refers_to: RELATION (COLUMNS) whose key it is part of."""
+
+    relation: str
+    column: str
+    type: str
+    key: bool
+    refers_to: str | None
     comment: str | None
 
 
-def dictionary(store: Store, relation: str | None = None) -> list[Entry]:
-    """Entries of all relations, or of one: each relation, then its columns in their order.
+@contextmanager
+def schema_in_memory() -> Iterator[Database]:
+    """A store with nothing in it, in memory, to be asked for what stores have."""
+    from relmodel.store.migrate import create_schema
 
-    Raises UsageError where the store has no such relation.
-    """
+    with Database(create_engine("duckdb:///:memory:"), "in memory") as store:
+        with store.write() as connection:
+            create_schema(connection)
+        yield store
+
+
+def dictionary(store: Database) -> list[Entry]:
+    """Relations by level, then the functions."""
     with store.read() as connection:
         catalogue = store.rows(connection, "relations")
-    if relation is not None:
-        catalogue = [row for row in catalogue if row.relation == relation]
-        if not catalogue:
-            raise UsageError(f"the store has no relation {relation!r}: relmodel schema lists them all")
+        functions = store.rows(connection, f"functions.{store.dialect}")
     reflected = inspect(store.engine)
-    columns = {name: found for (_, name), found in reflected.get_multi_columns(kind=ObjectKind.ANY).items()}
     comments = {
         name: found["text"] for (_, name), found in reflected.get_multi_table_comment(kind=ObjectKind.ANY).items()
     }
-    entries = []
-    for row in catalogue:
-        entries.append(Entry(row.level, row.relation, row.standing, None, None, comments[row.relation]))
-        entries += (
-            Entry(
-                row.level, row.relation, row.standing, c["name"], c["type"].compile(store.engine.dialect), c["comment"]
-            )
-            for c in columns[row.relation]
+    entries = [Entry(row.level, row.relation, row.standing, str(comments[row.relation])) for row in catalogue]
+    return entries + [Entry("world", str(row.name), FUNCTION, str(row.comment)) for row in functions]
+
+
+def find_entry(store: Database, name: str) -> Entry:
+    """The relation or function of a name.  Raises UsageError where there is none."""
+    entries = {entry.relation: entry for entry in dictionary(store)}
+    if name not in entries:
+        near = get_close_matches(name, list(entries), 1)
+        hint = f"did you mean {near[0]}?" if near else "relmodel schema lists them all"
+        raise UsageError(f"the store has no relation or function {name!r}: {hint}")
+    return entries[name]
+
+
+def columns_of(store: Database, entry: Entry | None = None) -> list[Column]:
+    """Columns of all relations in the dictionary's order, or of one; of a function its arguments."""
+    if entry is not None and entry.standing == FUNCTION:
+        with store.read() as connection:
+            functions = store.rows(connection, f"functions.{store.dialect}")
+        (own,) = (row for row in functions if row.name == entry.relation)
+        return [Column(entry.relation, str(name), "", False, None, None) for name in own.arguments]
+    with store.read() as connection:
+        relations = [row.relation for row in store.rows(connection, "relations")]
+        references = store.rows(connection, "reference_columns")
+    refers = {
+        (row.relation, column): f"{row.parent} ({', '.join(row.parent_columns)})"
+        for row in reversed(references)
+        for column in row.column_names
+    }
+    reflected = inspect(store.engine)
+    columns = {name: found for (_, name), found in reflected.get_multi_columns(kind=ObjectKind.ANY).items()}
+    keys = {name: found["constrained_columns"] for (_, name), found in reflected.get_multi_pk_constraint().items()}
+    return [
+        Column(
+            relation,
+            c["name"],
+            c["type"].compile(store.engine.dialect),
+            c["name"] in keys.get(relation, ()),
+            refers.get((relation, c["name"])),
+            c["comment"],
         )
-    return entries
+        for relation in relations
+        if entry is None or relation == entry.relation
+        for c in columns[relation]
+    ]

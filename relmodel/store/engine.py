@@ -62,7 +62,8 @@ def connect(url: URL, *, read_only: bool) -> Engine:
     else:
         options = {"config": DUCKDB_CONFIG, "read_only": read_only}
     try:
-        engine = create_engine(url, connect_args=options)
+        # Connections that a restart of the server broke are told before they are used.
+        engine = create_engine(url, connect_args=options, pool_pre_ping=url.get_backend_name() == "postgresql")
         _try_connection(engine)
     except ModuleNotFoundError as error:
         raise StoreError(f"the store {url} needs the package {error.name}: install relmodel[postgresql]") from error

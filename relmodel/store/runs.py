@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 import os
 import platform
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
 
 import relmodel
 from relmodel.columns import Columns
-from relmodel.store import bulk, journal
-from relmodel.store.alive import is_alive, show_alive
+from relmodel.identity import code_commit, code_sha256
+from relmodel.store import bulk, journal, sql
+from relmodel.store.alive import Pulse
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from relmodel.store.database import Database
+
+T = TypeVar("T")
 
 
 def package_versions(*names: str) -> dict[str, str]:
@@ -35,13 +42,57 @@ def package_versions(*names: str) -> dict[str, str]:
     return found
 
 
+def digest_inputs(paths: Mapping[str, str | Path]) -> dict[str, tuple[str, str]]:
+    """Inputs of a run, role -> (file name, SHA-256), of the files by role that can be read."""
+    found = {}
+    for role, path in paths.items():
+        try:
+            with Path(path).open("rb") as file:
+                found[role] = (Path(path).name, hashlib.file_digest(file, "sha256").hexdigest())
+        except OSError:
+            continue
+    return found
+
+
+def _plain(value: object) -> object:
+    """A parameter in what JSON has: numbers that are not finite as text."""
+    if isinstance(value, Mapping):
+        return {str(name): _plain(inner) for name, inner in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value if value is None or isinstance(value, str | int | float | bool) else str(value)
+
+
+class _Step(NamedTuple):
+    name: str
+    seconds: float
+    ended_at: datetime
+
+
+class _Count(NamedTuple):
+    """What a run has said so far: how many events and inputs, whether it ended, when its step began, and the steps
+    before, of which how many are written."""
+
+    events: int
+    inputs: int
+    ended: bool
+    step_began: float
+    steps: tuple[_Step, ...]
+    written: int
+
+
 class Run:
     """A run that is under way.  Its row and its begun event are committed at once; what it finds is appended in
-    transactions of its own, together with the ledger of the rows; `end` says how it ended.
+    transactions of its own, together with the ledger of the rows; `finish` says that it did what it was asked.
 
         with Run.begin(store, "load", parameters, packages=("duckdb",)) as run:
-            with run.write() as connection:
-                run.append(connection, "surface", columns)
+            found = read(file)
+            run.step("read")
+            run.transact(lambda connection: run.append(connection, "surface", columns))
 
     An error that leaves the block ends the run as failed.
     """
@@ -49,10 +100,10 @@ class Run:
     def __init__(self, store: Database, run_id: int) -> None:
         self.store = store
         self.id = run_id
-        self._events = 0
+        self._pulse = Pulse(store, run_id)
         self._writes = 0
         self._began = time.perf_counter()
-        self._ended = False
+        self._count = _Count(0, 0, False, self._began, (), 0)
 
     @classmethod
     @contextmanager
@@ -66,53 +117,64 @@ class Run:
         packages: tuple[str, ...] = (),
     ) -> Iterator[Run]:
         """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
-        with ExitStack() as held:
-            with store.write() as connection:
-                run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
-                held.enter_context(show_alive(store, run.id))
-                run._begun(connection, kind, parameters, inputs or {}, packages)
+        run = store.patiently(lambda: cls._begun(store, kind, parameters, inputs or {}, packages))
+        try:
             journal.record(store, "run_event", run.id, 0)
             try:
                 yield run
             except BaseException as error:
-                if not run._ended:
-                    run.end("failed", str(error) or type(error).__name__)
+                if not run._count.ended:
+                    run.fail(str(error) or type(error).__name__)
                 raise
-            if not run._ended:
-                run.end("ok")
+            if not run._count.ended:
+                run.finish()
+        finally:
+            run._pulse.release()
 
+    @classmethod
     def _begun(
-        self,
-        connection: Connection,
+        cls,
+        store: Database,
         kind: str,
         parameters: Mapping[str, Any],
         inputs: Mapping[str, tuple[str, str]],
         packages: tuple[str, ...],
-    ) -> None:
-        self.store.append(
-            connection,
-            "run",
-            {
-                "id": [self.id],
-                "kind": [kind],
-                "parameters": [json.dumps(dict(parameters), sort_keys=True)],
-                "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
-                "host": [platform.node()],
-                "process": [os.getpid()],
-                "began_at": [datetime.now(UTC)],
-            },
-        )
-        self.inputs(connection, dict(sorted(inputs.items())))
-        self._event(connection, "begun", "", None, "ok", None)
+    ) -> Run:
+        with ExitStack() as failed, store.write() as connection:
+            run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
+            failed.callback(run._pulse.release)
+            run._pulse.hold()
+            store.append(
+                connection,
+                "run",
+                {
+                    "id": [run.id],
+                    "kind": [kind],
+                    "parameters": [json.dumps(_plain(parameters), sort_keys=True)],
+                    "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
+                    "code_commit": [code_commit()],
+                    "code_sha256": [code_sha256()],
+                    "schema_revision": [sql.revisions()[-1]],
+                    "host": [platform.node()],
+                    "process": [os.getpid()],
+                    "began_at": [datetime.now(UTC)],
+                },
+            )
+            run.inputs(connection, dict(sorted(inputs.items())))
+            run._event(connection, "begun", "", None, "running", None)
+            failed.pop_all()
+        return run
 
     def inputs(self, connection: Connection, inputs: Mapping[str, tuple[str, str]]) -> None:
-        """Append what the run reads, once: role -> (file name, SHA-256); for a reader that says what it read."""
+        """Append what the run reads: role -> (file name, SHA-256); for a reader that says what it read."""
+        first = self._count.inputs
+        self._count = self._count._replace(inputs=first + len(inputs))
         self.store.append(
             connection,
             "run_input",
             {
                 "run_id": [self.id] * len(inputs),
-                "input_no": list(range(len(inputs))),
+                "input_no": list(range(first, first + len(inputs))),
                 "role": list(inputs),
                 "name": [Path(name).name for name, _ in inputs.values()],
                 "sha256": [digest for _, digest in inputs.values()],
@@ -125,11 +187,13 @@ class Run:
 
         Those of several processes take turns: what one finds missing, to append it, no other appends meanwhile.
         """
-        with self.store.write() as connection:
+        with self._transaction() as connection:
             if self.store.dialect == "postgresql":  # on DuckDB one process writes
                 self.store.rows(connection, "run/turn.postgresql")
             with bulk.counting(connection) as written:
                 yield connection
+                self._write_steps(connection)
+            written = {name: count for name, count in written.items() if count}
             if written:
                 names = sorted(written)
                 self.store.append(
@@ -146,6 +210,48 @@ class Run:
             journal.record(self.store, "ledger", self.id, self._writes)
             self._writes += 1
 
+    def transact(self, work: Callable[[Connection], T]) -> T:
+        """Do `work` in a transaction as `write` gives, and give what it gives.
+
+        Where a server refuses to serialise it, or restarts, it is done again, some seconds long; so what it does but
+        for the transaction may be done twice.
+        """
+        return self._again(self.write, work)
+
+    def _again(
+        self, transaction: Callable[[], AbstractContextManager[Connection]], work: Callable[[Connection], T]
+    ) -> T:
+        done: list[tuple[T, _Count]] = []
+
+        def once() -> T:
+            if done and self._is_committed():  # only the server's answer was lost
+                result, self._count = done[0]
+                self._writes += 1
+                return result
+            with transaction() as connection:
+                result = work(connection)
+                done[:] = [(result, self._count)]
+            return result
+
+        return self.store.patiently(once)
+
+    @contextmanager
+    def _transaction(self) -> Iterator[Connection]:
+        """A transaction that leaves what the run counts as it was where it fails."""
+        self._pulse.hold()
+        before = self._count
+        try:
+            with self.store.write() as connection:
+                yield connection
+        except BaseException:
+            self._count = before
+            raise
+
+    def _is_committed(self) -> bool:
+        with self.store.read() as connection:
+            asked = {"run": self.id, "write_no": self._writes, "event_no": self._count.events}
+            return bool(self.store.rows(connection, "run/committed", **asked))
+
     def append(self, connection: Connection, table: str, columns: Columns) -> int:
         """Append rows by columns, as `Database.append`."""
         return self.store.append(connection, table, columns)
@@ -154,60 +260,65 @@ class Run:
         """Insert rows from others by a named query, as `Database.insert`."""
         return self.store.insert(connection, table, name, **parameters)
 
-    def steps(self, connection: Connection, seconds: Mapping[str, float]) -> None:
-        """Append the steps that the run took and how long each was, in their order."""
-        for name, took in seconds.items():
-            self._event(connection, "step", name, took, "ok", None)
+    @property
+    def seconds(self) -> dict[str, float]:
+        """How long each step took that has ended, s, in their order."""
+        return {step.name: step.seconds for step in self._count.steps}
 
-    def end(self, status: str, message: str | None = None, connection: Connection | None = None) -> None:
-        """Say how the run ended (ok, refused, ambiguous, failed); within `connection`'s transaction if given."""
-        seconds = time.perf_counter() - self._began
-        if connection is not None:
-            self._event(connection, "ended", "", seconds, status, message)
-        else:
-            with self.store.write() as own:
-                self._event(own, "ended", "", seconds, status, message)
-            journal.record(self.store, "run_event", self.id, self._events - 1)
-        self._ended = True
+    def step(self, name: str) -> None:
+        """End a step, which began where the one before it ended; it is written with what the run writes next."""
+        now = time.perf_counter()
+        step = _Step(name, now - self._count.step_began, datetime.now(UTC))
+        self._count = self._count._replace(step_began=now, steps=(*self._count.steps, step))
+
+    def finish(self, message: str | None = None, connection: Connection | None = None, *, last: str = "rest") -> None:
+        """Say that the run did what it was asked, within `connection`'s transaction if given; `last` names the step
+        that ends with it, where there were steps."""
+        self._end("finished", message, connection, last)
+
+    def fail(self, message: str, connection: Connection | None = None) -> None:
+        """Say why the run failed; the step that it was at is called unfinished."""
+        self._end("failed", message, connection, "unfinished")
+
+    def _end(self, state: str, message: str | None, connection: Connection | None, last: str) -> None:
+        if connection is None:
+            self._again(self._transaction, lambda own: self._end(state, message, own, last))
+            journal.record(self.store, "run_event", self.id, self._count.events - 1)
+            return
+        if self._count.steps:
+            self.step(last)
+        self._write_steps(connection)
+        now = self._count.step_began if self._count.steps else time.perf_counter()
+        self._event(connection, "ended", "", now - self._began, state, message)
+        self._count = self._count._replace(ended=True)
+
+    def _write_steps(self, connection: Connection) -> None:
+        for step in self._count.steps[self._count.written :]:
+            self._event(connection, "step", step.name, step.seconds, "running", None, step.ended_at)
+        self._count = self._count._replace(written=len(self._count.steps))
 
     def _event(
-        self, connection: Connection, kind: str, name: str, seconds: float | None, status: str, message: str | None
+        self,
+        connection: Connection,
+        kind: str,
+        name: str,
+        seconds: float | None,
+        state: str,
+        message: str | None,
+        happened_at: datetime | None = None,
     ) -> None:
         self.store.append(
             connection,
             "run_event",
             {
                 "run_id": [self.id],
-                "event_no": [self._events],
+                "event_no": [self._count.events],
                 "kind": [kind],
                 "name": [name],
                 "seconds": [seconds],
-                "status": [status],
+                "state": [state],
                 "message": [message],
-                "happened_at": [datetime.now(UTC)],
+                "happened_at": [happened_at or datetime.now(UTC)],
             },
         )
-        self._events += 1
-
-
-def mark_dead_runs(store: Database) -> None:
-    """Append found_dead to the runs that neither ended nor have a living process."""
-    with store.write() as connection:
-        dead = store.rows(connection, f"run/unfinished.{store.dialect}")
-        if store.dialect == "duckdb":
-            dead = [row for row in dead if not is_alive(store, row.run_id)]
-        if not dead:
-            return
-        store.append(
-            connection,
-            "run_event",
-            {
-                "run_id": [row.run_id for row in dead],
-                "event_no": [row.event_no for row in dead],
-                "kind": "found_dead",
-                "name": "",
-                "status": "failed",
-                "message": "its process ended before the run did",
-                "happened_at": [datetime.now(UTC)] * len(dead),
-            },
-        )
+        self._count = self._count._replace(events=self._count.events + 1)

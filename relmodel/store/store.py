@@ -11,9 +11,9 @@ from sqlalchemy import URL, inspect
 
 from relmodel.errors import StoreError
 from relmodel.store import sql
+from relmodel.store.alive import mark_dead_runs, name_dead_runs
 from relmodel.store.database import Database, newer_store
 from relmodel.store.engine import connect, store_name, store_url
-from relmodel.store.runs import mark_dead_runs
 
 
 class Store(Database):
@@ -66,8 +66,7 @@ class Store(Database):
                     f"the store {store.name} is of an older version: run relmodel migrate --store {store.name}"
                 )
             _check_schema(store)
-            if not read_only:
-                mark_dead_runs(store)
+            (name_dead_runs if read_only else mark_dead_runs)(store)
         return store
 
     @classmethod

@@ -16,6 +16,7 @@ from relmodel.geometry.curves import Curves
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 from relmodel.variants.features import FeatureSet, feature_set, other_dimensions, pair_features
+from relmodel.variants.named import find_variant
 from relmodel.variants.parts import alike, differing_labels, motion, pair_parts, placed_parts, stays
 from relmodel.variants.surfaces import Pairs, SurfaceSet, boundary_integrals, carried, pair_surfaces, surface_set
 
@@ -52,12 +53,13 @@ def compare(
     if not 0 <= reach < np.inf:
         raise UsageError(f"the reach is {reach:g}: give mm, 0 or more")
     with store.read() as connection:
-        ids = [_variant(store, connection, *named) for named in (before, after)]
-        known = store.rows(connection, "compare/known", variant_a_id=ids[0][0], variant_b_id=ids[1][0], reach=reach)
+        ids = [find_variant(store, connection, *named) for named in (before, after)]
+        known = store.rows(connection, "compare/known", variant_a_id=ids[0].id, variant_b_id=ids[1].id, reach=reach)
         if known:
             return _comparison(store, connection, int(known[0].id), int(known[0].run_id))
     parameters = {"before": list(before), "after": list(after), "reach": reach}
-    with Run.begin(store, "diff", parameters, packages=("numpy", "scipy")) as run, run.write() as connection:
+
+    def write(connection: Connection) -> Comparison:
         comparison = int(store.new_ids(connection, "variant_comparison", 1)[0])
         run.append(
             connection,
@@ -65,29 +67,21 @@ def compare(
             {
                 "id": [comparison],
                 "run_id": run.id,
-                "variant_a_id": ids[0][0],
-                "variant_b_id": ids[1][0],
+                "variant_a_id": ids[0].id,
+                "variant_b_id": ids[1].id,
                 "reach": reach,
             },
         )
-        rows = _differences(store, connection, ids[0][1], ids[1][1], reach, progress)
+        rows = _differences(store, connection, ids[0].object_id, ids[1].object_id, reach, progress)
         count = len(rows["level"])
         run.append(
             connection, "variant_difference", {"comparison_id": comparison, "difference_no": np.arange(count), **rows}
         )
-        run.end("ok", connection=connection)
+        run.finish(connection=connection)
         return _comparison(store, connection, comparison, run.id)
 
-
-def _variant(store: Store, connection: Connection, name: str, variant: str) -> tuple[int, int]:
-    rows = store.rows(connection, "load/latest_variant", name=name, variant=variant)
-    if not rows:
-        known = [f"{r.name}:{r.variant}".rstrip(":") for r in store.rows(connection, "newest_objects")]
-        asked = f"{name}:{variant}".rstrip(":")
-        raise UsageError(
-            f"there is no object {asked}: name one of those loaded: {', '.join(known) or 'there are none'}"
-        )
-    return int(rows[0].id), int(rows[0].object_id)
+    with Run.begin(store, "diff", parameters, packages=("numpy", "scipy")) as run:
+        return run.transact(write)
 
 
 def _comparison(store: Store, connection: Connection, comparison: int, run_id: int) -> Comparison:

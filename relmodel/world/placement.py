@@ -16,7 +16,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.progress import Progress, silent
-from relmodel.store import Run, Store, sql
+from relmodel.store import Run, Store, digest_inputs, sql
 from relmodel.world.kinematics import Robots
 from relmodel.world.occurrences import write_occurrences
 from relmodel.world.world_file import WorldFile, read_world_file
@@ -47,7 +47,13 @@ def place_world(
     a file that mounts rigs needs it.  Raises InputError where the file is bad, names an object that is not loaded, or
     an object contains itself; the store's worlds are then as they were.
     """
-    file = read_world_file(path)
+    with Run.begin(
+        store, "world", {"file": Path(path).name}, inputs=digest_inputs({"world": path}), packages=("numpy",)
+    ) as run:
+        return _place(store, run, read_world_file(path), write_rig, progress)
+
+
+def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None, progress: Progress) -> WorldReport:
     progress(f"{file.path.name}: finding its objects", 0, 3)
     if write_rig is None and any(mount.kind == "rig" for mount in file.mounts):
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
@@ -61,12 +67,10 @@ def place_world(
         poses = _poses(store, connection, file, pinned, robots, values)
         rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
     content_key = _content_key(file, pinned, poses, rig_digests)
-    inputs = {"world": (file.path.name, file.sha256)}
-    inputs |= {f"rig {name}": (file.rigs[name].name, digest) for name, digest in rig_digests.items()}
-    with (
-        Run.begin(store, "world", {"world": file.world}, inputs=inputs, packages=("numpy",)) as run,
-        run.write() as connection,
-    ):
+    inputs = {f"rig {name}": (file.rigs[name].name, digest) for name, digest in rig_digests.items()}
+
+    def write(connection: Connection) -> WorldReport:
+        run.inputs(connection, inputs)
         newest = [row for row in store.rows(connection, "current_worlds") if row.name == file.world]
         if newest and newest[0].content_key == content_key:
             world_id, revision, status = int(newest[0].id), int(newest[0].revision), "unchanged"
@@ -80,10 +84,11 @@ def place_world(
             progress(f"{file.path.name}: expanding its objects to parts", 2, 3)
             write_occurrences(run, connection, world_id, previous)
         counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
-        run.end("ok", f"world {file.world} revision {revision} {status}", connection)
-    return WorldReport(
-        run.id, file.world, world_id, revision, status, objects=counts.get("object", 0), parts=counts.get("part", 0)
-    )
+        run.finish(f"world {file.world} revision {revision} {status}", connection)
+        objects, parts = counts.get("object", 0), counts.get("part", 0)
+        return WorldReport(run.id, file.world, world_id, revision, status, objects=objects, parts=parts)
+
+    return run.transact(write)
 
 
 def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -22,6 +22,7 @@ from PIL import Image
 from relmodel.cli.main import main
 from relmodel.errors import StoreError
 from relmodel.store import Store
+from relmodel.text import visible
 from tests.cli.conftest import DEMO, Pair
 
 Given = dict[str, Any]
@@ -44,6 +45,17 @@ def counts(store: str) -> dict[str, int]:
         names = [row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
         each = " UNION ALL ".join(f"SELECT '{name}', count(*) FROM \"{name}\"" for name in names)  # noqa: S608
         return dict(connection.execute(each).fetchall())
+
+
+def assert_only_failed(store: str, before: dict[str, int], said: str) -> None:
+    """The store is as it was, but for a run that failed with the sentence that was printed."""
+    after = counts(store)
+    assert {table for table in after if after[table] != before[table]} <= OF_RUNS
+    with duckdb.connect(store, read_only=True) as connection:
+        ended = "SELECT e.state, e.message FROM run_event AS e WHERE e.kind = 'ended' ORDER BY e.run_id DESC LIMIT 1"
+        state, message = connection.execute(ended).fetchall()[0]
+    assert state == "failed"
+    assert said.partition(": ")[2].rstrip("\n") == visible(message)
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 3) -> str:
@@ -93,8 +105,9 @@ def test_bad_rig(
 ) -> None:
     before, file = counts(store), tmp_path / "rig.yaml"
     file.write_text(yaml.safe_dump(changed(pair.rig, place, value)))
-    assert says in refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
-    assert counts(store) == before
+    said = refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
+    assert says in said
+    assert_only_failed(store, before, said)
 
 
 BAD_PRIORS = [
@@ -120,8 +133,9 @@ def test_bad_prior(
 ) -> None:
     before, file = counts(store), tmp_path / "prior.yaml"
     file.write_text(yaml.safe_dump(changed(pair.prior, place, value)))
-    assert says in refused(capsys, "inspect", "--store", store, *pair.options(prior=file))
-    assert counts(store) == before
+    said = refused(capsys, "inspect", "--store", store, *pair.options(prior=file))
+    assert says in said
+    assert_only_failed(store, before, said)
 
 
 def test_mirrored_prior(store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -141,9 +155,12 @@ def test_files_that_are_no_yaml(
     before, file = counts(store), tmp_path / "bad.yaml"
     file.write_bytes(content)
     for option in ("rig", "prior"):
-        assert f"the {option} file" in refused(capsys, "inspect", "--store", store, *pair.options(**{option: file}))
-    assert str(file) in refused(capsys, "world", str(file), "--store", store)
-    assert counts(store) == before
+        said = refused(capsys, "inspect", "--store", store, *pair.options(**{option: file}))
+        assert f"the {option} file" in said
+        assert_only_failed(store, before, said)
+    said = refused(capsys, "world", str(file), "--store", store)
+    assert str(file) in said
+    assert_only_failed(store, before, said)
     file.unlink()
     assert "cannot be read" in refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
 
@@ -212,7 +229,7 @@ def test_bad_picture(
     said = refused(capsys, "inspect", "--store", store, *pair.options(**{camera: file}))
     assert says in said
     assert str(file) in said
-    assert counts(store) == before
+    assert_only_failed(store, before, said)
 
 
 def test_empty_picture_is_refused_by_verdict(
@@ -275,8 +292,7 @@ def test_bad_step(
     said = refused(capsys, "load", str(file), "--object", "bulkhead", "--variant", "A", "--store", store)
     assert says in said
     assert name in said
-    after = counts(store)
-    assert {table for table in after if after[table] != before[table]} <= OF_RUNS
+    assert_only_failed(store, before, said)
     assert main(["check", "--store", store]) == 0
 
 
@@ -284,7 +300,7 @@ def test_missing_step(store: str, tmp_path: Path, capsys: pytest.CaptureFixture[
     before = counts(store)
     said = refused(capsys, "load", str(tmp_path / "none.step"), "--object", "bulkhead", "--store", store)
     assert "there is no file" in said
-    assert counts(store) == before
+    assert_only_failed(store, before, said)
 
 
 @pytest.mark.parametrize(
@@ -322,8 +338,9 @@ def test_bad_world(
 ) -> None:
     before, file = counts(store), tmp_path / "world.yaml"
     file.write_text(yaml.safe_dump(changed(yaml.safe_load((DEMO / "world.yaml").read_text()), place, value)))
-    assert says in refused(capsys, "world", str(file), "--store", store)
-    assert counts(store) == before
+    said = refused(capsys, "world", str(file), "--store", store)
+    assert says in said
+    assert_only_failed(store, before, said)
 
 
 def test_stores_without_a_world(

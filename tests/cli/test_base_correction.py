@@ -171,15 +171,15 @@ def test_what_cannot_be_corrected_is_said_before_anything_is_written(
     target = str(tmp_path / "cell.duckdb")
     shutil.copy(store, target)
 
-    def runs() -> int:
+    def inspections() -> int:
         with Store.open(target, read_only=True) as opened, opened.read() as connection:
-            return len(connection.execute(opened.table("run").select()).all())
+            return len(connection.execute(opened.table("inspection").select()).all())
 
     def refused(status: int, sentence: str, *words: str) -> None:
-        before = runs()
+        before = inspections()
         assert main(["inspect", *pair.options(), *words, "--store", target]) == status
         assert sentence in capsys.readouterr().err
-        assert runs() == before
+        assert inspections() == before
 
     refused(2, "no object arm carries this rig: name the one that does with --on: slider", "--on", "arm")
     refused(3, "joint 'lift' is unknown: name one of those that move by themselves: travel", "--joint-sigma", "lift=1")

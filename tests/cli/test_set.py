@@ -18,6 +18,7 @@ from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
+from relmodel.text import visible
 from relmodel.world import place_world
 from tests.reading import store_model
 from tests.synthetic_model import write_world
@@ -209,12 +210,14 @@ def boxes(new_store: Callable[[str], str]) -> str:
 def test_nonsense_is_refused_in_one_sentence(
     boxes: str, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = asked(boxes, "SELECT count(*) FROM run")
+    before = asked(boxes, "SELECT count(*) FROM attribute_log")
     assert main(["set", *words, "--variant", "A", "--store", boxes]) == 2
     answer = capsys.readouterr().err
     assert said in answer
     assert answer.count("\n") == 1
-    assert asked(boxes, "SELECT count(*) FROM run") == before
+    assert asked(boxes, "SELECT count(*) FROM attribute_log") == before
+    state, message = asked(boxes, "SELECT state, message FROM run_summary ORDER BY run_id DESC LIMIT 1")[0]
+    assert (state, visible(message)) == ("failed", answer.partition(": ")[2].rstrip("\n"))
 
 
 def test_the_bulkhead_weighs_what_it_was_made_to_weigh(bulkhead_template: Path) -> None:

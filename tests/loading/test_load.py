@@ -115,10 +115,11 @@ def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None
         assert row_counts(store) == empty
         with store.read() as connection:
             (report,) = connection.execute(store.table("load_report").select())
-            assert (report.status, report.source_id) == ("refused", None)
+            assert (report.state, report.source_id) == ("refused", None)
             assert "contains itself" in report.message
             events = connection.execute(store.table("run_event").select()).all()
-            assert [(e.kind, e.status) for e in events] == [("begun", "ok"), ("ended", "refused")]
+            assert [e.name for e in events if e.kind == "step"] == ["read", "unfinished"]
+            assert [e.state for e in events if e.kind != "step"] == ["running", "failed"]
 
 
 def write_step(path: Path, radii: list[float]) -> Path:
@@ -205,7 +206,7 @@ def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Pat
         ("gone.stl", None, "mm", "there is no file"),
     ],
 )
-def test_a_bad_call_leaves_nothing(
+def test_a_bad_call_leaves_a_run_that_failed(
     name: str, content: bytes | None, unit: str | None, said: str, tmp_path: Path, duckdb_file: Path
 ) -> None:
     path = tmp_path / name
@@ -215,7 +216,9 @@ def test_a_bad_call_leaves_nothing(
         with pytest.raises(InputError, match=said):
             load(store, path, name="part", unit=unit)
         with store.read() as connection:
-            assert not connection.execute(store.table("run").select()).all()
+            assert not connection.execute(store.table("object").select()).all()
+            ended = connection.execute(store.table("run_event").select()).all()
+        assert {e.state for e in ended if e.kind == "ended"} == {"failed"}
 
 
 @pytest.mark.parametrize(
@@ -233,7 +236,9 @@ def test_an_object_has_a_name(named: dict[str, Any], said: str, tmp_path: Path, 
         with pytest.raises(InputError, match=said):
             load(store, tmp_path / "box.stl", unit="mm", **named)
         with store.read() as connection:
-            assert not connection.execute(store.table("run").select()).all()
+            assert not connection.execute(store.table("object").select()).all()
+            ended = connection.execute(store.table("run_event").select()).all()
+        assert {e.state for e in ended if e.kind == "ended"} == {"failed"}
 
 
 def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fresh_store: str) -> None:

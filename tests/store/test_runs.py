@@ -35,9 +35,9 @@ def write_images(store: Store, run: Run, count: int) -> None:
         )
 
 
-def statuses(store: Store) -> list[str]:
+def states(store: Store) -> list[str]:
     with store.read() as connection:
-        return [row.status for row in store.rows(connection, "runs", kind=None, status=None)]
+        return [row.state for row in store.rows(connection, "runs", kind=None, state=None, verdict=None)]
 
 
 def abandoned(run: Run, connection: sa.Connection) -> None:
@@ -70,7 +70,7 @@ def test_failed_run_says_why_and_leaves_no_half(fresh_store: str) -> None:
             abandoned(run, connection)
         with store.read() as connection:
             assert connection.execute(store.table("feature_class").select()).all() == []
-        assert statuses(store) == ["failed"]
+        assert states(store) == ["failed"]
         assert failing(store) == {}
 
 
@@ -115,7 +115,7 @@ def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type
     child.join()
     with Store.open(target) as store:
         _wait_for_server(store)
-        assert statuses(store) == ["dead"]
+        assert states(store) == ["killed"]
         with store.read() as connection:
             events = connection.execute(store.table("run_event").select()).all()
         assert sorted((e.run_id, e.event_no, e.kind) for e in events) == [
@@ -123,16 +123,16 @@ def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type
             (run_id, 1, "found_dead"),
         ]
     with Store.open(target) as store:
-        assert statuses(store) == ["dead"], "found dead once only"
+        assert states(store) == ["killed"], "found dead once only"
         assert failing(store) == {}
 
 
 def _wait_for_server(store: Store) -> None:
     """PostgreSQL takes a moment to see that a client has gone."""
-    from relmodel.store.runs import mark_dead_runs
+    from relmodel.store.alive import mark_dead_runs
 
     for _ in range(100):
-        if statuses(store) == ["dead"] or store.dialect == "duckdb":
+        if states(store) == ["killed"] or store.dialect == "duckdb":
             return
         time.sleep(0.1)
         mark_dead_runs(store)
@@ -143,12 +143,12 @@ def test_living_run_that_holds_no_file_is_left_alone(living_run) -> None:  # typ
     target, child, _ = living_run
     for read_only in (True, False):
         with Store.open(target, read_only=read_only) as store:
-            assert statuses(store) == ["running"]
+            assert states(store) == ["running"]
     os.kill(child.pid, signal.SIGKILL)
     child.join()
     with Store.open(target) as store:
         _wait_for_server(store)
-        assert statuses(store) == ["dead"]
+        assert states(store) == ["killed"]
     assert not list(Path(target).parent.glob("*.run-*"))
 
 
@@ -166,12 +166,12 @@ def test_living_run_is_left_alone(living_run, monkeypatch: pytest.MonkeyPatch) -
         assert refused.value.exit_status == 3
         return
     with Store.open(target) as store:
-        assert statuses(store) == ["running"]
+        assert states(store) == ["running"]
 
 
 def test_own_run_is_left_alone(fresh_store: str) -> None:
     with Store.open(fresh_store) as store, Run.begin(store, "load", {}), Store.open(fresh_store) as other:
-        assert statuses(other) == ["running"]
+        assert states(other) == ["running"]
 
 
 def write_for_ever(target: str, pipe: Pipe) -> None:
@@ -206,7 +206,7 @@ def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tm
         assert committed > 0
         assert count in (committed, committed + 500), "the last transaction may have been committed and not told"
         assert failing(store) == {}
-        assert statuses(store) == ["dead"]
+        assert states(store) == ["killed"]
 
 
 def test_log_cut_short_is_noticed(duckdb_template: Path, tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def test_unknown_objects_and_cycles_are_refused(fresh_store: str, tmp_path: Path
         file = write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}])
         with pytest.raises(InputError, match=r"thing is not loaded.*thing \(variant b\)"):
             place_world(store, file)
-        assert count(store, "run") == 0
+        assert count(store, "world") == 0
         with store.write() as connection:
             ids = connection.execute(sa.select(store.table("object").c.id).order_by("id")).scalars().all()
             store.append(

@@ -6,6 +6,8 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
+from sqlalchemy import Connection
+
 from relmodel.store import Run
 from vision.cameras.images import Picture
 from vision.cameras.record import record_picture
@@ -40,8 +42,9 @@ def extract_pictures(
         read = {name: read_primitives(store, connection, it.extraction_id) for name, it in known.items()}
     store.release()
     made = _extract({name: picture for name, picture in pictures.items() if name not in known}, parameters)
-    seen = {}
-    with run.write() as connection:
+
+    def write(connection: Connection) -> dict[str, SeenPicture]:
+        seen = {}
         for name, picture in pictures.items():
             image_id = record_picture(run, connection, picture, keep_bytes=keep_images)
             if name in made:
@@ -50,6 +53,9 @@ def extract_pictures(
             else:
                 recorded, primitives = known[name], read[name]
             seen[name] = SeenPicture(picture, image_id, recorded, primitives)
+        return seen
+
+    seen = run.transact(write)
     store.release()
     return seen
 

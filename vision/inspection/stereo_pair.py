@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.matching.problem import NONE
-from relmodel.store import Run, Store
+from relmodel.store import Run, Store, digest_inputs
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_prior, read_rig
 from vision.cameras.images import read_picture
@@ -82,51 +82,59 @@ def match_pair(
     """Match two pictures, each given with the name of its camera in the rig, and store the run.
 
     prior: a YAML file; the model of the world, seen from there, then bounds how far off things are.  Raises InputError
-    for bad inputs and cameras that make no pair, UsageError for cameras or methods that are none, before anything is
-    written.
+    for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before anything is
+    written, for methods that are none and worlds that are not there.
     """
     check_method(method)
     if left[0] == right[0]:
         raise UsageError(f"both pictures are given to the camera '{left[0]}': name one camera each")
     paths = {name: Path(path) for name, path in (left, right)}
-    cameras = read_rig(rig).only(*paths)
-    rectify(cameras, *paths)
-    pictures = {
-        name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
-        for name, path in paths.items()
-    }
-    depths = None if prior is None else _depths(store, cameras, prior, world, left[0], parameters)
     stereo = replace(parameters.stereo, method=method)
-    inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
-    inputs |= {
-        role: (Path(path).name, hashlib.sha256(Path(path).read_bytes()).hexdigest())
-        for role, path in (("rig", rig), ("prior", prior))
-        if path is not None
-    }
     recorded = {"extraction": asdict(parameters.extraction), "stereo": asdict(stereo), "left": left[0]}
-    with Run.begin(store, "stereo", recorded, inputs=inputs, packages=PACKAGES) as run:
+    files = {**paths, "rig": rig} | ({} if prior is None else {"prior": prior})
+    world_name = "" if prior is None else _world(store, world)
+    with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
+        cameras = read_rig(rig).only(*paths)
+        rectify(cameras, *paths)
+        pictures = {
+            name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
+            for name, path in paths.items()
+        }
+        run.step("read")
+        depths = None if prior is None else _depths(store, cameras, prior, world_name, left[0], parameters)
+        run.step("select")
         seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
+        run.step("extract")
         one, other = (seen[name] for name in paths)
         matches = match_stereo(cameras, one.primitives, other.primitives, depths, stereo, (left[0], right[0]))
-        with run.write() as connection:
+        run.step("stereo")
+
+        def record(connection: Connection) -> None:
             record_rig(run, connection, cameras)
             record_stereo(run, connection, 0, one.recorded.unit_set_id, other.recorded.unit_set_id, matches)
+            run.finish(connection=connection, last="record")
+
+        run.transact(record)
     return StereoAnswer(run.id, matches)
 
 
-def _depths(
-    store: Store, rig: Rig, prior: str | Path, world: str | None, camera: str, p: InspectionParameters
-) -> DepthRange:
-    """How far off the model is, as the prior has it."""
-    believed = read_prior(prior)
+def _world(store: Store, world: str | None) -> str:
+    """The name of the world that the prior is in."""
     with store.read() as connection:
-        world_id, world_name = world_named(store, connection, world)
+        world_id, name = world_named(store, connection, world)
     if world_id < 0:
         raise UsageError("the store holds no world: place the objects with relmodel world FILE, or leave the prior out")
-    selection = select_in_view(store, rig, believed, p.selection, world=world_name)
+    return name
+
+
+def _depths(store: Store, rig: Rig, prior: str | Path, world: str, camera: str, p: InspectionParameters) -> DepthRange:
+    """How far off the model is, as the prior has it."""
+    believed = read_prior(prior)
+    selection = select_in_view(store, rig, believed, p.selection, world=world)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
     with store.read() as connection:
+        world_id, _ = world_named(store, connection, world)
         stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
     return predict_depth_range(
         stored.scene, rig, believed.world_from_rig, believed.covariance, p.localisation.depth_range, camera
