@@ -16,7 +16,8 @@ from importlib import import_module
 from types import ModuleType
 
 from relmodel import __version__
-from relmodel.cli.options import add_debug, add_store
+from relmodel.cli import output
+from relmodel.cli.options import add_debug, add_quiet, add_store
 from relmodel.errors import RelmodelError
 from relmodel.text import visible
 
@@ -39,10 +40,14 @@ VERBS = (
     "inspect",
     "runs",
     "report",
+    "why",
+    "compare",
+    "prune",
     "schema",
     "sql",
     "check",
     "demo",
+    "completion",
 )
 
 UNFORESEEN = 4
@@ -55,6 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = parser().parse_args(arguments)
     # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    output.quiet = args.quiet
     try:
         status: int = args.run(args)
         sys.stdout.flush()
@@ -99,6 +105,7 @@ def parser() -> argparse.ArgumentParser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         add_store(verb)
+        add_quiet(verb)
         add_debug(verb)
         module.add_arguments(verb)
         verb.set_defaults(run=module.run)

@@ -22,6 +22,11 @@ def add_debug(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--debug", action="store_true", help="print the traceback of an error that nobody foresaw")
 
 
+def add_quiet(parser: argparse.ArgumentParser) -> None:
+    """`--quiet`, which every verb has."""
+    parser.add_argument("--quiet", action="store_true", help="print data and errors only, no words and no progress")
+
+
 def store_target(args: argparse.Namespace) -> str:
     """The store that the call names.  Raises UsageError where neither the option nor the environment does."""
     target = args.store or os.environ.get("RELMODEL_STORE")

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import sys
 from collections.abc import Iterable, Sequence
+from datetime import datetime
 from decimal import Decimal
 from typing import Any
 
 from relmodel.text import spreadsheet_text, visible
 
+quiet = False
+"""whether words are left unsaid: as the command line was told"""
+_DIGITS = 6  # of numbers in tables; JSON and CSV have all
+
 
 def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -> None:
-    """Print rows as `table`, `json` (a list of objects) or `csv`; nulls are blank, in JSON null.
+    """Print rows as `table`, `markdown` (one too), `json` (a list of objects) or `csv`; nulls are blank, in JSON null.
 
     But for JSON, text is made visible: control characters are escapes, and in CSV nothing is taken for a formula.
     """
@@ -27,16 +33,14 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -
     else:
         from tabulate import tabulate
 
-        cells = [[_table_cell(v) for v in row] for row in rows]
-        words = [i for i in range(len(names)) if any(isinstance(row[i], str) and row[i] for row in cells)]
-        # Text stays as it is ('007' is no number), and ten digits are enough to tell poses apart.
+        columns = [_table_column(list(column)) for column in zip(*rows, strict=True)]
         print(
             tabulate(
-                cells,
+                list(zip(*(cells for cells, _ in columns), strict=True)),
                 headers=[visible(name) for name in names],
-                tablefmt="simple",
-                floatfmt=".10g",
-                disable_numparse=words,
+                tablefmt="github" if form == "markdown" else "simple",
+                disable_numparse=True,  # text stays as it is: '007' is no number
+                colalign=["right" if numbers else "left" for _, numbers in columns],
                 preserve_whitespace=True,  # a tree is indented
             )
         )
@@ -44,15 +48,48 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -
 
 def say(words: str) -> None:
     """Words for the person at the terminal: what was done, never data."""
+    if not quiet:
+        complain(words)
+
+
+def complain(words: str) -> None:
+    """Words of what went wrong, which are said in any case."""
     if sys.stderr.isatty():
         sys.stderr.write("\r\x1b[K")  # a progress bar may stand on the line
     print(visible(words), file=sys.stderr)
 
 
-def _table_cell(value: Any) -> Any:
+def _table_column(values: list[Any]) -> tuple[list[str], bool]:
+    """Cells of a column, and whether it is one of numbers; those have as many decimals as the greatest means."""
+    numbers = [v for v in values if isinstance(v, int | float | Decimal) and not isinstance(v, bool)]
+    decimals = _decimals([abs(v) for v in numbers if isinstance(v, float)])
+    numeric = bool(numbers) and all(v is None or isinstance(v, bool | int | float | Decimal) for v in values)
+    return [_table_cell(v, decimals) for v in values], numeric
+
+
+def _decimals(sizes: list[float]) -> int:
+    """Decimals that leave six digits of the greatest of some numbers, and thousandths of any."""
+    finite = [size for size in sizes if 0 < size < math.inf]
+    return min(max(_DIGITS - 1 - math.floor(math.log10(max(finite))), 3), 12) if finite else 3
+
+
+def _table_cell(value: Any, decimals: int) -> str:
     if value is None:
         return ""
-    return visible(value, keep="\n") if isinstance(value, str) else value  # plans go over several lines
+    if isinstance(value, str):
+        return visible(value, keep="\n")  # plans go over several lines
+    if isinstance(value, float):
+        said = f"{value:.{decimals}f}"
+        # What is small beside the others of its column is not nothing.
+        return f"{value:.3g}" if value and not said.strip("-0.") else said
+    if isinstance(value, datetime):
+        return value.isoformat(" ", "seconds")
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        inner = _decimals([abs(v) for v in value if isinstance(v, float)])
+        return "[" + ", ".join(_table_cell(v, inner) for v in value) + "]"
+    return visible(str(value))
 
 
 def _plain(value: Any) -> Any:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
 
+from relmodel.cli import output
 from relmodel.progress import Progress, silent
 from relmodel.text import visible
 
@@ -16,7 +17,7 @@ _TICK_S = 0.5
 @contextmanager
 def shown() -> Iterator[Progress]:
     """Show, as long as the block lasts, what it is told; the bar is gone when it ends."""
-    if not sys.stderr.isatty():
+    if output.quiet or not sys.stderr.isatty():
         yield silent
         return
     from tqdm import tqdm

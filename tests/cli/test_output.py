@@ -7,6 +7,7 @@ import io
 import json
 import subprocess
 import sys
+from datetime import datetime
 from pathlib import Path
 
 import pyarrow.parquet
@@ -25,6 +26,32 @@ FORMULAS = ("=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1")
 
 def cells(text: str) -> list[list[str]]:
     return list(csv.reader(io.StringIO(text, newline="")))
+
+
+def test_tables_round_to_what_numbers_mean_and_programs_get_all(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [
+        (1850.123456789, 1.23456789e-5, 7, [0.123456789, 1e3], datetime(2026, 1, 2, 3, 4, 5, 678901)),
+        (-0.000012345678, 9.87654321e-6, None, [float("nan")], None),
+        (12345678.987654321, 0.0, 1234567, [], None),
+    ]
+    names = ["mm", "small", "count", "list", "when"]
+    print_rows(names, rows, "table")
+    lines = capsys.readouterr().out.splitlines()
+    assert [line[:12].strip() for line in lines[2:]] == ["1850.123", "-1.23e-05", "12345678.988"]
+    assert [line.split()[1] for line in lines[2:]] == ["0.0000123457", "0.0000098765", "0.0000000000"]
+    assert "[0.123, 1000.000]" in lines[2]
+    assert lines[2].endswith("2026-01-02 03:04:05")
+    assert (
+        len({line.index("12345678.988") + 12 for line in lines[4:]} | {line.index("1850") + 8 for line in lines[2:3]})
+        == 1
+    )
+    for form in ("json", "csv"):
+        print_rows(names, rows, form)
+        said = capsys.readouterr().out
+        assert "1850.123456789" in said
+        assert "9.87654321e-06" in said
+    print_rows(names, [], "table")
+    assert capsys.readouterr().out.split()[:5] == names
 
 
 def test_control_characters_are_seen_and_do_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -29,18 +29,43 @@ def asked_store(fresh_store: str) -> str:
 
 
 def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
-    entries = printed(capsys, "schema", "--store", fresh_store)
-    assert all(entry["comment"] for entry in entries)
+    columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
+    assert all(column["comment"] for column in columns)
     with Store.open(fresh_store) as store:
         metadata = sa.MetaData()
         metadata.reflect(store.engine, views=True)
-    columns = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
-    assert {(e["relation"], e["column"]) for e in entries if e["column"]} == columns
+    reflected = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
+    assert {(c["relation"], c["column"]) for c in columns} == reflected
 
 
-def test_schema_of_one_relation(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert {e["relation"] for e in printed(capsys, "schema", "--store", fresh_store, "--relation", "loop")} == {"loop"}
-    assert main(["schema", "--store", fresh_store, "--relation", "lop"]) == 2
+def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = printed(capsys, "schema", "--store", fresh_store)
+    assert all(entry["comment"] for entry in entries)
+    names = [entry["relation"] for entry in entries]
+    assert len(names) == len(set(names))
+    with Store.open(fresh_store) as store, store.read() as connection:
+        relations = {row.relation for row in store.rows(connection, "relations")}
+    functions = {entry["relation"] for entry in entries if entry["standing"] == "function"}
+    assert set(names) - functions == relations
+    assert {"parts_in_box", "features_in_sphere", "arcs_in_view"} <= functions
+    arguments = printed(capsys, "schema", "parts_in_box", "--store", fresh_store)
+    assert [row["column"] for row in arguments] == ["from_x", "from_y", "from_z", "to_x", "to_y", "to_z", "in_world"]
+
+
+def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = {row["column"]: row for row in printed(capsys, "schema", "loop", "--store", fresh_store)}
+    assert (rows["loop_no"]["key"], rows["outer_loop"]["key"]) == (True, False)
+    assert rows["surface_id"]["refers_to"] == "surface (id)"
+    assert main(["schema", "lop", "--store", fresh_store]) == 2
+    assert "did you mean loop?" in capsys.readouterr().err
+
+
+def test_schema_needs_no_store(
+    duckdb_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("RELMODEL_STORE", raising=False)
+    there = {(e["relation"], e["comment"]) for e in printed(capsys, "schema", "--store", str(duckdb_file))}
+    assert {(e["relation"], e["comment"]) for e in printed(capsys, "schema")} == there
 
 
 def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -69,7 +94,7 @@ def test_values_are_printed_as_they_are(asked_store: str, capsys: pytest.Capture
     ]
     assert main(["sql", "--store", asked_store, query]) == 0
     line = capsys.readouterr().out.splitlines()[2]
-    assert line.split()[:2] == ["007", "1234.56789"]
+    assert line.split()[:2] == ["007", "1234.568"]
 
 
 def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,19 +142,19 @@ def test_sql_on_duckdb_reaches_no_file_and_no_setting(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
 
 
-def test_runs_lists_status_and_filters(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_lists_states_and_filters(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
     with Store.open(fresh_store) as store:
         with Run.begin(store, "load", {}):
             pass
         with pytest.raises(ValueError, match="wrong"), Run.begin(store, "world", {}):
             raise ValueError("wrong")
     rows = printed(capsys, "runs", "--store", fresh_store)
-    assert [(r["kind"], r["status"], r["message"]) for r in rows] == [
+    assert [(r["kind"], r["state"], r["message"]) for r in rows] == [
         ("world", "failed", "wrong"),
-        ("load", "ok", None),
+        ("load", "finished", None),
     ]
     assert all(isinstance(r["seconds"], float) for r in rows)
-    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--status", "ok")] == ["load"]
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--state", "finished")] == ["load"]
     assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--kind", "world")] == ["world"]
 
 

@@ -33,7 +33,7 @@ _OTHER_FORMS = (".gltf", ".json", ".xlsx", ".csv", ".parquet", ".obj", ".stl", "
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("object", metavar="OBJECT", nargs="?", help="name of the object")
-    parser.add_argument("--variant", default="", help="its variant")
+    parser.add_argument("--variant", default="", help="its variant, where it has several")
     parser.add_argument("--run", metavar="RUN", dest="of_run", help="an inspection instead: number of its run, or last")
     parser.add_argument("-o", "--out", type=Path, metavar="FILE|FOLDER", help="what to write of the object or run")
     parser.add_argument(

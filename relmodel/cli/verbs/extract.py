@@ -9,6 +9,8 @@ Several pictures are drawn side by side.  With --store the rows are kept there.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +18,16 @@ from relmodel.cli.options import add_format
 from relmodel.cli.output import print_rows, say
 
 if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+    from relmodel.store import Run
     from vision.cameras.images import Picture
     from vision.extraction.extract import Extraction
     from vision.extraction.parameters import ExtractionParameters
 
 EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
+
+PACKAGES = ("numba", "numpy", "opencv-python-headless", "scipy")
 
 _STAGES = ("edges", "linking", "filling", "arcs", "junctions", "regions", "topography", "relations")
 
@@ -66,14 +73,15 @@ def run(args: argparse.Namespace) -> int:
     if args.picture:
         check_writable(args.picture)
     mask = read_mask(args.mask) if args.mask else None
-    pictures = [read_picture(path) for path in args.images]
-    compile_ahead(KERNELS, say)
     parameters = ExtractionParameters(
         edges=EdgeParameters(scales=args.scales), regions=RegionParameters(kind=args.regions)
     )
-    found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
-    if args.store:
-        _keep(args.store, pictures, found, parameters, keep_bytes=not args.no_keep_images)
+    with _run(args, parameters) as stored:
+        pictures = [read_picture(path) for path in args.images]
+        compile_ahead(KERNELS, say)
+        found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
+        if stored:
+            _keep(stored, pictures, found, keep_bytes=not args.no_keep_images)
     if args.picture:
         drawn = [draw_stage(p.grey, extraction, args.stage) for p, extraction in zip(pictures, found, strict=True)]
         save_side_by_side(args.picture, drawn)
@@ -87,28 +95,33 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _keep(
-    target: str,
-    pictures: list[Picture],
-    extractions: list[Extraction],
-    parameters: ExtractionParameters,
-    *,
-    keep_bytes: bool,
-) -> None:
-    """Write the rows of all extractions in one run."""
+@contextmanager
+def _run(args: argparse.Namespace, parameters: ExtractionParameters) -> Iterator[Run | None]:
+    """The run that the rows go to; None where no store is named."""
+    if not args.store:
+        yield None
+        return
     from dataclasses import asdict
 
-    from relmodel.store import Run, Store
+    from relmodel.store import Run, Store, digest_inputs
+
+    inputs = digest_inputs({f"image {i}": path for i, path in enumerate(args.images)})
+    with (
+        Store.open(args.store) as store,
+        Run.begin(store, "extract", {"extraction": asdict(parameters)}, inputs=inputs, packages=PACKAGES) as run,
+    ):
+        yield run
+
+
+def _keep(stored: Run, pictures: list[Picture], extractions: list[Extraction], *, keep_bytes: bool) -> None:
+    """Write the rows of all extractions in a run."""
     from vision.cameras.record import record_picture
     from vision.extraction.record import record_extraction
     from vision.extraction.rows import make_rows
 
-    inputs = {f"image {i}": (picture.file_name, picture.sha256) for i, picture in enumerate(pictures)}
-    with (
-        Store.open(target) as store,
-        Run.begin(store, "extract", {"extraction": asdict(parameters)}, inputs=inputs) as stored,
-        stored.write() as connection,
-    ):
+    def write(connection: Connection) -> None:
         for picture, extraction in zip(pictures, extractions, strict=True):
             image = record_picture(stored, connection, picture, keep_bytes=keep_bytes)
             record_extraction(stored, connection, image, picture.sha256, extraction.parameters, make_rows(extraction))
+
+    stored.transact(write)

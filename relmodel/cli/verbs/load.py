@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relmodel.cli.options import store_target
-from relmodel.cli.output import say
+from relmodel.cli.output import complain, say
 from relmodel.errors import UsageError
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
             if isinstance(outcome, InputError):
                 if not several:
                     raise outcome
-                say(f"relmodel load: {outcome}")
+                complain(f"relmodel load: {outcome}")
                 refused = outcome
                 continue
             name = f"{outcome.name} variant {outcome.variant}" if outcome.variant else outcome.name

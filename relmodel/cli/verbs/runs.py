@@ -7,12 +7,15 @@ import argparse
 from relmodel.cli.options import add_format, store_target
 from relmodel.cli.output import print_rows
 
+STATES = ("running", "finished", "failed", "killed")
+VERDICTS = ("accepted", "ambiguous", "refused")
 EXAMPLE = "relmodel runs --store cell.duckdb --kind inspect"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--kind", help="only runs of this kind: load, world, index, extract or inspect")
-    parser.add_argument("--status", help="only runs that ended so: ok, refused, ambiguous, failed, running or dead")
+    parser.add_argument("--kind", help="only runs of this kind: inspect, load, ...")
+    parser.add_argument("--state", choices=STATES, help="only runs in this state")
+    parser.add_argument("--verdict", choices=VERDICTS, help="only inspections of this verdict")
     add_format(parser)
 
 
@@ -20,6 +23,6 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store, sql
 
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
-        found = connection.execute(sql.query("runs"), {"kind": args.kind, "status": args.status})
+        found = connection.execute(sql.query("runs"), {"kind": args.kind, "state": args.state, "verdict": args.verdict})
         print_rows(list(found.keys()), found.all(), args.format)
     return 0

@@ -21,7 +21,7 @@ LINES = 100
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("object", metavar="OBJECT", help="name of the object")
-    parser.add_argument("--variant", default="", help="its variant")
+    parser.add_argument("--variant", default="", help="its variant, where it has several")
     parser.add_argument(
         "--picture", type=Path, metavar="FILE.png|FILE.svg", help="write a picture with features coloured by kind"
     )
