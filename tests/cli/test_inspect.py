@@ -16,6 +16,7 @@ import sqlalchemy as sa
 
 from relmodel.cli.main import main
 from relmodel.store import Store
+from relmodel.world.correction import Carrier
 from tests.cli.conftest import DEMO, Inspection, Pair, inspected
 from vision.inspection import inspection as inspection_module
 from vision.inspection import pictures
@@ -159,14 +160,15 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
         for name in WRITTEN:
             assert connection.execute(sa.select(sa.func.count()).select_from(opened.table(name))).scalar(), name
-        assert opened.rows(connection, "runs", kind="inspect", status="ok")
+        assert opened.rows(connection, "runs", kind="inspect", state="finished", verdict="accepted")
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
         query = sa.text("SELECT parameters FROM run WHERE id = :run")
         recorded = connection.execute(query, {"run": answer["run"]}).scalar_one()
     assert said == list(answer["timings_s"])
     recorded = json.loads(recorded) if isinstance(recorded, str) else recorded
-    assert recorded == json.loads(json.dumps({"world": recorded["world"], **asdict(InspectionParameters())}))
+    call = {"world": "demo_cell", "carrier": asdict(Carrier()), "keep_images": True, "full_audit": True}
+    assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters())}))
     assert inspection.overlay.stat().st_size > 10_000
 
 
@@ -192,8 +194,8 @@ def test_sql_answers_what_was_matched_and_what_was_not(
     left = {(row["camera"], row["image_arc_no"]) for row in rejected}
     assert not taken & left
     assert len(taken) + len(left) == sum(row["n"] for row in arcs)
-    summary = asked("SELECT kind, status, verdict FROM run_summary WHERE run_id = {run}")
-    assert summary == [{"kind": "inspect", "status": "ok", "verdict": "accepted"}]
+    summary = asked("SELECT kind, state, verdict FROM run_summary WHERE run_id = {run}")
+    assert summary == [{"kind": "inspect", "state": "finished", "verdict": "accepted"}]
 
 
 def test_store_is_whole_afterwards(answer: dict[str, Any], store: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,10 +50,11 @@ def read_rig(path: Path | str, *, unit_mm: float | None = None) -> Rig:
     return rig
 
 
-def rig_files(path: Path | str) -> list[Path]:
-    """The files that `read_rig` reads for a path, the one with the cameras first."""
+def rig_inputs(path: Path | str) -> dict[str, Path]:
+    """The files that `read_rig` reads for a path, by their role in a run: `rig` the one with the cameras."""
     path = Path(path)
-    return colmap.files(path) if colmap.is_model(path) else [path]
+    files = colmap.files(path) if colmap.is_model(path) else [path]
+    return {"rig" if i == 0 else f"rig {file.name}": file for i, file in enumerate(files)}
 
 
 def write_rig(rig: Rig, path: Path | str, form: str) -> list[Path]:

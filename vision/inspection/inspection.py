@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from sqlalchemy import Connection
+
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
-from relmodel.store import Run, Store
+from relmodel.store import Run, Store, digest_inputs
 from relmodel.world.correction import Carrier, Correction, correct_base
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
-from vision.cameras.files import read_needs, read_prior, read_rig, rig_files
+from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
 from vision.cameras.images import read_picture
 from vision.cameras.record import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
-from vision.clock import Clock
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
+from vision.inspection.audit import record_decisions
 from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.matched_views import match_views, measure_relational_distances
 from vision.inspection.overlay import draw_overlay
@@ -132,6 +133,7 @@ def inspect(
     world: str | None = None,
     carrier: Carrier | None = None,
     keep_images: bool = True,
+    full_audit: bool = True,
     overlay: str | Path | None = None,
     crops: str | Path | None = None,
     parameters: InspectionParameters = DEFAULTS,
@@ -141,19 +143,62 @@ def inspect(
     rig, prior: files, the rig in any format of `read_rig`; needs: how exactly the pose is needed, else as the prior
     file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how the
     object stands that carries the rig, which is found by the rig's content; overlay: a picture of the model drawn over
-    the images, to be written; crops: a folder for pictures of what is not as the model says, worst first.  The run
-    records the parameters, defaults included.  Raises InputError for bad inputs, UsageError where several objects carry
-    the rig and `carrier` does not choose, before anything is written.
+    the images, to be written; crops: a folder for pictures of what is not as the model says, worst first; full_audit:
+    whether the rows that explain the decisions are kept, and not the decisions alone.  The run records the parameters,
+    defaults included.  Raises InputError for bad inputs, UsageError where several objects carry the rig and `carrier`
+    does not choose; the run then ended as failed, and the store is otherwise as it was.
     """
-    clock = Clock()
     if overlay is not None:
         check_writable(overlay)
     if crops is not None:
         check_crops(crops)
     paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
+    with store.read() as connection:
+        world_id, world_name = world_named(store, connection, world)
+    if world_id < 0:
+        raise UsageError("the store holds no world: place the objects with relmodel world FILE")
+    call = _Call(world_id, world_name, carrier or Carrier(), keep_images, full_audit, overlay, crops)
+    with Run.begin(
+        store,
+        "inspect",
+        {**call.parameters(), **asdict(parameters)},
+        inputs=digest_inputs({**paths, **rig_inputs(rig), "prior": prior}),
+        packages=PACKAGES,
+    ) as run:
+        return _inspect(store, run, call, Path(rig), paths, Path(prior), needs, parameters)
+
+
+@dataclass(frozen=True)
+class _Call:
+    """A world of the store, how the object in it stands that carries the rig, what is kept, and what is drawn."""
+
+    world_id: int
+    world: str
+    carrier: Carrier
+    keep_images: bool
+    full_audit: bool
+    overlay: str | Path | None
+    crops: str | Path | None
+
+    def parameters(self) -> dict[str, Any]:
+        """What a run records of it."""
+        recorded = ("world", "carrier", "keep_images", "full_audit")
+        return {name: value for name, value in asdict(self).items() if name in recorded}
+
+
+def _inspect(
+    store: Store,
+    run: Run,
+    call: _Call,
+    rig: Path,
+    paths: dict[str, Path],
+    prior: Path,
+    needs: Needs | None,
+    parameters: InspectionParameters,
+) -> Inspection:
     whole = read_rig(rig)
     cameras = whole.only(*paths)
-    if right is not None:
+    if len(paths) > 1:
         rectify(cameras)  # refuses a pair that cannot be matched
         check_method(parameters.stereo.method)
     believed = read_prior(prior)
@@ -162,91 +207,79 @@ def inspect(
         name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
         for name, path in paths.items()
     }
-    clock.lap("read")
-    with store.read() as connection:
-        world_id, world_name = world_named(store, connection, world)
-    if world_id < 0:
-        raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    mounted = _mounted(store, world_id, whole, carrier or Carrier())
-    selection = select_in_view(store, cameras, believed, parameters.selection, world=world_name)
+    run.step("read")
+    mounted = _mounted(store, call.world_id, whole, call.carrier)
+    selection = select_in_view(store, cameras, believed, parameters.selection, world=call.world)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
     with store.read() as connection:
-        stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
-    clock.lap("select")
+        stored = read_scene(store, connection, call.world_id, selection.occurrence_id.tolist())
+    run.step("select")
 
-    inputs = {name: (picture.file_name, picture.sha256) for name, picture in pictures.items()}
-    inputs |= {"rig" if i == 0 else f"rig {file.name}": _digest(file) for i, file in enumerate(rig_files(rig))}
-    inputs |= {"prior": _digest(prior)}
-    with Run.begin(
-        store,
-        "inspect",
-        {"world": world_name, **asdict(parameters)},
-        inputs=inputs,
-        packages=PACKAGES,
-    ) as run:
-        workspace = open_workspace()
-        seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
-        primitives = {name: one.primitives for name, one in seen.items()}
-        clock.lap("extract")
-        stereo = _stereo(stored, cameras, believed, primitives, parameters)
-        clock.lap("stereo")
-        found = localise(
-            stored.scene,
-            cameras,
-            primitives,
-            {name: picture.grey for name, picture in pictures.items()},
-            believed,
-            needs,
-            parameters.localisation,
+    workspace = open_workspace()
+    seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
+    primitives = {name: one.primitives for name, one in seen.items()}
+    run.step("extract")
+    stereo = _stereo(stored, cameras, believed, primitives, parameters)
+    run.step("stereo")
+    found = localise(
+        stored.scene,
+        cameras,
+        primitives,
+        {name: picture.grey for name, picture in pictures.items()},
+        believed,
+        needs,
+        parameters.localisation,
+    )
+    run.step("localise")
+    matched = match_views(
+        workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
+    )
+    distances = measure_relational_distances(
+        workspace, stored.scene, cameras, found, matched, primitives, parameters.localisation, parameters.matching
+    )
+    run.step("match")
+    correction = _correction(mounted, call.carrier, found)
+    parts = None
+    if found.best is not None and found.verdict.verdict != "refused":
+        parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
+    run.step("view")
+    presence = None
+    if parts is not None:
+        presence = assess(stored, cameras, primitives, found, parts, parameters.localisation, parameters.presence)
+    run.step("presence")
+    if call.overlay is not None:
+        draw_overlay(call.overlay, pictures, cameras, found, presence)
+    if call.crops is not None and presence is not None:
+        write_crops(call.crops, pictures, cameras, found, presence)
+
+    def record(connection: Connection) -> None:
+        record_inspection(
+            run,
+            connection,
+            Inspected(
+                stored,
+                selection,
+                cameras,
+                believed,
+                needs,
+                seen,
+                stereo,
+                found,
+                matched,
+                distances,
+                parameters.matching.pose,
+                correction,
+                parts,
+                presence,
+            ),
+            full=call.full_audit,
         )
-        clock.lap("localise")
-        matched = match_views(
-            workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
-        )
-        distances = measure_relational_distances(
-            workspace, stored.scene, cameras, found, matched, primitives, parameters.localisation, parameters.matching
-        )
-        clock.lap("match")
-        correction = _correction(mounted, carrier or Carrier(), found)
-        parts = None
-        if found.best is not None and found.verdict.verdict != "refused":
-            parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
-        clock.lap("view")
-        presence = None
-        if parts is not None:
-            presence = assess(stored, cameras, primitives, found, parts, parameters.localisation, parameters.presence)
-        clock.lap("presence")
-        if overlay is not None:
-            draw_overlay(overlay, pictures, cameras, found, presence)
-        if crops is not None and presence is not None:
-            write_crops(crops, pictures, cameras, found, presence)
-        with run.write() as connection:
-            record_inspection(
-                run,
-                connection,
-                Inspected(
-                    stored,
-                    selection,
-                    cameras,
-                    believed,
-                    needs,
-                    seen,
-                    stereo,
-                    found,
-                    matched,
-                    distances,
-                    parameters.matching.pose,
-                    correction,
-                    parts,
-                    presence,
-                ),
-            )
-            clock.lap("record")
-            run.steps(connection, clock.laps)
-            verdict = found.verdict.verdict
-            run.end("ok" if verdict == "accepted" else verdict, found.verdict.reason, connection)
-    return _answer(run.id, cameras, needs, found, correction, parts, presence, selection, clock.laps)
+        record_decisions(run, connection, cameras, needs, found, parameters)
+        run.finish(found.verdict.reason, connection, last="record")
+
+    run.transact(record)
+    return _answer(run, cameras, needs, found, correction, parts, presence, selection)
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -292,7 +325,7 @@ def _stereo(
 
 
 def _answer(
-    run: int,
+    run: Run,
     rig: Rig,
     needs: Needs,
     found: Localisation,
@@ -300,12 +333,11 @@ def _answer(
     parts: PartsInView | None,
     presence: Presence | None,
     selection: Selection,
-    timings: dict[str, float],
 ) -> Inspection:
     best, verdict = found.best, found.verdict
     rows = [] if parts is None else parts.rows()
     return Inspection(
-        run=run,
+        run=run.id,
         verdict=verdict.verdict,
         reason=verdict.reason,
         posterior=verdict.posterior,
@@ -324,9 +356,5 @@ def _answer(
         presence=presence,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
-        timings_s=timings,
+        timings_s=run.seconds,
     )
-
-
-def _digest(path: str | Path) -> tuple[str, str]:
-    return Path(path).name, hashlib.sha256(Path(path).read_bytes()).hexdigest()

@@ -54,8 +54,9 @@ class Inspected:
     presence: Presence | None
 
 
-def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
-    """Append all rows of an inspection within the transaction of `connection`."""
+def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool = True) -> None:
+    """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
+    without the views, correspondences, measurements and stereo matches that it rests on."""
     _record_inputs(run, connection, it)
     for name, picture in it.pictures.items():
         run.append(
@@ -68,11 +69,11 @@ def record_inspection(run: Run, connection: Connection, it: Inspected) -> None:
                 "extraction_id": picture.recorded.extraction_id,
             },
         )
-    if it.stereo is not None:
+    if full and it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
         record_stereo(run, connection, STEREO, left, right, it.stereo)
     _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
-    for number, (name, view) in enumerate(it.found.views.items()):
+    for number, (name, view) in enumerate(it.found.views.items() if full else ()):
         assert it.found.best is not None
         pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
         _record_view(run, connection, number, name, pose, view, it.stored)

@@ -14,7 +14,7 @@ from relmodel.find.find import world_named
 from relmodel.matching.problem import NONE
 from relmodel.store import Run, Store, digest_inputs
 from vision.cameras.cameras import Rig
-from vision.cameras.files import read_prior, read_rig
+from vision.cameras.files import read_prior, read_rig, rig_inputs
 from vision.cameras.images import read_picture
 from vision.cameras.record import record_rig
 from vision.cameras.view_volume import select_in_view
@@ -91,7 +91,7 @@ def match_pair(
     paths = {name: Path(path) for name, path in (left, right)}
     stereo = replace(parameters.stereo, method=method)
     recorded = {"extraction": asdict(parameters.extraction), "stereo": asdict(stereo), "left": left[0]}
-    files = {**paths, "rig": rig} | ({} if prior is None else {"prior": prior})
+    files = {**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})
     world_name = "" if prior is None else _world(store, world)
     with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
         cameras = read_rig(rig).only(*paths)

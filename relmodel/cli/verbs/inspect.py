@@ -72,6 +72,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
     )
+    parser.add_argument(
+        "--audit",
+        choices=("full", "minimal"),
+        default="full",
+        help="what is recorded: all that explains the decisions, or for sequences the decisions alone (default: full)",
+    )
     add_format(parser)
 
 
@@ -103,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
             world=args.world,
             carrier=carrier,
             keep_images=not args.no_keep_images,
+            full_audit=args.audit == "full",
             overlay=args.overlay,
             crops=args.crops,
             parameters=replace(

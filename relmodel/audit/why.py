@@ -1,0 +1,83 @@
+"""Why an inspection decided as it did: sentences that follow from its rows.
+
+Each subject is a folder of `queries/why`; its queries are asked in the order of their names, and what each has to say
+is one sentence a row.  So whatever else a run comes to record explains itself by one more query.
+"""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import NamedTuple
+
+from sqlalchemy import Connection
+
+from relmodel.errors import UsageError
+from relmodel.store import Store, sql
+
+
+class Sentence(NamedTuple):
+    """What a query of a subject says; topic: its name, as `rules` or `correspondence`."""
+
+    topic: str
+    sentence: str
+
+
+def explain_verdict(store: Store, run: int) -> list[Sentence]:
+    """Why a run has its verdict: its rules, and the poses that were considered.  Raises UsageError for other runs than
+    inspections that came to a verdict."""
+    return _explain(store, run, "verdict")
+
+
+def explain_pose(store: Store, run: int) -> list[Sentence]:
+    """What the pose of a run rests on."""
+    return _explain(store, run, "pose")
+
+
+def explain_arc(store: Store, run: int, camera: str, arc: int) -> list[Sentence]:
+    """What became of an image arc.  Raises UsageError where the run has no such camera or arc."""
+    return _explain(store, run, "arc", camera=camera, arc=arc)
+
+
+def explain_feature(store: Store, run: int, path: str) -> list[Sentence]:
+    """What is said of a part or feature.  Raises UsageError where the run's world has none of that path in view."""
+    return _explain(store, run, "feature", path=path)
+
+
+def _explain(store: Store, run: int, subject: str, camera: str = "", arc: int = -1, path: str = "") -> list[Sentence]:
+    asked = {"run": run, "camera": camera, "arc": arc, "path": path}
+    with store.read() as connection:
+        _check_run(store, connection, run)
+        said = [
+            Sentence(name.rpartition("/")[2].partition("_")[2], str(row.sentence))
+            for name in sql.query_names(f"why/{subject}")
+            for row in connection.execute(sql.query(name), asked)
+        ]
+        if not said:
+            raise UsageError(_nothing(store, connection, run, camera, arc, path))
+    return said
+
+
+def _check_run(store: Store, connection: Connection, run: int) -> None:
+    found = store.rows(connection, "audit/run", run=run)
+    if not found:
+        raise UsageError(f"there is no run {run}: relmodel runs lists them")
+    (it,) = found
+    if it.kind != "inspect":
+        raise UsageError(f"run {run} is of kind {it.kind}: name one of kind inspect, as relmodel runs lists them")
+    pruned = store.rows(connection, "audit/pruned", run=run)
+    if pruned:
+        raise UsageError(f"what run {run} found was pruned by run {pruned[0].by_run_id}")
+    if it.verdict is None:
+        raise UsageError(f"run {run} came to no verdict, it is {it.state}{f': {it.message}' if it.message else ''}")
+
+
+def _nothing(store: Store, connection: Connection, run: int, camera: str, arc: int, path: str) -> str:
+    if camera:
+        cameras = {row.camera: int(row.arcs) for row in store.rows(connection, "audit/cameras", run=run)}
+        if camera not in cameras:
+            return f"run {run} has no camera {camera}: name one of {', '.join(cameras)}"
+        return f"the {camera} picture of run {run} has no arc {arc}: it has arcs 0 to {cameras[camera] - 1}"
+    paths = [str(row.path) for row in store.rows(connection, "audit/paths", run=run)]
+    near = get_close_matches(path, paths, 1)
+    hint = f"did you mean {near[0]}?" if near else "part_in_view lists what is"
+    return f"run {run} has no {path} in view: {hint}"

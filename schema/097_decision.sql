@@ -1,0 +1,118 @@
+-- What decisions were held against: thresholds as they were, the signs that a verdict weighed, and what a pose rests on.
+
+CREATE TABLE threshold (
+    run_id BIGINT NOT NULL,
+    decision TEXT NOT NULL,
+    name TEXT NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, decision, name)
+);
+COMMENT ON TABLE threshold IS 'The numbers that the decisions of a run were held against, as they were at the time.';
+COMMENT ON COLUMN threshold.run_id IS 'the run';
+COMMENT ON COLUMN threshold.decision IS 'what was decided: verdict, correspondence or stereo';
+COMMENT ON COLUMN threshold.name IS 'name of the parameter; of several in one NAME[0], NAME[1], ...; needs_translation_mm and needs_rotation as the user needed them';
+COMMENT ON COLUMN threshold.value IS 'its value, in the unit that the parameter has: px, mm, rad or none';
+
+CREATE TABLE verdict_sign (
+    run_id BIGINT NOT NULL,
+    name TEXT NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, name)
+);
+COMMENT ON TABLE verdict_sign IS 'What the verdict of an inspection weighed, in full precision.';
+COMMENT ON COLUMN verdict_sign.run_id IS 'the run';
+COMMENT ON COLUMN verdict_sign.name IS 'evidence (log odds against chance), share (evidence found over expected), agreement (share of edges found that lie on the arcs), apart (sigmas between the cameras alone), prior_sigma (sigmas from the prior), sigma_mm and sigma_rad (of the pose, worst direction), rivals, excluded (components left out), log_odds and likely (that the model is there, by the pictures), and others that the posterior weighs';
+COMMENT ON COLUMN verdict_sign.value IS 'its value';
+
+CREATE TABLE hypothesis_support (
+    run_id BIGINT NOT NULL,
+    hypothesis_no INTEGER NOT NULL,
+    camera TEXT NOT NULL,
+    evidence DOUBLE PRECISION NOT NULL,
+    found DOUBLE PRECISION NOT NULL,
+    expected DOUBLE PRECISION NOT NULL,
+    deviation DOUBLE PRECISION NOT NULL,
+    length_px DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, hypothesis_no, camera)
+);
+COMMENT ON TABLE hypothesis_support IS 'What each camera''s picture says for a hypothesis.';
+COMMENT ON COLUMN hypothesis_support.run_id IS 'the run';
+COMMENT ON COLUMN hypothesis_support.hypothesis_no IS 'the hypothesis';
+COMMENT ON COLUMN hypothesis_support.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN hypothesis_support.evidence IS 'log odds that the model is there, arcs that do not show allowed for';
+COMMENT ON COLUMN hypothesis_support.found IS 'sum of the log odds of all places looked at';
+COMMENT ON COLUMN hypothesis_support.expected IS 'what that sum would be at the right pose';
+COMMENT ON COLUMN hypothesis_support.deviation IS 'its standard deviation there';
+COMMENT ON COLUMN hypothesis_support.length_px IS 'length of the predicted arcs in view, px';
+
+CREATE TABLE camera_unknown (
+    run_id BIGINT NOT NULL,
+    camera TEXT NOT NULL,
+    name TEXT NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    expected DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, camera, name)
+);
+COMMENT ON TABLE camera_unknown IS 'What was solved of each camera along with the pose.';
+COMMENT ON COLUMN camera_unknown.run_id IS 'the run';
+COMMENT ON COLUMN camera_unknown.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN camera_unknown.name IS 'response (px at a contrast of the whole range), centre_u, centre_v (px), focal (share), and place in the rig: x, y, z (mm), rx, ry, rz (rad)';
+COMMENT ON COLUMN camera_unknown.value IS 'as solved';
+COMMENT ON COLUMN camera_unknown.expected IS 'as expected before';
+COMMENT ON COLUMN camera_unknown.sigma IS 'standard deviation before; 0: exact, and not solved';
+
+CREATE TABLE camera_alone (
+    run_id BIGINT NOT NULL,
+    camera TEXT NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    covariance DOUBLE PRECISION[] NOT NULL,
+    evidence DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, camera),
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
+);
+COMMENT ON TABLE camera_alone IS 'The pose of the rig that each camera''s picture gives by itself, near the best hypothesis; of several cameras.';
+COMMENT ON COLUMN camera_alone.run_id IS 'the run';
+COMMENT ON COLUMN camera_alone.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN camera_alone.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN camera_alone.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN camera_alone.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN camera_alone.m03 IS 'world_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN camera_alone.m10 IS 'world_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN camera_alone.m11 IS 'world_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN camera_alone.m12 IS 'world_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN camera_alone.m13 IS 'world_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN camera_alone.m20 IS 'world_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN camera_alone.m21 IS 'world_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN camera_alone.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN camera_alone.m23 IS 'world_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN camera_alone.covariance IS '6x6 row-major, of a right perturbation in the rig''s frame: t mm, then r rad';
+COMMENT ON COLUMN camera_alone.evidence IS 'log odds that the model is there by this camera';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('threshold', 'run', 'primary'),
+    ('verdict_sign', 'localisation', 'primary'),
+    ('hypothesis_support', 'localisation', 'primary'),
+    ('camera_unknown', 'localisation', 'primary'),
+    ('camera_alone', 'localisation', 'primary');
+
+INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
+    ('threshold', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('verdict_sign', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('hypothesis_support', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
+    ('camera_unknown', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('camera_alone', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']);

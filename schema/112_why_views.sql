@@ -1,0 +1,296 @@
+-- Why: what was decided of each thing that a run looked at, as sentences that follow from its rows.  A view builds only
+-- on views of names before its own, for DuckDB's export writes them by name.
+
+CREATE VIEW why_arc AS
+WITH named AS (
+    SELECT a.run_id, a.view_no, a.view_arc_no, v.camera, o.path, i.extraction_id,
+        CASE WHEN a.kind = 'silhouette' THEN concat('the outline of face ', a.surface_no)
+            ELSE concat('the ', a.kind, ' edge ', a.arc_no) END AS element
+    FROM view_arc AS a
+    JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
+    JOIN inspection_image AS i ON i.run_id = a.run_id AND i.camera = v.camera
+    JOIN occurrence AS o ON o.id = a.occurrence_id
+),
+held AS (
+    SELECT run_id, max(CASE name WHEN 'max_angle' THEN value END) AS max_angle,
+        max(CASE name WHEN 'min_overlap' THEN value END) AS min_overlap,
+        max(CASE name WHEN 'gate_sigma' THEN value END) AS gate_sigma,
+        max(CASE name WHEN 'reach_px' THEN value END) AS reach
+    FROM threshold
+    WHERE decision = 'correspondence'
+    GROUP BY run_id
+),
+pair AS (
+    SELECT c.run_id, n.camera, n.extraction_id, c.image_arc_no, c.view_arc_no, n.path, n.element, c.accepted, c.reason,
+        c.residual, c.gate, degrees(c.angle) AS angle, c.overlap
+    FROM correspondence AS c
+    JOIN named AS n ON n.run_id = c.run_id AND n.view_no = c.view_no AND n.view_arc_no = c.view_arc_no
+    WHERE c.hypothesis_no = 0
+)
+SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coalesce(p.accepted, FALSE) AS taken,
+    coalesce(p.reason, 'no_candidate') AS rule,
+    CASE p.reason WHEN 'orientation' THEN p.angle WHEN 'overlap' THEN p.overlap ELSE p.residual END AS value,
+    CASE coalesce(p.reason, '')
+        WHEN '' THEN h.reach WHEN 'orientation' THEN degrees(h.max_angle) WHEN 'overlap' THEN h.min_overlap
+        ELSE p.gate END AS gate,
+    CASE
+        WHEN p.reason IS NULL AND v.view_no IS NULL THEN 'there is no row of what it was held against: no pose was found, or the run kept its decisions alone'
+        WHEN p.reason IS NULL THEN concat('no edge or outline of the model lies within ',
+            CAST(h.reach AS NUMERIC(18, 1)), ' px of it at the pose found')
+        ELSE concat(
+            CASE WHEN p.accepted THEN 'it is ' ELSE 'it is not ' END, p.element, ' of ', p.path, ': ',
+            CASE p.reason
+                WHEN 'orientation' THEN concat(CAST(p.angle AS NUMERIC(18, 1)), ' degrees lie between the two, and ',
+                    CAST(degrees(h.max_angle) AS NUMERIC(18, 1)), ' are allowed')
+                WHEN 'distance' THEN concat('they are ', CAST(p.residual AS NUMERIC(18, 2)),
+                    ' px (rms) apart, beyond the gate of ', CAST(p.gate AS NUMERIC(18, 2)), ' px (',
+                    CAST(h.gate_sigma AS NUMERIC(18, 1)), ' sigma of pose, arc and edge together)')
+                WHEN 'overlap' THEN concat(CAST(100 * p.overlap AS NUMERIC(18, 0)), ' percent of it lie beside, and ',
+                    CAST(100 * h.min_overlap AS NUMERIC(18, 0)), ' are needed')
+                ELSE concat('they are ', CAST(p.residual AS NUMERIC(18, 2)), ' px (rms) apart (gate ',
+                    CAST(p.gate AS NUMERIC(18, 2)), ' px) at ', CAST(p.angle AS NUMERIC(18, 1)), ' degrees, and ',
+                    CAST(100 * p.overlap AS NUMERIC(18, 0)), ' percent of its ', CAST(a.length AS NUMERIC(18, 1)),
+                    ' px lie beside',
+                    CASE p.reason
+                        WHEN 'unrelated' THEN '; but its relations are not those of the edge'
+                        WHEN 'better_elsewhere' THEN '; but another edge has its relations at less cost'
+                        WHEN 'covered' THEN '; but another image arc lies nearer to the same stretch'
+                        ELSE '' END)
+            END)
+    END AS sentence
+FROM inspection_image AS i
+JOIN image_arc AS a ON a.extraction_id = i.extraction_id
+LEFT JOIN held AS h ON h.run_id = i.run_id
+LEFT JOIN view AS v ON v.run_id = i.run_id AND v.camera = i.camera
+LEFT JOIN pair AS p ON p.run_id = i.run_id AND p.camera = i.camera AND p.image_arc_no = a.image_arc_no;
+COMMENT ON VIEW why_arc IS 'What was decided of each image arc of an inspection and each model arc that came near it, at the best hypothesis: one row a pair, one for an arc that nothing came near.';
+COMMENT ON COLUMN why_arc.run_id IS 'the run';
+COMMENT ON COLUMN why_arc.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN why_arc.image_arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN why_arc.view_arc_no IS 'the model arc in the view; null where none came near';
+COMMENT ON COLUMN why_arc.path IS 'path of the placed part that it belongs to';
+COMMENT ON COLUMN why_arc.element IS 'which edge or outline of the part it is, in words';
+COMMENT ON COLUMN why_arc.taken IS 'whether the pair was taken';
+COMMENT ON COLUMN why_arc.rule IS 'assigned, or which rule the pair failed: orientation, distance, overlap, unrelated, better_elsewhere, covered; no_candidate';
+COMMENT ON COLUMN why_arc.value IS 'what the rule looks at: degrees between the two, share that lies beside, else px (rms) apart';
+COMMENT ON COLUMN why_arc.gate IS 'what that was held against, in the same unit';
+COMMENT ON COLUMN why_arc.sentence IS 'the decision in words';
+
+CREATE VIEW why_image_arc AS
+SELECT w.run_id, w.camera, w.image_arc_no, w.taken AS matched, w.rule, w.view_arc_no, w.sentence
+FROM (
+    SELECT y.*, row_number() OVER (
+        PARTITION BY y.run_id, y.camera, y.image_arc_no
+        ORDER BY CASE WHEN y.taken THEN 0 ELSE 1 END, y.value, y.view_arc_no) AS place
+    FROM why_arc AS y
+) AS w
+WHERE w.place = 1;
+COMMENT ON VIEW why_image_arc IS 'The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and why not.';
+COMMENT ON COLUMN why_image_arc.run_id IS 'the run';
+COMMENT ON COLUMN why_image_arc.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN why_image_arc.image_arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN why_image_arc.matched IS 'whether it was taken for a model arc';
+COMMENT ON COLUMN why_image_arc.rule IS 'the rule that decided';
+COMMENT ON COLUMN why_image_arc.view_arc_no IS 'the model arc that it is, else the one held against it; null where none came near';
+COMMENT ON COLUMN why_image_arc.sentence IS 'the decision in words';
+
+CREATE VIEW why_view_arc AS
+SELECT a.run_id, v.camera, a.view_arc_no, o.path, a.kind, a.length,
+    coalesce(c.taken, 0) AS image_arcs, coalesce(c.covered, 0) AS covered,
+    CASE WHEN coalesce(c.taken, 0) > 0 THEN 'matched' WHEN c.run_id IS NULL THEN 'no_candidate'
+        ELSE c.reason END AS rule,
+    concat(
+        CASE WHEN a.kind = 'silhouette' THEN concat('the outline of face ', a.surface_no)
+            ELSE concat('the ', a.kind, ' edge ', a.arc_no) END,
+        ' of ', o.path, ', ', CAST(a.length AS NUMERIC(18, 1)), ' px long in the ', v.camera, ' picture, ',
+        CASE
+            WHEN coalesce(c.taken, 0) > 0 THEN concat('is matched with ', c.taken, ' image arcs, ',
+                CAST(c.covered AS NUMERIC(18, 1)), ' px of them beside it')
+            WHEN c.run_id IS NULL THEN 'has no image arc near it'
+            ELSE concat('has ', c.near, ' image arcs near it and none was taken: ', c.reason)
+        END) AS sentence
+FROM view_arc AS a
+JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
+JOIN occurrence AS o ON o.id = a.occurrence_id
+LEFT JOIN (
+    SELECT c.run_id, c.view_no, c.view_arc_no, count(*) AS near,
+        sum(CASE WHEN c.accepted THEN 1 ELSE 0 END) AS taken,
+        sum(CASE WHEN c.accepted THEN c.overlap * a.length ELSE 0 END) AS covered, min(c.reason) AS reason
+    FROM correspondence AS c
+    JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
+    JOIN inspection_image AS i ON i.run_id = c.run_id AND i.camera = v.camera
+    JOIN image_arc AS a ON a.extraction_id = i.extraction_id AND a.image_arc_no = c.image_arc_no
+    WHERE c.hypothesis_no = 0
+    GROUP BY c.run_id, c.view_no, c.view_arc_no
+) AS c ON c.run_id = a.run_id AND c.view_no = a.view_no AND c.view_arc_no = a.view_arc_no;
+COMMENT ON VIEW why_view_arc IS 'The final decision of each model arc that a view predicts, one row an arc.';
+COMMENT ON COLUMN why_view_arc.run_id IS 'the run';
+COMMENT ON COLUMN why_view_arc.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN why_view_arc.view_arc_no IS 'the model arc in the view';
+COMMENT ON COLUMN why_view_arc.path IS 'path of the placed part';
+COMMENT ON COLUMN why_view_arc.kind IS 'sharp, smooth or silhouette';
+COMMENT ON COLUMN why_view_arc.length IS 'its visible length, px';
+COMMENT ON COLUMN why_view_arc.image_arcs IS 'how many image arcs were taken for it';
+COMMENT ON COLUMN why_view_arc.covered IS 'length of those that lies beside it, px';
+COMMENT ON COLUMN why_view_arc.rule IS 'matched; no_candidate; or the first by name of the rules that the image arcs near it failed';
+COMMENT ON COLUMN why_view_arc.sentence IS 'the decision in words';
+
+CREATE VIEW why_verdict AS
+WITH sign AS (
+    SELECT run_id,
+        max(CASE name WHEN 'evidence' THEN value END) AS evidence, max(CASE name WHEN 'share' THEN value END) AS share,
+        max(CASE name WHEN 'agreement' THEN value END) AS agreement, max(CASE name WHEN 'apart' THEN value END) AS apart,
+        max(CASE name WHEN 'prior_sigma' THEN value END) AS prior_sigma,
+        max(CASE name WHEN 'sigma_mm' THEN value END) AS sigma_mm,
+        max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
+        max(CASE name WHEN 'likely' THEN value END) AS likely,
+        max(CASE name WHEN 'rivals' THEN value END) AS rivals
+    FROM verdict_sign
+    GROUP BY run_id
+),
+held AS (
+    SELECT run_id, max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior,
+        max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
+        max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
+        max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm,
+        max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
+    FROM threshold
+    WHERE decision = 'verdict'
+    GROUP BY run_id
+),
+rule AS (
+    SELECT s.run_id, 0 AS rule_no, 'likely' AS rule, s.likely AS value, h.min_posterior AS gate,
+        s.likely >= h.min_posterior AS holds, concat('that the model is there is ',
+            CAST(100 * s.likely AS NUMERIC(18, 2)), ' percent probable by the pictures, and ',
+            CAST(100 * h.min_posterior AS NUMERIC(18, 2)), ' percent are needed: evidence of ',
+            CAST(s.evidence AS NUMERIC(18, 0)), ' against chance, ', CAST(100 * s.share AS NUMERIC(18, 0)),
+            ' percent of the edges expected, ', CAST(100 * s.agreement AS NUMERIC(18, 0)),
+            ' percent of those found on the model''s') AS sentence
+    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    UNION ALL
+    SELECT s.run_id, 1, 'prior', s.prior_sigma, h.max_sigma, s.prior_sigma <= h.max_sigma,
+        concat('the pose lies ', CAST(s.prior_sigma AS NUMERIC(18, 2)), ' sigma from the prior, and ',
+            CAST(h.max_sigma AS NUMERIC(18, 1)), ' are allowed')
+    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    UNION ALL
+    SELECT s.run_id, 2, 'apart', s.apart, h.max_apart, s.apart <= h.max_apart,
+        concat('the cameras solved apart lie ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma from each other, and ',
+            CAST(h.max_apart AS NUMERIC(18, 1)), ' are allowed')
+    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    UNION ALL
+    SELECT s.run_id, 3, 'translation', 2 * s.sigma_mm, h.needs_mm, 2 * s.sigma_mm <= h.needs_mm,
+        concat('the place is known to ', CAST(2 * s.sigma_mm AS NUMERIC(18, 3)), ' mm (two sigma, worst direction), and ',
+            CAST(h.needs_mm AS NUMERIC(18, 3)), ' mm are needed')
+    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    UNION ALL
+    SELECT s.run_id, 4, 'rotation', degrees(2 * s.sigma_rad), degrees(h.needs_rad), 2 * s.sigma_rad <= h.needs_rad,
+        concat('the turn is known to ', CAST(degrees(2 * s.sigma_rad) AS NUMERIC(18, 4)),
+            ' degrees (two sigma, worst direction), and ', CAST(degrees(h.needs_rad) AS NUMERIC(18, 4)), ' are needed')
+    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    UNION ALL
+    SELECT s.run_id, 5, 'rivals', s.rivals, 0, s.rivals = 0,
+        CASE WHEN s.rivals = 0 THEN 'no other pose explains the pictures about equally well'
+            ELSE concat(CAST(s.rivals AS INTEGER), ' other poses explain the pictures about equally well') END
+    FROM sign AS s
+)
+SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
+FROM rule AS r
+JOIN pose AS p ON p.run_id = r.run_id;
+COMMENT ON VIEW why_verdict IS 'The rules of a verdict, each with what was found and what that was held against; accepted is what passes all.';
+COMMENT ON COLUMN why_verdict.run_id IS 'the run';
+COMMENT ON COLUMN why_verdict.rule_no IS 'ordinal of the rule';
+COMMENT ON COLUMN why_verdict.rule IS 'likely, prior, apart, translation, rotation or rivals';
+COMMENT ON COLUMN why_verdict.value IS 'what was found: probability, sigmas, mm, degrees or how many';
+COMMENT ON COLUMN why_verdict.gate IS 'what that was held against, in the same unit';
+COMMENT ON COLUMN why_verdict.holds IS 'whether the pose passes';
+COMMENT ON COLUMN why_verdict.verdict IS 'the verdict';
+COMMENT ON COLUMN why_verdict.sentence IS 'the rule in words';
+
+CREATE VIEW why_hypothesis AS
+WITH gathered AS (
+    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, sum(s.found) AS found, sum(s.evidence) AS evidence
+    FROM hypothesis AS h
+    JOIN hypothesis_support AS s ON s.run_id = h.run_id AND s.hypothesis_no = h.hypothesis_no
+    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance
+),
+ranked AS (
+    SELECT g.*, row_number() OVER (PARTITION BY g.run_id ORDER BY g.cost, g.hypothesis_no) AS place
+    FROM gathered AS g
+),
+held AS (
+    SELECT b.run_id, b.hypothesis_no, b.found, b.distance,
+        greatest(max(CASE t.name WHEN 'rival_share' THEN t.value END) * b.found,
+            max(CASE t.name WHEN 'min_margin' THEN t.value END)) AS margin,
+        max(CASE t.name WHEN 'prior_odds' THEN t.value END) AS prior_odds
+    FROM ranked AS b
+    JOIN threshold AS t ON t.run_id = b.run_id AND t.decision = 'verdict'
+    WHERE b.place = 1
+    GROUP BY b.run_id, b.hypothesis_no, b.found, b.distance
+),
+judged AS (
+    SELECT r.run_id, r.hypothesis_no, r.found, r.evidence, r.distance, h.found - h.margin AS least,
+        h.prior_odds, 0.5 * (r.distance * r.distance - h.distance * h.distance) AS odds,
+        CASE
+            WHEN r.hypothesis_no = 0 THEN 'best'
+            WHEN r.hypothesis_no = h.hypothesis_no THEN 'rival'
+            WHEN r.found <= h.found - h.margin THEN 'less_evidence'
+            WHEN 0.5 * (r.distance * r.distance - h.distance * h.distance) >= h.prior_odds THEN 'far_from_prior'
+            ELSE 'rival'
+        END AS rule
+    FROM ranked AS r
+    JOIN held AS h ON h.run_id = r.run_id
+)
+SELECT run_id, hypothesis_no, rule, found, least, distance,
+    concat('pose ', hypothesis_no, ' gathers evidence of ', CAST(found AS NUMERIC(18, 1)), ' and lies ',
+        CAST(distance AS NUMERIC(18, 2)), ' sigma from the prior: ',
+        CASE rule
+            WHEN 'best' THEN 'it is the best'
+            WHEN 'rival' THEN 'it is a rival of the best'
+            WHEN 'less_evidence' THEN concat('dropped, for more than ', CAST(least AS NUMERIC(18, 1)),
+                ' are needed to rival the likeliest')
+            ELSE concat('dropped, for the prior speaks against it by ', CAST(odds AS NUMERIC(18, 1)),
+                ' log odds, and ', CAST(prior_odds AS NUMERIC(18, 1)), ' are allowed')
+        END) AS sentence
+FROM judged;
+COMMENT ON VIEW why_hypothesis IS 'Each pose that was refined, and why it is the best, a rival of it, or was dropped.';
+COMMENT ON COLUMN why_hypothesis.run_id IS 'the run';
+COMMENT ON COLUMN why_hypothesis.hypothesis_no IS 'the hypothesis';
+COMMENT ON COLUMN why_hypothesis.rule IS 'best, rival, less_evidence or far_from_prior';
+COMMENT ON COLUMN why_hypothesis.found IS 'evidence that it gathers in all pictures';
+COMMENT ON COLUMN why_hypothesis.least IS 'evidence that a rival has more than';
+COMMENT ON COLUMN why_hypothesis.distance IS 'sigmas from the prior';
+COMMENT ON COLUMN why_hypothesis.sentence IS 'the decision in words';
+
+CREATE VIEW why_part AS
+SELECT p.run_id, p.in_view_no, p.path, p.level, p.visible_pixels / p.covered_pixels AS visible_share,
+    coalesce(a.predicted, 0) AS predicted, coalesce(a.matched, 0) AS matched,
+    concat(p.path, ' (', p.level, ') is in view: ', CAST(p.visible_pixels AS NUMERIC(18, 0)), ' px of it show, ',
+        CAST(100 * p.visible_pixels / p.covered_pixels AS NUMERIC(18, 1)), ' percent of what would show were nothing before it',
+        CASE WHEN p.level = 'part' THEN concat('; ', coalesce(a.matched, 0), ' of the ', coalesce(a.predicted, 0),
+            ' edges and outlines of it in the pictures are matched') ELSE '' END) AS sentence
+FROM part_in_view AS p
+LEFT JOIN (
+    SELECT v.run_id, v.occurrence_id, count(*) AS predicted, sum(CASE WHEN c.run_id IS NOT NULL THEN 1 ELSE 0 END) AS matched
+    FROM view_arc AS v
+    LEFT JOIN (
+        SELECT DISTINCT run_id, view_no, view_arc_no FROM correspondence WHERE accepted AND hypothesis_no = 0
+    ) AS c ON c.run_id = v.run_id AND c.view_no = v.view_no AND c.view_arc_no = v.view_arc_no
+    GROUP BY v.run_id, v.occurrence_id
+) AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id AND p.level = 'part';
+COMMENT ON VIEW why_part IS 'Why a part or feature is said to be in view.';
+COMMENT ON COLUMN why_part.run_id IS 'the run';
+COMMENT ON COLUMN why_part.in_view_no IS 'ordinal in part_in_view';
+COMMENT ON COLUMN why_part.path IS 'path of the part or feature';
+COMMENT ON COLUMN why_part.level IS 'part or feature';
+COMMENT ON COLUMN why_part.visible_share IS 'share that shows of what would show were nothing before it';
+COMMENT ON COLUMN why_part.predicted IS 'model arcs of the part that views predict; 0 for features';
+COMMENT ON COLUMN why_part.matched IS 'of those, how many have an image arc';
+COMMENT ON COLUMN why_part.sentence IS 'the decision in words';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('why_arc', 'localisation', 'view'),
+    ('why_image_arc', 'localisation', 'view'),
+    ('why_view_arc', 'localisation', 'view'),
+    ('why_verdict', 'localisation', 'view'),
+    ('why_hypothesis', 'localisation', 'view'),
+    ('why_part', 'localisation', 'view');

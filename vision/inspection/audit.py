@@ -1,0 +1,122 @@
+"""What the decisions of an inspection were held against and what they weighed, as rows: the store's `threshold`,
+`verdict_sign`, `hypothesis_support`, `camera_unknown` and `camera_alone`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, fields, is_dataclass
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.columns import Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run
+from vision.cameras.cameras import Needs, Rig
+from vision.inspection.parameters import InspectionParameters
+from vision.localisation.calibration import describe_unknowns
+from vision.localisation.localise import Localisation
+from vision.localisation.verdict import find_rivals, read_signs
+
+# A camera's own unknowns in the order of `CameraUnknowns`.
+UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz")
+
+
+def record_decisions(
+    run: Run, connection: Connection, rig: Rig, needs: Needs, found: Localisation, p: InspectionParameters
+) -> None:
+    """Append what the verdict and the correspondences of a localisation were held against and what it weighed."""
+    held = {"verdict": p.localisation.verdict, "correspondence": p.matching.pose, "stereo": p.stereo}
+    rows = [(decision, name, value) for decision, of in held.items() for name, value in _numbers(of)]
+    rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]
+    run.append(
+        connection,
+        "threshold",
+        {
+            "run_id": run.id,
+            "decision": [decision for decision, _, _ in rows],
+            "name": [name for _, name, _ in rows],
+            "value": np.array([value for _, _, value in rows]),
+        },
+    )
+    if found.best is None:
+        return
+    _record_signs(run, connection, found, p)
+    cameras = list(rig.cameras)
+    run.append(
+        connection,
+        "hypothesis_support",
+        {
+            "run_id": run.id,
+            "hypothesis_no": np.repeat(np.arange(len(found.hypotheses)), len(cameras)),
+            "camera": cameras * len(found.hypotheses),
+            "evidence": np.concatenate([h.support.by_camera for h in found.hypotheses]),
+            **{
+                name: np.concatenate([getattr(h.support, name) for h in found.hypotheses])
+                for name in ("found", "expected", "deviation", "length_px")
+            },
+        },
+    )
+    unknowns = describe_unknowns(rig, p.localisation.refinement)
+    run.append(
+        connection,
+        "camera_unknown",
+        {
+            "run_id": run.id,
+            "camera": np.repeat(cameras, len(UNKNOWNS)).tolist(),
+            "name": list(UNKNOWNS) * len(cameras),
+            "value": found.best.own.ravel(),
+            "expected": unknowns.mean.ravel(),
+            "sigma": unknowns.sigma.ravel(),
+        },
+    )
+    if found.alone:
+        run.append(
+            connection,
+            "camera_alone",
+            {
+                "run_id": run.id,
+                "camera": cameras,
+                **matrix_columns([h.world_from_rig for h in found.alone]),
+                "covariance": Ragged.pack([h.covariance for h in found.alone]),
+                "evidence": np.array([h.evidence for h in found.alone]),
+            },
+        )
+
+
+def _record_signs(run: Run, connection: Connection, found: Localisation, p: InspectionParameters) -> None:
+    assert found.best is not None
+    verdict = p.localisation.verdict
+    likeliest = min(found.hypotheses, key=lambda h: h.cost)  # whose rivals were looked for
+    rivals = find_rivals(likeliest, [h for h in found.hypotheses if h is not likeliest], verdict)
+    read = read_signs(found.best, found.alone, verdict)
+    odds = read.log_odds(verdict)
+    signs = {name: value for name, value in asdict(read).items() if value is not None}
+    signs |= {
+        "log_odds": odds,
+        "likely": 1.0 / (1.0 + math.exp(-odds)),
+        "prior_sigma": found.best.prior_sigma,
+        "sigma_mm": found.verdict.sigma_mm,
+        "sigma_rad": found.verdict.sigma_rad,
+        "rivals": float(len(rivals)),
+        "excluded": float(found.best.excluded.sum()),
+    }
+    run.append(
+        connection,
+        "verdict_sign",
+        {"run_id": run.id, "name": list(signs), "value": np.array(list(signs.values()), float)},
+    )
+
+
+def _numbers(parameters: object, within: str = "") -> Iterator[tuple[str, float]]:
+    """Names and values of the numeric fields of a parameter class, those of tuples one by one, and of the classes in
+    it: `assignment.nodes`."""
+    for field in fields(parameters):  # type: ignore[arg-type]
+        name, value = f"{within}{field.name}", getattr(parameters, field.name)
+        if is_dataclass(value):
+            yield from _numbers(value, f"{name}.")
+        elif isinstance(value, int | float):
+            yield name, float(value)
+        elif isinstance(value, tuple) and all(isinstance(v, int | float) for v in value):
+            yield from ((f"{name}[{i}]", float(v)) for i, v in enumerate(value))
