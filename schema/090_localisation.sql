@@ -137,6 +137,7 @@ CREATE TABLE hypothesis (
     evidence_ratio DOUBLE PRECISION NOT NULL,
     outline_length DOUBLE PRECISION NOT NULL,
     outline_contrast DOUBLE PRECISION NOT NULL,
+    outline_evidence DOUBLE PRECISION NOT NULL,
     distance DOUBLE PRECISION NOT NULL,
     relational_distance BIGINT,
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
@@ -164,6 +165,7 @@ COMMENT ON COLUMN hypothesis.cost IS 'cost by which hypotheses are ranked; less 
 COMMENT ON COLUMN hypothesis.evidence_ratio IS 'evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse than chance';
 COMMENT ON COLUMN hypothesis.outline_length IS 'length of the model''s outline against the background in all images, px';
 COMMENT ON COLUMN hypothesis.outline_contrast IS 'how much likelier the pixels beside that outline are of their own side than of the other, mean logarithm: 1 to 3 for a right pose, 0 for chance';
+COMMENT ON COLUMN hypothesis.outline_evidence IS 'log odds by those pixels that the outline is one; a part of the cost';
 COMMENT ON COLUMN hypothesis.distance IS 'Mahalanobis distance from the prior';
 COMMENT ON COLUMN hypothesis.relational_distance IS 'what the best labelling of the pictures by what this pose lets them show costs, over all cameras; the margin of the best over a rival is the difference; null where there was no rival, and of those beyond the first two';
 

@@ -141,6 +141,8 @@ WITH sign AS (
         max(CASE name WHEN 'evidence' THEN value END) AS evidence, max(CASE name WHEN 'share' THEN value END) AS share,
         max(CASE name WHEN 'agreement' THEN value END) AS agreement, max(CASE name WHEN 'apart' THEN value END) AS apart,
         max(CASE name WHEN 'prior_sigma' THEN value END) AS prior_sigma,
+        max(CASE name WHEN 'outline_px' THEN value END) AS outline_px,
+        max(CASE name WHEN 'outline_contrast' THEN value END) AS outline_contrast,
         max(CASE name WHEN 'sigma_mm' THEN value END) AS sigma_mm,
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
         max(CASE name WHEN 'likely' THEN value END) AS likely,
@@ -165,7 +167,8 @@ rule AS (
             CAST(100 * h.min_posterior AS NUMERIC(18, 2)), ' percent are needed: evidence of ',
             CAST(s.evidence AS NUMERIC(18, 0)), ' against chance, ', CAST(100 * s.share AS NUMERIC(18, 0)),
             ' percent of the edges expected, ', CAST(100 * s.agreement AS NUMERIC(18, 0)),
-            ' percent of those found on the model''s') AS sentence
+            ' percent of those found on the model''s, a contrast of ', CAST(s.outline_contrast AS NUMERIC(18, 1)),
+            ' along ', CAST(s.outline_px AS NUMERIC(18, 0)), ' px of outline') AS sentence
     FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 1, 'prior', s.prior_sigma, h.max_sigma, s.prior_sigma <= h.max_sigma,
@@ -208,10 +211,10 @@ COMMENT ON COLUMN why_verdict.sentence IS 'the rule in words';
 
 CREATE VIEW why_hypothesis AS
 WITH gathered AS (
-    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, sum(s.found) AS found, sum(s.evidence) AS evidence
+    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, sum(s.found) + h.outline_evidence AS found
     FROM hypothesis AS h
     JOIN hypothesis_support AS s ON s.run_id = h.run_id AND s.hypothesis_no = h.hypothesis_no
-    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance
+    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance, h.outline_evidence
 ),
 ranked AS (
     SELECT g.*, row_number() OVER (PARTITION BY g.run_id ORDER BY g.cost, g.hypothesis_no) AS place
@@ -228,7 +231,7 @@ held AS (
     GROUP BY b.run_id, b.hypothesis_no, b.found, b.distance
 ),
 judged AS (
-    SELECT r.run_id, r.hypothesis_no, r.found, r.evidence, r.distance, h.found - h.margin AS least,
+    SELECT r.run_id, r.hypothesis_no, r.found, r.distance, h.found - h.margin AS least,
         h.prior_odds, 0.5 * (r.distance * r.distance - h.distance * h.distance) AS odds,
         CASE
             WHEN r.hypothesis_no = 0 THEN 'best'
@@ -256,7 +259,7 @@ COMMENT ON VIEW why_hypothesis IS 'Each pose that was refined, and why it is the
 COMMENT ON COLUMN why_hypothesis.run_id IS 'the run';
 COMMENT ON COLUMN why_hypothesis.hypothesis_no IS 'the hypothesis';
 COMMENT ON COLUMN why_hypothesis.rule IS 'best, rival, less_evidence or far_from_prior';
-COMMENT ON COLUMN why_hypothesis.found IS 'evidence that it gathers in all pictures';
+COMMENT ON COLUMN why_hypothesis.found IS 'evidence that it gathers in all pictures, of edges and of greys beside outlines';
 COMMENT ON COLUMN why_hypothesis.least IS 'evidence that a rival has more than';
 COMMENT ON COLUMN why_hypothesis.distance IS 'sigmas from the prior';
 COMMENT ON COLUMN why_hypothesis.sentence IS 'the decision in words';

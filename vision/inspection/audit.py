@@ -96,7 +96,6 @@ def _record_signs(run: Run, connection: Connection, found: Localisation, p: Insp
     signs |= {
         "log_odds": odds,
         "likely": 1.0 / (1.0 + math.exp(-odds)),
-        "prior_sigma": found.best.prior_sigma,
         "sigma_mm": found.verdict.sigma_mm,
         "sigma_rad": found.verdict.sigma_rad,
         "rivals": float(len(rivals)),

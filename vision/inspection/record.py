@@ -143,6 +143,7 @@ def _record_hypotheses(
             "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
             "outline_length": np.array([h.outlines.total_px if h.outlines else 0.0 for h in hypotheses]),
             "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
+            "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
             "distance": np.array([h.prior_sigma for h in hypotheses]),
             "relational_distance": relational_distances,
         },
