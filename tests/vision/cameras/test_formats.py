@@ -18,7 +18,7 @@ from relmodel.arrays import Floats
 from relmodel.cli.main import main
 from relmodel.errors import InputError, UsageError
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
-from vision.cameras.files import read_rig, rig_files, write_rig
+from vision.cameras.files import read_rig, rig_inputs, write_rig
 
 TOLERANCE_PX = 1e-9
 EYE = np.eye(4).tolist()
@@ -304,7 +304,7 @@ def test_one_truth_through_each_format(
     given = put(truths, tmp_path / "given.data")  # the name says nothing
     rig = read_rig(given)
     assert_same_pixels(rig, truths)
-    assert all(file.is_file() for file in rig_files(given))
+    assert all(file.is_file() for file in rig_inputs(given).values())
     # What relmodel writes, read by the other program's conventions.
     write_rig(make_rig(truths), tmp_path / "written", form)
     points = points_seen(truths, 8)
