@@ -24,8 +24,9 @@ _ENDS = {
     "ambiguous": ("Ambiguous", "warn"),
     "refused": ("Refused", "bad"),
     "failed": ("Failed", "bad"),
-    "ok": ("Done", "good"),
-    "under way": ("Under way", "warn"),
+    "killed": ("Killed", "bad"),
+    "finished": ("Done", "good"),
+    "running": ("Under way", "warn"),
 }
 
 
@@ -64,8 +65,8 @@ def run_page(store: Store, connection: Connection, run: int) -> str:
     items = read_items(store, connection, run)
     pictures = read_pictures(store, connection, run)
     scene, part_of = run_scene(store, connection, run)
-    word, mood = _ENDS.get(told.status if pose is None else pose.verdict, (told.status, "warn"))
-    reason = (pose.reason if pose is not None else told.message) or _NO_MORE.get(told.status, "")
+    word, mood = _ENDS.get(told.state if pose is None else pose.verdict, (told.state, "warn"))
+    reason = (pose.reason if pose is not None else told.message) or _NO_MORE.get(told.state, "")
     matched = any('class="model' in p.drawing for p in pictures)
     return render(
         "run.html",
@@ -98,7 +99,7 @@ def newest_inspection(store: Store, connection: Connection) -> int:
     return int(found[0].run_id)
 
 
-_NO_MORE = {"under way": "The run has not ended: this is what it has committed so far.", "ok": "The run ended well."}
+_NO_MORE = {"running": "This is what it has committed so far.", "finished": "The run ended well."}
 _KINDS = {
     "load": "Load of a model",
     "world": "World placed",
@@ -107,6 +108,8 @@ _KINDS = {
     "extract": "Extraction from a picture",
     "inspect": "Inspection",
     "set": "Attribute set",
+    "stereo": "Pictures of a pair matched",
+    "prune": "Room made in the store",
 }
 
 

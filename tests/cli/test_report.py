@@ -216,7 +216,6 @@ def test_a_refused_run_says_why(inspection: Inspection, copy_store: Callable[[st
     store = changed(
         copy_store(inspection.store),
         "UPDATE pose SET verdict = 'refused', reason = 'too little evidence'",
-        "UPDATE run_event SET status = 'refused' WHERE kind = 'ended'",
         "DELETE FROM part_in_view",
         "DELETE FROM image_blob",
     )
