@@ -42,8 +42,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _read_rig(path: Path) -> Rig:
     """The rig of one file: whether the world changed is told by its digest."""
-    from vision.cameras.files import read_rig, rig_files
+    from vision.cameras.files import read_rig, rig_inputs
 
-    if len(rig_files(path)) > 1:
+    if len(rig_inputs(path)) > 1:
         raise InputError(f"the rig {path} is of several files: make it one with relmodel rig convert, and name that")
     return read_rig(path)
