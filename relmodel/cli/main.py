@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import signal
 import sys
+import threading
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
-from types import ModuleType
+from types import FrameType, ModuleType
 
 from relmodel import __version__
 from relmodel.cli import output
@@ -52,36 +55,62 @@ VERBS = (
 
 UNFORESEEN = 4
 INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
+_INTERRUPTED = "interrupted: what it had not finished is undone, and the store is as it was"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
-    input, 4 an error that nobody foresaw."""
+    input, 4 an error that nobody foresaw, 130 interrupted."""
     args = parser().parse_args(arguments)
     # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
+    with _interrupts() as came:
+        try:
+            status: int = args.run(args)
+            sys.stdout.flush()
+            return status
+        except (Exception, KeyboardInterrupt) as error:
+            if came or isinstance(error, KeyboardInterrupt):
+                print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
+                return INTERRUPTED
+            return _tell(args, error)
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Signals of an interrupt, as they come while the block lasts: what was at work may raise an error of its own."""
+    came: list[int] = []
+
+    def note(number: int, _: FrameType | None) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():  # which alone has handlers
+        yield came
+        return
+    before = signal.signal(signal.SIGINT, note)
     try:
-        status: int = args.run(args)
-        sys.stdout.flush()
-    except RelmodelError as error:
+        yield came
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _tell(args: argparse.Namespace, error: Exception) -> int:
+    """Say what went wrong in a sentence; the exit status."""
+    if isinstance(error, RelmodelError):
         print(f"relmodel {args.verb}: {visible(str(error))}", file=sys.stderr)
         return error.exit_status
-    except KeyboardInterrupt:
-        print(f"relmodel {args.verb}: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:
+    if isinstance(error, BrokenPipeError):
         # The reader (head, less) has gone.  Point stdout at nothing, or Python complains when it flushes at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except Exception as error:
-        if args.debug:
-            sys.stderr.write(visible(traceback.format_exc(), keep="\n"))
-        said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
-        cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
-        print(f"relmodel {args.verb}: an error that nobody foresaw ({said}): {cure}", file=sys.stderr)
-        return UNFORESEEN
-    return status
+    if args.debug:
+        sys.stderr.write(visible("".join(traceback.format_exception(error)), keep="\n"))
+    said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
+    cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
+    print(f"relmodel {args.verb}: an error that nobody foresaw ({said}): {cure}", file=sys.stderr)
+    return UNFORESEEN
 
 
 def parser() -> argparse.ArgumentParser:
@@ -90,7 +119,7 @@ def parser() -> argparse.ArgumentParser:
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
         epilog="exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad input, "
-        "4 an error that nobody foresaw (--debug shows where)",
+        "4 an error that nobody foresaw (--debug shows where), 130 interrupted",
     )
     top.add_argument("--version", action="version", version=f"relmodel {__version__}")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)

@@ -16,6 +16,7 @@ from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes, world_named
 from relmodel.find.kinds import KINDS, BoxIndex, build
 from relmodel.find.volumes import Box, Frustum, Volume, VolumeTable
 from relmodel.geometry.transforms import rotation_matrix
+from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 
 # The range tree takes n log^2 n room: some 10 kB a box at this size.
@@ -59,7 +60,7 @@ class Comparison:
         return min(self.kinds, key=lambda f: f.score).kind
 
 
-def compare(store: Store, world: str | None = None) -> Comparison:
+def compare(store: Store, world: str | None = None, progress: Progress = silent) -> Comparison:
     """Measure every kind on the newest revision of a world and store which is best: `WorldIndex.load` uses it.
 
     A run of kind `index` writes the attributes `index_kind` and `grid_cell_mm` of the world.  Raises UsageError where
@@ -78,7 +79,11 @@ def compare(store: Store, world: str | None = None) -> Comparison:
     views = _views(asked[100])
     from relmodel.find.grid import Grid
 
-    measured = [_measured(kind, boxes, asked, views) for kind in kinds]
+    measured = []
+    for done, kind in enumerate(kinds):
+        progress(f"measuring {kind}", done, len(kinds) + 1)
+        measured.append(_measured(kind, boxes, asked, views))
+    progress("measuring the store", len(kinds), len(kinds) + 1)
     found = Comparison(name, len(boxes), measured, _of_store(store, name, asked, views), Grid(boxes).cell_mm)
     rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
     rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}

@@ -57,6 +57,8 @@ def read_in_child(path: Path, options: ReadOptions) -> Model:
                 raise InputError(found)
             model: Model = found
             return model
+    if done.returncode == -signal.SIGINT:  # a terminal sends it to the child too, which may be gone first
+        raise KeyboardInterrupt
     if done.returncode == -signal.SIGALRM:
         raise _too_long(path, options)
     if done.returncode < 0:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from threading import Timer
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
@@ -15,10 +15,14 @@ from relmodel.errors import InputError, StoreError, UsageError
 from relmodel.store import sql
 from relmodel.store.store import Store
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 TIME_LIMIT_S = 30.0
 _LONGEST_S = 86_400.0
 
 Answer = tuple[list[str], Sequence[Sequence[Any]]]
+Result = TypeVar("Result")
 
 # EXPLAIN after white space and comments as PostgreSQL reads them; comments within comments are left to the server,
 # which then takes a query only.
@@ -37,12 +41,27 @@ def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> 
     wrong, would write or takes too long; StoreError where PostgreSQL's role may reach beyond the database, as a
     superuser may: the server would not hold a statement back from its files and programs.
     """
+    return _ask(store, statement, time_limit_s, _fetched, confined=True)
+
+
+def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> pa.Table:
+    """The result of a statement as an Arrow table, for a program that may do more than ask.
+
+    As `ask`, but the store may be open for writing, and what the statement reaches beyond the database is not looked
+    at: whoever runs a program reads files without it.
+    """
+    return _ask(store, statement, time_limit_s, _fetched_arrow, confined=False)
+
+
+def _ask(
+    store: Store, statement: str, time_limit_s: float, fetch: Callable[[Any], Result], *, confined: bool
+) -> Result:
     if not 0 < time_limit_s <= _LONGEST_S:
         raise UsageError(f"the time limit is {time_limit_s:g} s: give seconds above 0, a day at most")
     answered = _answered_by_duckdb if store.dialect == "duckdb" else _answered_by_postgresql
     with store.read() as connection:
         try:
-            return answered(store, connection, statement, time_limit_s)
+            return answered(store, connection, statement, time_limit_s, fetch, confined)
         except Exception as error:
             said = getattr(error, "orig", None) or error
             if isinstance(error, DBAPIError) or type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg")):
@@ -54,8 +73,15 @@ def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> 
             raise
 
 
-def _answered_by_duckdb(store: Store, connection: Connection, statement: str, time_limit_s: float) -> Answer:
-    if not store.rows(connection, "ask/is_locked.duckdb")[0].locked:
+def _answered_by_duckdb(
+    store: Store,
+    connection: Connection,
+    statement: str,
+    time_limit_s: float,
+    fetch: Callable[[Any], Result],
+    confined: bool,
+) -> Result:
+    if confined and not store.rows(connection, "ask/is_locked.duckdb")[0].locked:
         connection.execute(sql.query("ask/no_external_access.duckdb"))
         connection.execute(sql.query("ask/lock_configuration.duckdb"))
     driver: Any = connection.connection.driver_connection
@@ -66,7 +92,7 @@ def _answered_by_duckdb(store: Store, connection: Connection, statement: str, ti
         raise InputError(f"the statement was refused: {_ONE_QUERY}")
     with _interrupting(driver, time_limit_s):
         cursor: Any = connection.exec_driver_sql(statement, execution_options={"no_parameters": True}).cursor
-        return _fetched(cursor)
+        return fetch(cursor)
 
 
 @contextmanager
@@ -80,12 +106,20 @@ def _interrupting(driver: Any, time_limit_s: float) -> Iterator[None]:
         timer.cancel()
 
 
-def _answered_by_postgresql(store: Store, connection: Connection, statement: str, time_limit_s: float) -> Answer:
+def _answered_by_postgresql(
+    store: Store,
+    connection: Connection,
+    statement: str,
+    time_limit_s: float,
+    fetch: Callable[[Any], Result],
+    confined: bool,
+) -> Result:
     connection = connection.execution_options(postgresql_readonly=True)
     driver: Any = connection.connection.driver_connection
     # A connection of its own that is closed afterwards: what outlives a rollback, as advisory locks do, ends with it.
     connection.detach()
-    _refuse_reaching_roles(store, connection)
+    if confined:
+        _refuse_reaching_roles(store, connection)
     store.rows(connection, "ask/time_limit.postgresql", milliseconds=str(max(1, round(1e3 * time_limit_s))))
     # All is prepared, since what is prepared is one statement.
     if not _EXPLAIN.match(statement):
@@ -97,7 +131,7 @@ def _answered_by_postgresql(store: Store, connection: Connection, statement: str
                 raise
             first = str(error).strip().splitlines()[0]
             raise InputError(f"the statement was refused ({first}): {_ONE_QUERY}") from error
-    return _fetched(driver.execute(statement, prepare=True))
+    return fetch(driver.execute(statement, prepare=True))
 
 
 def _refuse_reaching_roles(store: Store, connection: Connection) -> None:
@@ -117,3 +151,12 @@ def _fetched(cursor: Any) -> Answer:
     if cursor is None or cursor.description is None:
         return [], []
     return [column[0] for column in cursor.description], cursor.fetchall()
+
+
+def _fetched_arrow(cursor: Any) -> pa.Table:
+    if hasattr(cursor, "to_arrow_table"):
+        return cursor.to_arrow_table()
+    import pyarrow as pa
+
+    names, rows = _fetched(cursor)
+    return pa.table({name: pa.array([row[i] for row in rows]) for i, name in enumerate(names)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import shlex
 import shutil
@@ -9,11 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from relmodel.cli.main import VERBS, main, parser
 from relmodel.find.find import in_volumes
 from relmodel.store import Store
 from tests.cli.conftest import Inspection
+from tests.reading import load
 
 CHECKOUT = Path(__file__).parents[2]
 PAGES = sorted([CHECKOUT / "README.md", CHECKOUT / "examples/README.md", *(CHECKOUT / "docs").rglob("*.md")])
@@ -138,6 +141,21 @@ def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> No
     shown = capsys.readouterr().out.splitlines()
     assert shown
     assert len(shown) == len(said["found"]["name"])
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_python_page_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its blocks in order, as one program."""
+    monkeypatch.setattr("relmodel.loading.load.load", load)
+    said: dict[str, Any] = {}
+    for language, block in _BLOCK.findall((CHECKOUT / "docs/python.md").read_text()):
+        if language == "python":
+            exec(block, said)
+            assert capsys.readouterr().out or "print" not in block
+    assert said["answer"].verdict == "accepted"
+    picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
+    assert (picture.format, picture.width) == ("PNG", 1600)
+    assert "accepted" in said["answer"]._repr_html_()
 
 
 @pytest.mark.usefixtures("demonstrated")

@@ -99,7 +99,8 @@ def test_interrupt_ends_without_traceback(
 
     monkeypatch.setattr(Store, "create", interrupted)
     assert main(["init", "--store", str(tmp_path / "a.duckdb")]) == 130
-    assert capsys.readouterr().err == "relmodel init: interrupted\n"
+    said = "relmodel init: interrupted: what it had not finished is undone, and the store is as it was\n"
+    assert capsys.readouterr().err == said
 
 
 def test_reader_that_leaves_early_is_no_error(duckdb_template: Path) -> None:

@@ -63,6 +63,7 @@ def _scales(text: str) -> tuple[float, ...]:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from vision.cameras.drawing import check_writable, save_side_by_side
     from vision.cameras.images import read_mask, read_picture
@@ -79,7 +80,11 @@ def run(args: argparse.Namespace) -> int:
     with _run(args, parameters) as stored:
         pictures = [read_picture(path) for path in args.images]
         compile_ahead(KERNELS, say)
-        found = [extract(picture.grey, parameters, mask=mask) for picture in pictures]
+        found = []
+        with shown() as progress:
+            for done, picture in enumerate(pictures):
+                progress(f"{picture.file_name}: extracting", done, len(pictures))
+                found.append(extract(picture.grey, parameters, mask=mask))
         if stored:
             _keep(stored, pictures, found, keep_bytes=not args.no_keep_images)
     if args.picture:

@@ -22,14 +22,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.cli.progress import shown
     from relmodel.find.find import world_named
     from relmodel.store import Store
 
     if args.octree:
         from relmodel.find.octree_tables import write_octree
 
-        with Store.open(store_target(args)) as store:
-            say(f"the oct-tree has {write_octree(store, args.world)} cells")
+        with Store.open(store_target(args)) as store, shown() as progress:
+            progress("oct-tree: writing", 0, 1)
+            cells = write_octree(store, args.world)
+        say(f"the oct-tree has {cells} cells")
         if not args.compare:
             return 0
     if not args.compare:
@@ -43,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
         return 0
     from relmodel.find.compare import compare
 
-    with Store.open(store_target(args)) as store:
-        found = compare(store, args.world)
+    with Store.open(store_target(args)) as store, shown() as progress:
+        found = compare(store, args.world, progress)
     hits = [f"hits_{hits}_ms" for hits in found.store.one_ms]
     names = ("kind", "build_ms", "size_mb", *hits, "any_ms", "view_ms", "thousand_ms", "score")
     rows = []

@@ -84,6 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from dataclasses import replace
 
+    from relmodel.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
     from relmodel.world.correction import Carrier
@@ -98,7 +99,8 @@ def run(args: argparse.Namespace) -> int:
     base = base_covariance(args.base_sigma_mm, args.base_sigma_deg) if sigmas else None
     carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base)
     compile_ahead(KERNELS, say)
-    with Store.open(store_target(args)) as store:
+    with Store.open(store_target(args)) as store, shown() as progress:
+        progress(f"{args.left.name}: inspecting", 0, 1)
         answer = inspect(
             store,
             rig=args.rig,
