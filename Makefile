@@ -4,9 +4,10 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 BIN := .venv/bin
 RUNS := .venv/runs
 TESTS := .venv/tests
+BENCH := .venv/bench
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
 
-.PHONY: demo cell test lint bench clean
+.PHONY: demo cell test lint docs bench bench-full clean
 
 demo: $(RUNS)  ## one inspection of the demonstration bulkhead
 	$(BIN)/relmodel demo
@@ -22,11 +23,17 @@ lint: $(TESTS)  ## ruff and mypy
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-bench: $(TESTS)  ## every benchmark prints its table
-	for script in benchmarks/*.py; do echo "== $$script"; $(BIN)/python $$script || exit 1; done
+docs: $(TESTS)  ## the documentation as a site, docs/_build/index.html; needs no network, and a warning is an error
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs docs/_build
+
+bench: $(BENCH)  ## the benchmarks' quick preset, under 20 minutes, and one page of what they print: build/benchmarks.html
+	$(BIN)/python -m benchmarks.run
+
+bench-full: $(BENCH)  ## all of every benchmark: hours
+	$(BIN)/python -m benchmarks.run --full
 
 clean:
-	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache build dist
+	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache build dist docs/_build docs/reference
 
 # What tests need besides (Spark, Java, PostgreSQL) is large: the demonstration does not wait for it.
 $(RUNS): pyproject.toml constraints.txt
@@ -36,5 +43,9 @@ $(RUNS): pyproject.toml constraints.txt
 	touch $@
 
 $(TESTS): $(RUNS)
-	$(INSTALL) '.[test,lint]'
+	$(INSTALL) '.[test,lint,docs]'
+	touch $@
+
+$(BENCH): $(TESTS)
+	$(INSTALL) '.[bench]'
 	touch $@

@@ -20,7 +20,7 @@ from tests.reading import load
 
 CHECKOUT = Path(__file__).parents[2]
 PAGES = sorted([CHECKOUT / "README.md", CHECKOUT / "examples/README.md", *(CHECKOUT / "docs").rglob("*.md")])
-TARGETS = re.findall(r"^([a-z]+):", (CHECKOUT / "Makefile").read_text(), re.MULTILINE)
+TARGETS = re.findall(r"^([a-z-]+):", (CHECKOUT / "Makefile").read_text(), re.MULTILINE)
 
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # A block of one command, and the block after it with what it prints.
@@ -128,7 +128,7 @@ def test_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("demonstrated")
-@pytest.mark.parametrize("page", ["calibration"])
+@pytest.mark.parametrize("page", ["calibration", "tutorial"])
 def test_pages_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     run_shell_blocks((CHECKOUT / f"docs/{page}.md").read_text(), capsys)
 

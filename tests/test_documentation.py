@@ -1,0 +1,55 @@
+"""The documentation's site: every page is in a list, what is generated says all there is, drawings are well-formed.
+
+`make docs`, a step of CI, builds it and takes a warning, as of a link that leads nowhere, for an error.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from docs import generate
+from relmodel.cli.main import VERBS
+from relmodel.store import Store
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def test_every_page_is_in_a_list_of_the_index() -> None:
+    lists = re.findall(r"^```\{toctree\}\n(.*?)^```", (DOCS / "index.md").read_text(), re.MULTILINE | re.DOTALL)
+    listed = {line for block in lists for line in block.split("\n") if line and not line.startswith(":")}
+    pages = {file.stem for file in DOCS.glob("*.md")} - {"index"}
+    assert pages <= listed
+    assert listed - pages == {f"reference/{name}" for name in ("commands", "dictionary", "questions")} | {"decisions/*"}
+
+
+def test_commands_are_those_of_the_program() -> None:
+    page = generate.commands()
+    assert re.findall(r"^## relmodel (\w+)$", page, re.MULTILINE) == list(VERBS)
+
+
+def test_the_dictionary_has_every_relation(duckdb_template: Path) -> None:
+    with Store.open(duckdb_template, read_only=True) as store, store.read() as connection:
+        relations = [row.relation for row in store.rows(connection, "relations")]
+    page = generate.tables()
+    assert sorted(re.findall(r"^### (\w+)$", page, re.MULTILINE)) == sorted(relations)
+    assert "| meaning |" in page
+
+
+def test_every_question_has_its_sql() -> None:
+    page = generate.questions()
+    files = list((DOCS.parent / "queries/examples").glob("*.sql"))
+    assert page.count("```sql\n") == len(files)
+    assert all(file.read_text().strip() in page for file in files)
+
+
+@pytest.mark.parametrize("drawing", sorted(DOCS.glob("figures/*.svg")), ids=lambda file: str(file.stem))
+def test_drawings_have_a_size_and_a_title(drawing: Path) -> None:
+    root = ElementTree.parse(drawing).getroot()
+    assert root.get("viewBox") == f"0 0 {root.get('width')} {root.get('height')}"
+    title = root.find("{http://www.w3.org/2000/svg}title")
+    assert title is not None
+    assert title.text
