@@ -65,7 +65,8 @@ class OpenStore(IndexedStore):
 
     def results(self, run: int | None = None) -> dict[str, Table]:
         """The tables of what an inspection found, the newest where `run` names none, by name."""
-        from vision.inspection.results import newest_inspection, read_results
+        from relmodel.report.run import newest_inspection
+        from vision.inspection.results import read_results
 
         with self.read() as connection:
             tables = read_results(self, connection, newest_inspection(self, connection) if run is None else run)

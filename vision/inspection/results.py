@@ -48,14 +48,6 @@ def read_results(store: Store, connection: Connection, run_id: int) -> dict[str,
     return tables
 
 
-def newest_inspection(store: Store, connection: Connection) -> int:
-    """The latest run that left an answer.  Raises UsageError where there is none."""
-    (row,) = store.rows(connection, "newest_inspection")
-    if row.run_id is None:
-        raise UsageError("the store holds no inspection: run relmodel inspect")
-    return int(row.run_id)
-
-
 def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     """The tables as plain numbers, texts and lists.
 

@@ -96,8 +96,9 @@ def _export_object(args: argparse.Namespace, store: Store, connection: Connectio
 
 
 def _export_run(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
+    from relmodel.report.run import newest_inspection
     from relmodel.show.tables import write_tables
-    from vision.inspection.results import newest_inspection, read_results, write_json, write_scene
+    from vision.inspection.results import read_results, write_json, write_scene
 
     run_id = newest_inspection(store, connection) if args.of_run == "last" else int(args.of_run)
     results = read_results(store, connection, run_id)

@@ -1,0 +1,68 @@
+"""The page of the benchmarks: every benchmark has its place, and what one prints cannot break the page."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from benchmarks import run
+from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
+
+# What makes or keeps data that other scripts read.
+TOOLS = {"export_problems", "load_snapshot", "run", "trials", "verdict"}
+
+
+def test_every_benchmark_is_run() -> None:
+    scripts = {file.stem for file in (Path(__file__).parents[1] / "benchmarks").glob("*.py")} - {"__init__"}
+    assert {b.name for b in (*BENCHMARKS, *FULL_ONLY)} == scripts - TOOLS
+
+
+class Reader(HTMLParser):
+    """Tags and text of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.text = ""
+        self.sources: list[str] = []
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.sources += [value or "" for name, value in attributes if name in ("src", "href")]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_the_page_holds_what_was_printed_and_drawn() -> None:
+    done = Outcome(
+        Benchmark("uncertainty"), ["--trials", "5"], "a  <script>alert(1)</script>  9.5", [b"\x89PNG"], 1.25, 2.5
+    )
+    left = Outcome(Benchmark("loading"), [], "needs the test data", status="left out")
+    read = Reader()
+    read.feed(run.page([done, left], full=False))
+    assert "script" not in read.tags
+    assert "a  <script>alert(1)</script>  9.5" in read.text
+    assert "python -m benchmarks.uncertainty --trials 5" in read.text
+    assert "left out" in read.text
+    assert read.tags.count("img") == 1
+    assert all(source.startswith(("#", "data:")) for source in read.sources)  # nothing from elsewhere
+
+
+def test_a_benchmark_that_fails_or_lacks_data_says_so(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delenv("RELMODEL_TEST_DATA", raising=False)
+    cases = (Benchmark("export_problems", ("a", "b", "--nonsense")), Benchmark("damaged_files", needs_data=True))
+    monkeypatch.setattr(run, "BENCHMARKS", cases)
+    assert run.main(["--out", str(tmp_path / "pages/page.html")]) == 1
+    said = capsys.readouterr().out
+    assert [line.split()[:2] for line in said.splitlines()[:2]] == [
+        ["export_problems", "failed"],
+        ["damaged_files", "left"],
+    ]
+    page = (tmp_path / "pages/page.html").read_text()
+    assert "unrecognized arguments: --nonsense" in page
+    assert "set RELMODEL_TEST_DATA" in page
