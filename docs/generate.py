@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
-import tempfile
 from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 
 from relmodel.cli.main import VERBS, parser
 from relmodel.resources import resource_dir
-from relmodel.store import Store
-from relmodel.store.dictionary import dictionary
+from relmodel.store.dictionary import FUNCTION, Column, columns_of, dictionary, schema_in_memory
 
 _WIDTH = "88"  # columns of the help
 
@@ -46,24 +44,42 @@ def commands() -> str:
 
 
 def tables() -> str:
-    """Every table and view with its columns, by level."""
-    with tempfile.TemporaryDirectory() as folder, Store.create(Path(folder) / "empty.duckdb") as store:
+    """Every table and view with its columns, and every function with its arguments, by level."""
+    with schema_in_memory() as store:
         entries = dictionary(store)
+        columns: dict[str, list[Column]] = {}
+        for column in columns_of(store):
+            columns.setdefault(column.relation, []).append(column)
+        for entry in entries:
+            if entry.standing == FUNCTION:
+                columns[entry.relation] = columns_of(store, entry)
     lines = [
         "# Dictionary",
         "",
-        "Every table and view of the store, from the store itself: `relmodel schema` prints the same.",
+        "Every table, view and function of a store, from a store itself: `relmodel schema` prints the same.",
         "",
     ]
-    for level, of_level in groupby(entries, key=lambda e: e.level):
-        lines += [f"## {level[:1].upper()}{level[1:]}", ""]
-        for relation, found in groupby(of_level, key=lambda e: e.relation):
-            first, *columns = found
-            lines += [f"### {relation}", "", f"{_cell(first.comment)} *({first.standing})*", ""]
-            lines += ["| column | type | meaning |", "| --- | --- | --- |"]
-            lines += [f"| `{c.column}` | {_cell(c.type)} | {_cell(c.comment)} |" for c in columns]
-            lines.append("")
+    for level, of_level in groupby(entries, key=lambda e: (e.level, e.standing == FUNCTION)):
+        title = level[0] + (": functions" if level[1] else "")
+        lines += [f"## {title[:1].upper()}{title[1:]}", ""]
+        for entry in of_level:
+            lines += [f"### {entry.relation}", "", f"{_cell(entry.comment)} *({entry.standing})*", ""]
+            lines += _arguments(columns[entry.relation]) if level[1] else _columns(columns[entry.relation])
     return "\n".join(lines)
+
+
+def _columns(columns: list[Column]) -> list[str]:
+    rows = [
+        f"| `{c.column}`{' (key)' if c.key else ''} | {_cell(c.type)} | {_cell(c.comment)}"
+        + (f"; see `{c.refers_to}`" if c.refers_to else "")
+        + " |"
+        for c in columns
+    ]
+    return ["| column | type | meaning |", "| --- | --- | --- |", *rows, ""]
+
+
+def _arguments(columns: list[Column]) -> list[str]:
+    return [f"Arguments: {', '.join(f'`{c.column}`' for c in columns)}", ""]
 
 
 def questions() -> str:

@@ -23,7 +23,8 @@ def test_every_page_is_in_a_list_of_the_index() -> None:
     listed = {line for block in lists for line in block.split("\n") if line and not line.startswith(":")}
     pages = {file.stem for file in DOCS.glob("*.md")} - {"index"}
     assert pages <= listed
-    assert listed - pages == {f"reference/{name}" for name in ("commands", "dictionary", "questions")} | {"decisions/*"}
+    generated = {f"reference/{name}" for name in ("commands", "dictionary", "questions")}
+    assert listed - pages == generated | {"decisions/*", "json/README"}
 
 
 def test_commands_are_those_of_the_program() -> None:
@@ -35,8 +36,8 @@ def test_the_dictionary_has_every_relation(duckdb_template: Path) -> None:
     with Store.open(duckdb_template, read_only=True) as store, store.read() as connection:
         relations = [row.relation for row in store.rows(connection, "relations")]
     page = generate.tables()
-    assert sorted(re.findall(r"^### (\w+)$", page, re.MULTILINE)) == sorted(relations)
-    assert "| meaning |" in page
+    assert set(relations) <= set(re.findall(r"^### (\w+)$", page, re.MULTILINE))
+    assert "| `run_id` (key) | BIGINT | the run; see `run (id)` |" in page
 
 
 def test_every_question_has_its_sql() -> None:
