@@ -54,9 +54,16 @@ class Outcome:
 
 
 BENCHMARKS = (
-    Benchmark("volume_queries", ("--boxes", "1000", "10000", "--alone", "--report", REPORT), ("--report", REPORT)),
+    Benchmark(
+        "volume_queries",
+        ("--spread", "clustered", "--boxes", "1000", "10000", "--alone", "--report", REPORT),
+        ("--report", REPORT),
+    ),
     Benchmark("existence_steps", ("--largest", "10000", "--report", REPORT), ("--report", REPORT)),
-    Benchmark("relational_matching", ("--units", "20", "50", "--seeds", "3", "--peers", "CP-SAT", "HiGHS", "RRWM")),
+    Benchmark(
+        "relational_matching",
+        ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS", "RRWM"),
+    ),
     Benchmark("inspection"),
     Benchmark("arm_correction"),
     Benchmark("uncertainty", ("--trials", "60")),
