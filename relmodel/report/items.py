@@ -12,11 +12,16 @@ from sqlalchemy import Connection
 from relmodel.report.pictures import RunPicture
 from relmodel.store import Store
 
+_FAILING = ("contradicted", "changed", "not_confirmed")  # the worst first
+STATES = (*_FAILING, "undecidable", "confirmed")
+
 
 @dataclass(frozen=True)
 class Item:
-    """An entry of the list: its number in view, the part placed, and how it is shown; state and note empty where there
-    is none."""
+    """An entry of the list: its number in view, the part placed, and how it is shown.
+
+    level: finding (not as modelled), part or feature; state empty where the run did not look what is there.
+    """
 
     no: int
     occurrence: int
@@ -29,32 +34,40 @@ class Item:
 
 
 def read_items(store: Store, connection: Connection, run: int) -> list[Item]:
-    """Parts in view, each followed by its features in view."""
+    """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
     rows = store.rows(connection, "report/items", run_id=run)
     part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
     place = {occurrence: i for i, occurrence in enumerate(part)}
     rows = sorted(rows, key=lambda r: (place.get(int(r.occurrence_id), len(place)), r.level == "feature", r.in_view_no))
-    return [
-        Item(
-            int(r.in_view_no),
-            int(r.occurrence_id),
-            None if r.feature_no is None else int(r.feature_no),
-            r.level,
-            r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"),
-            f"{100 * r.visible:.0f} %" + (f", {r.matched}/{r.arcs}" if r.arcs else ""),
-            note=f"{r.pixels:.0f} px in view; {r.matched} of {r.arcs} edges found",
-        )
+    failing = sorted((r for r in rows if r.state in _FAILING), key=lambda r: _FAILING.index(r.state))
+    return [_item(r, "finding", r.path) for r in failing] + [
+        _item(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
         for r in rows
-        if r.level == "part" or int(r.occurrence_id) in part
+        if r.state not in _FAILING and (r.level == "part" or int(r.occurrence_id) in part)
     ]
 
 
+def _item(row: Any, level: str, name: str) -> Item:
+    return Item(
+        int(row.in_view_no),
+        int(row.occurrence_id),
+        None if row.feature_no is None else int(row.feature_no),
+        level,
+        name,
+        f"{100 * row.visible:.0f} %",
+        row.state or "",
+        (f"{row.reason}; " if row.reason else "")
+        + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
+    )
+
+
 def checked(store: Store, connection: Connection, run: int, items: Sequence[Item]) -> list[tuple[str, str, str]]:
-    """Name, value and note: how much is in view."""
-    if not items:
-        return []
-    features = sum(i.level == "feature" for i in items)
-    return [("in view", f"{len(items) - features} parts", f"and {features} features")]
+    """Name, value and note: how much is in view, and how much of it was checked."""
+    told = store.rows(connection, "report/checked", run_id=run)
+    if told:
+        return [(f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in told]
+    features = sum(i.feature is not None for i in items)
+    return [("in view", f"{len(items) - features} parts", f"and {features} features")] if items else []
 
 
 def item_data(
@@ -78,7 +91,7 @@ def item_data(
         {
             "arcs": arcs[i.no],
             "part": part_of.get(i.occurrence),
-            "surfaces": surfaces[i.no] if i.level == "feature" else None,
+            "surfaces": surfaces[i.no] if i.feature is not None else None,
         }
         for i in items
     ]

@@ -51,14 +51,16 @@ def read_pictures(store: Store, connection: Connection, run: int) -> list[RunPic
     for r in store.rows(connection, "report/region_surfaces", run_id=run):
         surfaces[r.camera, int(r.region_no)].append(f"surface {r.surface_no} of {r.path}")
     spread = _spread(store, connection, run)
+    states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
+    alien = {(r.camera, int(r.image_arc_no)) for r in store.rows(connection, "report/unexplained", run_id=run)}
     out = []
     for number, picture in enumerate(pictures):
         name = picture.camera
         drawn = [] if picture.extraction_id is None else _regions(store, connection, number, picture, surfaces)
         if name in model:
-            drawn += _model_arcs(number, model[name], course.get(name, []), fates)
+            drawn += _model_arcs(number, model[name], course.get(name, []), fates, states)
         if picture.extraction_id is not None:
-            drawn += _image_arcs(store, connection, number, picture, fates)
+            drawn += _image_arcs(store, connection, number, picture, fates, alien)
         scale = 1.0
         if name in spread:
             scale, ellipses = _ellipses(*spread[name])
@@ -115,7 +117,12 @@ def _fates(store: Store, connection: Connection, run: int) -> dict[tuple[str, st
 
 
 def _image_arcs(
-    store: Store, connection: Connection, number: int, picture: Any, fates: dict[tuple[str, str, int], str]
+    store: Store,
+    connection: Connection,
+    number: int,
+    picture: Any,
+    fates: dict[tuple[str, str, int], str],
+    alien: set[tuple[str, int]],
 ) -> list[Markup]:
     points = store.columns(connection, "report/image_arc_courses", extraction_id=picture.extraction_id)
     drawn = courses(*_course_columns(points["image_arc_no"], points["x"], points["y"]))
@@ -127,12 +134,17 @@ def _image_arcs(
         ends = np.array([[a.start_x, a.start_y], [a.end_x, a.end_y]])
         data = path_data(ends) if a.kind == "line" else drawn.get(no, path_data(ends)) + ("Z" if a.closed else "")
         title = f"image arc {no} ({a.topography}, {a.kind}, {a.length:.0f} px) {fate}"
-        out.append(_path(f"c{number}-i{no}", f"arc {a.kind} {word or 'unjudged'}", data, title))
+        classes = f"arc {a.kind} {word or 'unjudged'}" + (" unexplained" if (picture.camera, no) in alien else "")
+        out.append(_path(f"c{number}-i{no}", classes, data, title))
     return out
 
 
 def _model_arcs(
-    number: int, arcs: Sequence[Any], points: Sequence[Any], fates: dict[tuple[str, str, int], str]
+    number: int,
+    arcs: Sequence[Any],
+    points: Sequence[Any],
+    fates: dict[tuple[str, str, int], str],
+    states: dict[tuple[str, int], str],
 ) -> list[Markup]:
     drawn = courses(*_course_columns(*([getattr(p, c) for p in points] for c in ("view_arc_no", "x", "y"))))
     out = []
@@ -143,7 +155,9 @@ def _model_arcs(
             fate = fates.get((a.camera, "m", no), "not matched")
             title = f"{a.path}, {of} ({a.kind}, {a.length:.0f} px): {fate}"
             met = "met" if (a.camera, "m", no) in fates else "unmet"
-            out.append(_path(f"c{number}-m{no}", f"model {a.kind} {met}", drawn[no], title))
+            state = states.get((a.camera, no))
+            classes = f"model {a.kind} {met}" + (f" state-{state}" if state else "")
+            out.append(_path(f"c{number}-m{no}", classes, drawn[no], title + (f"; {state}" if state else "")))
     return out
 
 

@@ -11,7 +11,7 @@ from sqlalchemy import Connection
 
 import relmodel
 from relmodel.errors import UsageError
-from relmodel.report.items import Item, checked, item_data, read_items
+from relmodel.report.items import STATES, Item, checked, item_data, read_items
 from relmodel.report.page import Table, cell, read_table, render
 from relmodel.report.pictures import RunPicture, read_pictures
 from relmodel.report.plots import evidence_plots, pose_plots, times
@@ -40,6 +40,8 @@ class Layer:
 
 
 _LAYERS = (
+    Layer("states", "states", True),
+    Layer("unexplained-arcs", "not in the model"),
     Layer("met-arcs", "model edges found", True),
     Layer("unmet-arcs", "model edges not found", True),
     Layer("smooth-arcs", "blends not found"),
@@ -67,7 +69,7 @@ def run_page(store: Store, connection: Connection, run: int) -> str:
     scene, part_of = run_scene(store, connection, run)
     word, mood = _ENDS.get(told.state if pose is None else pose.verdict, (told.state, "warn"))
     reason = (pose.reason if pose is not None else told.message) or _NO_MORE.get(told.state, "")
-    matched = any('class="model' in p.drawing for p in pictures)
+    drawn = Markup("").join(p.drawing for p in pictures)
     return render(
         "run.html",
         title=f"run {run}: {word}",
@@ -80,7 +82,8 @@ def run_page(store: Store, connection: Connection, run: int) -> str:
         facts=_facts(store, connection, run, told, pose, prior, items),
         pictures=pictures,
         pictures_title="Pictures" if len(pictures) > 1 else "Picture",
-        layers=_layers(pictures, matched),
+        layers=_layers(drawn),
+        states=[s for s in STATES if f" state-{s}" in drawn],
         items=items,
         items_title="In view",
         scene=scene,
@@ -142,9 +145,11 @@ def _probability(p: float) -> str:
     return f"{100 * p:.3g} %" if p < 0.999 else "> 99.9 %"
 
 
-def _layers(pictures: list[RunPicture], matched: bool) -> list[Layer]:
+def _layers(drawn: str) -> list[Layer]:
     """The layers that have something; of pictures that were not matched, the arcs by kind are shown at first."""
     classes = {
+        "states": " state-",
+        "unexplained-arcs": ' unexplained"',
         "met-arcs": ' met"',
         "unmet-arcs": ' unmet"',
         "smooth-arcs": "model smooth unmet",
@@ -154,10 +159,11 @@ def _layers(pictures: list[RunPicture], matched: bool) -> list[Layer]:
         "regions": "region ",
         "ellipses": '"ellipse"',
     }
-    drawn = Markup("").join(p.drawing for p in pictures)
     there = [layer for layer in _LAYERS if classes.get(layer.name, f"arc {layer.name}") in drawn]
+    if "states" in [layer.name for layer in there]:  # these colour the same edges
+        return [replace(layer, on=layer.name == "states") for layer in there]
     kinds = ("lines", "circular", "elliptic", "free")
-    return there if matched else [replace(layer, on=layer.name in kinds) for layer in there]
+    return there if 'class="model' in drawn else [replace(layer, on=layer.name in kinds) for layer in there]
 
 
 def _sections(
@@ -167,8 +173,18 @@ def _sections(
         return replace(read_table(connection, title, f"report/{name}", run_id=run), **shape)
 
     number = {p.camera: i for i, p in enumerate(pictures)}
+    alien = table("Not in the model", "unexplained", folded=True)
     matched, rejected = table("Matched arcs", "matched", folded=True), table("Rejected arcs", "rejected", folded=True)
     inspected: list[tuple[str, list[Any]]] = [
+        (
+            "What is there",
+            [
+                table("How much was checked", "checked"),
+                table("Sizes measured", "sizes"),
+                table("Parts and features", "states", folded=True),
+                replace(alien, marks=_marks(alien, number)),
+            ],
+        ),
         (
             "Pose",
             [
@@ -211,9 +227,11 @@ def _sections(
 
 def _marks(table: Table, number: dict[str, int]) -> list[str]:
     """Ids of the arcs of each row in the pictures."""
-    camera, *arcs = (list(table.columns).index(c) for c in ("camera", "image_arc_no", "view_arc_no"))
+    columns = list(table.columns)
+    camera = columns.index("camera")
+    arcs = [(kind, columns.index(c)) for kind, c in (("i", "image_arc_no"), ("m", "view_arc_no")) if c in columns]
     return [
-        " ".join(f"c{number[r[camera]]}-{kind}{r[i]}" for kind, i in zip("im", arcs, strict=True) if r[i] is not None)
+        " ".join(f"c{number[r[camera]]}-{kind}{r[i]}" for kind, i in arcs if r[i] is not None)
         if r[camera] in number
         else ""
         for r in table.rows

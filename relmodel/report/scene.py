@@ -17,7 +17,7 @@ from relmodel.store import Store
 MOST_PARTS = 4000  # a page draws them one by one
 MOST_TRIANGLES = 600_000  # 12 bytes each in the page; shapes beyond are drawn by their edges alone
 _STEPS = 65535  # positions are whole steps of a shape's box: of 3 m, 0.05 mm
-_PIECES = 8  # straight pieces an edge is drawn with
+_PIECES = 20  # straight pieces an edge is drawn with
 _STRAIGHT_MM = 0.05  # an edge that leaves its chord by less is one piece
 
 Part = dict[str, Any]
@@ -85,7 +85,9 @@ def scene(
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + 1e-3
     ahead = (
-        np.cross(np.roll(up, 1), up) if eye is None else (eye - middle) / max(float(np.linalg.norm(eye - middle)), 1e-9)
+        np.roll(np.asarray(up, float), 1)
+        if eye is None
+        else (eye - middle) / max(float(np.linalg.norm(eye - middle)), 1e-9)
     )
     aside = np.cross(up, ahead)
     return {

@@ -85,7 +85,7 @@ def write_picture(
         raise UsageError(f"the picture {path} is named as none: end its name with one of {', '.join(SUFFIXES)}")
     check_writable(path, "picture")
     scene = _scene(store, connection, tree, _axes(view))
-    colours = [COLOURS.get(kind, _OTHERS[i % len(_OTHERS)]) for i, kind in enumerate(scene.kinds)]
+    colours = colours_of(scene.kinds)
     vector = path.suffix.lower() == ".svg"
     hit = _rays(scene, width * (_FINE if vector else 1))
     shown = np.unique(scene.colour[np.unique(hit[hit >= 0])])
@@ -96,6 +96,11 @@ def write_picture(
     else:
         _write_pixels(scene, hit, rgb, legend, path)
     return legend
+
+
+def colours_of(kinds: Sequence[str]) -> list[Colour]:
+    """The colour of each kind of feature; of kinds that have none of their own, in turn."""
+    return [COLOURS.get(kind, _OTHERS[i % len(_OTHERS)]) for i, kind in enumerate(kinds)]
 
 
 def _axes(view: str | Sequence[float]) -> Floats:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 import re
 from collections.abc import Callable, Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -23,54 +21,15 @@ from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
 from tests.browser import Browser, browser
 from tests.cli.conftest import Inspection
+from tests.pages import Page, data_of
 
 EVIL = """</script></title></style><img src=x onerror="window.hacked=1">'"`<!--&amp;\x1b[31m"""
-
-
-class Page(HTMLParser):
-    """Elements of a page with their attributes, and its text."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.elements: list[tuple[str, dict[str, str]]] = []
-        self.words: list[str] = []
-        self.scripts: list[str] = []
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, {name: value or "" for name, value in attrs}))
-        if tag == "script":
-            self.scripts.append("")
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, {name: value or "" for name, value in attrs}))
-
-    def handle_data(self, data: str) -> None:
-        if self.elements and self.elements[-1][0] == "script":
-            self.scripts[-1] += data
-        else:
-            self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        return " ".join(self.words)
-
-    def with_class(self, *names: str) -> list[dict[str, str]]:
-        return [a for _, a in self.elements if set(names) <= set(a.get("class", "").split())]
 
 
 def written(store: str, folder: Path, *options: str) -> str:
     file = folder / "page.html"
     assert main(["report", *options, "-o", str(file), "--store", store]) == 0
     return file.read_text()
-
-
-def data_of(page: str) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
-    assert found
-    data: dict[str, Any] = json.loads(found[1])
-    return data
 
 
 def asked(store: str, query: str) -> list[tuple[Any, ...]]:
@@ -171,6 +130,51 @@ def test_the_model_is_the_stored_mesh(page: str, inspection: Inspection) -> None
         assert sorted(zip(map(tuple, drawn.tolist()), of.tolist(), strict=True)) == sorted(rows)
     paths = {p for (p,) in asked(inspection.store, "SELECT path FROM occurrence WHERE kind = 'part'")}
     assert {p["path"] for p in scene["parts"]} == paths
+
+
+def test_what_was_checked_is_said(read: Page, inspection: Inspection) -> None:
+    for level, count, checked in asked(
+        inspection.store,
+        "SELECT level, count(*), count(*) FILTER (state <> 'undecidable') FROM presence "
+        "WHERE level <> 'surface' GROUP BY level",
+    ):
+        assert f"{level}s checked" in read.text
+        assert f"{checked} of {count}" in read.text
+    (arcs,) = asked(
+        inspection.store, "SELECT count(*) FROM view_arc WHERE occurrence_id IN (SELECT occurrence_id FROM presence)"
+    )
+    assert sum("state-" in a.get("class", "") for a in read.with_class("model")) == arcs[0]
+    (alien,) = asked(inspection.store, "SELECT count(DISTINCT (camera, image_arc_no)) FROM unexplained")
+    assert len(read.with_class("arc", "unexplained")) == alien[0]
+
+
+def test_what_is_not_as_modelled_comes_first(
+    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path
+) -> None:
+    ((path,),) = asked(
+        inspection.store,
+        "SELECT max(path) FROM presence WHERE state = 'confirmed' AND path LIKE '%through_hole%'",
+    )
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE presence SET state = 'contradicted', qif = 'FAIL' WHERE path = $given",
+        given=path,
+    )
+    page = written(store, tmp_path)
+    found = Page(page)
+    assert found.text.index("contradicted") < found.text.index(path) < found.text.index("bulkhead/BODY ")
+    ((around,),) = asked(
+        store,
+        "SELECT count(DISTINCT (a.view_no, a.view_arc_no)) FROM presence p JOIN occurrence o ON o.id = p.occurrence_id "
+        "JOIN view_arc a ON a.occurrence_id = o.id "
+        "JOIN feature_surface f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no "
+        "LEFT JOIN shape_arc h ON h.shape_id = o.shape_id AND h.arc_no = a.arc_no "
+        "WHERE p.state = 'contradicted' AND f.surface_no IN (h.surface_a, h.surface_b, a.surface_no)",
+    )
+    assert len(found.with_class("model", "state-contradicted")) == around > 0
+    first = data_of(page)["items"][0]
+    assert len(first["arcs"]) == around
+    assert first["surfaces"]
 
 
 def changed(store: str, *statements: str, given: str = "") -> str:
@@ -303,8 +307,11 @@ def test_layers_are_toggled(shown: Browser) -> None:
     assert seen("path.arc.rejected") == 0
     shown.run("document.querySelector('[data-layer=rejected-arcs]').click()")
     assert seen("path.arc.rejected") > 0
+    shown.run("document.querySelector('[data-layer=states]').click()")
+    assert seen("path.model") == 0
     shown.run("document.querySelector('[data-layer=met-arcs]').click()")
-    assert seen("path.model.met") == 0
+    assert seen("path.model.met") > 0
+    assert seen("path.model.unmet") == 0
 
 
 @pytest.mark.browser

@@ -1,6 +1,6 @@
 """Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, hold the pose against the truth.
 
-Everything lands in the folder given with --folder: the store and a picture of the model drawn over the images.
+Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the report.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.compiled import compile_ahead
     from relmodel.errors import InputError, UsageError
     from relmodel.loading.load import load
+    from relmodel.report.page import write_page
+    from relmodel.report.run import run_page
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
@@ -42,6 +44,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"the folder {args.folder} cannot be made ({error.strerror}): give another") from error
     target = args.store or os.environ.get("RELMODEL_STORE") or str(args.folder / "cell.duckdb")
     overlay = args.folder / f"pair_{args.pair}_overlay.png"
+    page = args.folder / f"pair_{args.pair}.html"
 
     with Store.create(target) as store:
         say(f"loading variant {truth.variant} of the demonstration bulkhead ...")
@@ -59,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
             world=world.world,
             overlay=overlay,
         )
+        with store.read() as connection:
+            write_page(page, lambda: run_page(store, connection, answer.run))
     parts = [(p["path"], p["level"], f"{p['visible_share']:.0%}") for p in answer.parts_in_view]
     print_rows(("in view", "level", "visible"), parts, "table")
     print(f"\nverdict   {answer.verdict}: {answer.reason}")
@@ -68,4 +73,5 @@ def run(args: argparse.Namespace) -> int:
     print(f"time      {sum(answer.timings_s.values()):.1f} s for the inspection")
     print(f"store     {target}")
     print(f"overlay   {overlay}")
+    print(f"report    {page}")
     return 0 if answer.verdict == "accepted" else 1

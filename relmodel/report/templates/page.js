@@ -135,12 +135,12 @@
     const byPart = new Map();
     items.forEach((item, number) => { if (item.part !== null && item.part !== undefined && !item.surfaces) byPart.set(item.part, number); });
     viewer = makeViewer(canvas, data.scene, part => {
-      const words = document.getElementById("model-words");
-      if (part < 0) { show([]); return; }
+      const words = document.getElementById("model-part");
+      if (part < 0) { show([]); words.textContent = ""; return; }
       if (byPart.has(part)) { show([byPart.get(part)]); reveal(byPart.get(part)); } else { show([]); viewer.choose(new Map([[part, null]])); }
       words.textContent = data.scene.parts[part].path;
     });
-    if (!viewer) document.getElementById("model-words").textContent = "This browser draws no WebGL 2: the model is not shown.";
+    if (!viewer) document.getElementById("model-part").textContent = "This browser draws no WebGL 2: the model is not shown.";
     document.querySelectorAll("[data-view]").forEach(b => b.addEventListener("click", () => viewer && viewer.look(b.dataset.view)));
   }
 

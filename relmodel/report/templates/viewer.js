@@ -14,9 +14,9 @@ function makeViewer(canvas, scene, picked) {
   const at = gl.getAttribLocation(program, "at");
   const shapes = scene.shapes.map(s => ({ lo: s.lo, size: s.size, runs: s.s,
     vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, bytes(s.t)),
-    wide: s.wide, count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
+    wide: s.wide, paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
   const middle = scene.focus, up = scene.up, across = perpendicular(up), ahead = cross(up, across);
-  const parts = scene.parts.map(p => ({ shape: shapes[p.shape], colour: p.colour, place: placed(p.m) }));
+  const parts = scene.parts.map(p => ({ shape: shapes[p.shape], colour: p.colour, only: p.only, place: placed(p.m) }));
   const lines = scene.lines.map(l => ({ colour: l.colour, count: l.at.length / 3,
     buffer: buffer(gl.ARRAY_BUFFER, new Float32Array(l.at.map((x, i) => x - middle[i % 3]))) }));
   const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -83,12 +83,13 @@ function makeViewer(canvas, scene, picked) {
       const surfaces = chosen.get(number), own = number + 1;
       gl.uniform1f(where.lit, identities ? 0 : 1);
       gl.uniform4fv(where.colour, identities ? [(own & 255) / 255, (own >> 8 & 255) / 255, (own >> 16) / 255, 1] : [...(surfaces === null ? colours.chosen : colours[part.colour]), 1]);
-      gl.drawElements(gl.TRIANGLES, s.count, kind, 0);
+      if (!part.only) gl.drawElements(gl.TRIANGLES, s.count, kind, 0);  // else what is painted alone
       if (identities) return;
-      for (const [list, colour] of [...(part.paint || []), [surfaces, colours.chosen]]) if (list) {
+      for (const [list, colour] of surfaces === null ? [] : [...s.paint, [surfaces, colours.chosen]]) if (list) {
         gl.uniform4fv(where.colour, [...(typeof colour === "string" ? colours[colour] : colour), 1]);
         for (const [surface, first, count] of s.runs) if (list.has(surface)) gl.drawElements(gl.TRIANGLES, count, kind, first * bytesEach);
       }
+      if (part.only) return;
       gl.uniform1f(where.lit, 0); gl.uniform4fv(where.colour, [...colours.edge, 1]);
       points(s.edges, gl.UNSIGNED_SHORT, true, 6); gl.drawArrays(gl.LINES, 0, s.ends);
     });
@@ -125,7 +126,7 @@ function makeViewer(canvas, scene, picked) {
     if (!through) whole();
     redraw();
   }
-  function whole() { target = [0, 0, 0]; distance = 2 * scene.radius / Math.min(1, canvas.clientWidth / canvas.clientHeight); from(unit(scene.from)); }
+  function whole() { target = [0, 0, 0]; distance = 1.7 * scene.radius / Math.min(1, canvas.clientWidth / canvas.clientHeight); from(unit(scene.from)); }
   function from(back) { pitch = Math.asin(Math.max(-1, Math.min(1, dot(back, up)))); yaw = Math.atan2(dot(back, across), dot(back, ahead)); }
   function pick(event) {
     const box = canvas.getBoundingClientRect(), pixel = new Uint8Array(4), scale = canvas.width / box.width;
@@ -153,7 +154,6 @@ function makeViewer(canvas, scene, picked) {
   canvas.addEventListener("keydown", e => { if (keys[e.key]) { e.preventDefault(); keys[e.key](); } });
   dark.addEventListener("change", redraw);
   new ResizeObserver(fit).observe(canvas);
-  scene.parts.forEach((p, i) => { parts[i].paint = (p.paint || []).map(([colour, list]) => [new Set(list), colour]); });
   fit();
   return { look, choose(found) { chosen = found || none; redraw(); } };
 
