@@ -162,7 +162,7 @@ def test_what_is_not_as_modelled_comes_first(
     )
     page = written(store, tmp_path)
     found = Page(page)
-    assert found.text.index("contradicted") < found.text.index(path) < found.text.index("bulkhead/BODY ")
+    assert page.index('<li class="finding">') < page.index(f'">{path}</span>') < page.index('<li class="part">')
     ((around,),) = asked(
         store,
         "SELECT count(DISTINCT (a.view_no, a.view_arc_no)) FROM presence p JOIN occurrence o ON o.id = p.occurrence_id "

@@ -126,6 +126,7 @@ def test_a_browser_shows_both_without_complaint(target: str, tmp_path: Path) -> 
             drawn = shown.run(
                 "(c => { const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height); "
                 "g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); "
-                "return p.filter((x, i) => i % 4 == 3 && x).length / (c.width * c.height); })(document.getElementById('canvas'))"
+                "return p.filter((x, i) => i % 4 == 3 && x).length / (c.width * c.height); })"
+                "(document.getElementById('canvas'))"
             )
             assert drawn > 0.02
