@@ -106,7 +106,7 @@ def test_a_diff_shows_what_is_new_moved_and_gone(target: str, tmp_path: Path) ->
 def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = ["-o", str(tmp_path / "x.html"), "--store", target]
     assert main(["report", "--object", "thing", *out]) == 2
-    assert "thing variant A" in capsys.readouterr().err
+    assert "name one of its variants: A, B" in capsys.readouterr().err
     assert main(["report", "1", "--object", "thing", *out]) == 2
     assert main(["report", "--variant", "A", *out]) == 2
     assert main(["report", "--diff", "thing:A", "thing:C", *out]) == 2
