@@ -31,7 +31,7 @@ from vision.cameras.files import read_prior, read_rig
 from vision.cameras.images import read_picture
 from vision.inspection.demonstration import read_truth
 from vision.localisation.scene import Scene
-from vision.localisation.stored_scene import read_scene
+from vision.localisation.stored_scene import StoredScene, read_scene
 
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
 
@@ -69,14 +69,17 @@ class Models:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.sources: dict[str, tuple[Path, Floats, str | None]] = {}
-        self._scenes: dict[str, Scene] = {}
+        self._stored: dict[str, StoredScene] = {}
 
     def add(self, name: str, file: Path, world_from_object: Floats, unit: str | None = None) -> str:
         self.sources[name] = (file, world_from_object, unit)
         return name
 
     def scene(self, name: str) -> Scene:
-        if name not in self._scenes:
+        return self.stored(name).scene
+
+    def stored(self, name: str) -> StoredScene:
+        if name not in self._stored:
             file, placed, unit = self.sources[name]
             path = self.folder / f"{name}.duckdb"
             with Store.open(path) if path.exists() else Store.create(path) as store:
@@ -89,8 +92,8 @@ class Models:
                     place_world(store, self.folder / f"{name}.yaml")
                 with store.read() as connection:
                     world_id = int(store.columns(connection, "current_worlds")["id"][0])
-                    self._scenes[name] = read_scene(store, connection, world_id).scene
-        return self._scenes[name]
+                    self._stored[name] = read_scene(store, connection, world_id)
+        return self._stored[name]
 
 
 def demonstration(models: Models) -> Iterator[Trial]:

@@ -17,6 +17,7 @@ CREATE TABLE presence (
     edge_px DOUBLE PRECISION NOT NULL,
     told_px DOUBLE PRECISION NOT NULL,
     supported_px DOUBLE PRECISION NOT NULL,
+    region_px DOUBLE PRECISION NOT NULL,
     moved_mm DOUBLE PRECISION,
     moved_sigma_mm DOUBLE PRECISION,
     moved_log_odds DOUBLE PRECISION,
@@ -45,6 +46,7 @@ COMMENT ON COLUMN presence.visible_pixels IS 'pixels it shows, over all cameras'
 COMMENT ON COLUMN presence.edge_px IS 'length of its sharp edges and outlines in view, px, over all cameras';
 COMMENT ON COLUMN presence.told_px IS 'of those, what can be told from other edges and from the border of the picture, px';
 COMMENT ON COLUMN presence.supported_px IS 'of those, what edge elements support, px';
+COMMENT ON COLUMN presence.region_px IS 'pixels of its surfaces that regions of the pictures cover which lie on them alone (surface_match)';
 COMMENT ON COLUMN presence.moved_mm IS 'how far outward that surface of it lies from its place that has moved most surely, mm; null where none has';
 COMMENT ON COLUMN presence.moved_sigma_mm IS 'standard deviation of that, mm';
 COMMENT ON COLUMN presence.moved_log_odds IS 'natural logarithm of the odds of that place against the model''s';
@@ -58,6 +60,7 @@ CREATE TABLE presence_camera (
     edge_px DOUBLE PRECISION NOT NULL,
     told_px DOUBLE PRECISION NOT NULL,
     supported_px DOUBLE PRECISION NOT NULL,
+    region_px DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, item_no, camera)
 );
 COMMENT ON TABLE presence_camera IS 'What single cameras say of an item.';
@@ -69,6 +72,7 @@ COMMENT ON COLUMN presence_camera.expected_log_odds IS 'as in presence, by this 
 COMMENT ON COLUMN presence_camera.edge_px IS 'as in presence, by this camera';
 COMMENT ON COLUMN presence_camera.told_px IS 'as in presence, by this camera';
 COMMENT ON COLUMN presence_camera.supported_px IS 'as in presence, by this camera';
+COMMENT ON COLUMN presence_camera.region_px IS 'as in presence, by this camera';
 
 CREATE TABLE measured_size (
     run_id BIGINT NOT NULL,
@@ -126,15 +130,41 @@ COMMENT ON COLUMN unexplained.length IS 'length, px';
 COMMENT ON COLUMN unexplained.contrast IS 'mean height of the step along it, grey levels of 0..255';
 COMMENT ON COLUMN unexplained.beyond IS 'whether most of it lies where the model shows nothing at all';
 
+CREATE TABLE variant_evidence (
+    run_id BIGINT NOT NULL,
+    rank_no INTEGER NOT NULL,
+    object_no INTEGER NOT NULL,
+    object_variant_id BIGINT NOT NULL,
+    placed BOOLEAN NOT NULL,
+    log_odds DOUBLE PRECISION NOT NULL,
+    against INTEGER NOT NULL,
+    decided INTEGER NOT NULL,
+    PRIMARY KEY (run_id, rank_no),
+    UNIQUE (run_id, object_no, object_variant_id),
+    CHECK (against >= 0 AND against <= decided)
+);
+COMMENT ON TABLE variant_evidence IS 'What the pictures say at the pose found of each loaded variant of an inspected object, where it was asked for.';
+COMMENT ON COLUMN variant_evidence.run_id IS 'the run';
+COMMENT ON COLUMN variant_evidence.rank_no IS 'ordinal in the run, from 0: by object, the likeliest variant first';
+COMMENT ON COLUMN variant_evidence.object_no IS 'the object of the run''s world in whose place the variant is weighed';
+COMMENT ON COLUMN variant_evidence.object_variant_id IS 'the variant';
+COMMENT ON COLUMN variant_evidence.placed IS 'whether it is the one that the world has there';
+COMMENT ON COLUMN variant_evidence.log_odds IS 'natural logarithm of the odds of its visible edges, of each there against not there, summed';
+COMMENT ON COLUMN variant_evidence.against IS 'how many of its parts and features in view are not as it has them';
+COMMENT ON COLUMN variant_evidence.decided IS 'of how many that are decided';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('presence', 'localisation', 'primary'),
     ('presence_camera', 'localisation', 'primary'),
     ('measured_size', 'localisation', 'primary'),
-    ('unexplained', 'localisation', 'primary');
+    ('unexplained', 'localisation', 'primary'),
+    ('variant_evidence', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('presence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('presence', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
     ('presence_camera', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('measured_size', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
-    ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']);
+    ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']),
+    ('variant_evidence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('variant_evidence', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']);

@@ -30,6 +30,7 @@ from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
 from vision.inspection.record import Inspected, record_inspection
+from vision.inspection.variants import weigh_variants
 from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
@@ -38,6 +39,7 @@ from vision.matching.workspace import open_workspace
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
+from vision.presence.variants import VariantEvidence
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
 
@@ -69,6 +71,7 @@ class Inspection:
     base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
     the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
+    variants: evidence for each loaded variant of the inspected objects, where it was asked for, the likeliest first.
     selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
     """
@@ -88,6 +91,7 @@ class Inspection:
     base_correction: Correction | None
     parts_in_view: list[dict[str, Any]]
     presence: Presence | None
+    variants: list[VariantEvidence]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
     timings_s: dict[str, float] = field(compare=False)
@@ -116,6 +120,7 @@ class Inspection:
             "base_correction": None if self.base_correction is None else self.base_correction.to_json(),
             "parts_in_view": self.parts_in_view,
             "presence": None if self.presence is None else describe(self.presence),
+            "variants": [variant.to_json() for variant in self.variants],
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
             "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
@@ -134,6 +139,7 @@ def inspect(
     carrier: Carrier | None = None,
     keep_images: bool = True,
     full_audit: bool = True,
+    variants: bool = False,
     overlay: str | Path | None = None,
     crops: str | Path | None = None,
     parameters: InspectionParameters = DEFAULTS,
@@ -142,9 +148,10 @@ def inspect(
 
     rig, prior: files, the rig in any format of `read_rig`; needs: how exactly the pose is needed, else as the prior
     file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how the
-    object stands that carries the rig, which is found by the rig's content; overlay: a picture of the model drawn over
-    the images, to be written; crops: a folder for pictures of what is not as the model says, worst first; full_audit:
-    whether the rows that explain the decisions are kept, and not the decisions alone.  The run records the parameters,
+    object stands that carries the rig, which is found by the rig's content; variants: whether to weigh all loaded
+    variants of the inspected objects at the pose found; overlay: a picture of the model drawn over the images, to be
+    written; crops: a folder for pictures of what is not as the model says, worst first; full_audit: whether the rows
+    that explain the decisions are kept, and not the decisions alone.  The run records the parameters,
     defaults included.  Raises InputError for bad inputs, UsageError where several objects carry the rig and `carrier`
     does not choose; the run then ended as failed, and the store is otherwise as it was.
     """
@@ -157,7 +164,7 @@ def inspect(
         world_id, world_name = world_named(store, connection, world)
     if world_id < 0:
         raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    call = _Call(world_id, world_name, carrier or Carrier(), keep_images, full_audit, overlay, crops)
+    call = _Call(world_id, world_name, carrier or Carrier(), keep_images, full_audit, variants, overlay, crops)
     with Run.begin(
         store,
         "inspect",
@@ -177,12 +184,13 @@ class _Call:
     carrier: Carrier
     keep_images: bool
     full_audit: bool
+    variants: bool
     overlay: str | Path | None
     crops: str | Path | None
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "carrier", "keep_images", "full_audit")
+        recorded = ("world", "carrier", "keep_images", "full_audit", "variants")
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 
@@ -245,9 +253,23 @@ def _inspect(
         parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
     run.step("view")
     presence = None
-    if parts is not None:
-        presence = assess(stored, cameras, primitives, found, parts, parameters.localisation, parameters.presence)
+    if parts is not None and found.best is not None:
+        presence = assess(
+            stored,
+            cameras,
+            primitives,
+            found.best,
+            {name: view.arcs for name, view in found.views.items()},
+            parts,
+            matched,
+            parameters.localisation,
+            parameters.presence,
+        )
     run.step("presence")
+    ranked: list[VariantEvidence] = []
+    if call.variants and presence is not None:
+        ranked = weigh_variants(store, stored, selection, cameras, primitives, found, presence, parameters)
+        run.step("variants")
     if call.overlay is not None:
         draw_overlay(call.overlay, pictures, cameras, found, presence)
     if call.crops is not None and presence is not None:
@@ -272,6 +294,7 @@ def _inspect(
                 correction,
                 parts,
                 presence,
+                ranked,
             ),
             full=call.full_audit,
         )
@@ -279,7 +302,7 @@ def _inspect(
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
-    return _answer(run, cameras, needs, found, correction, parts, presence, selection)
+    return _answer(run, cameras, needs, found, correction, parts, presence, ranked, selection)
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -332,6 +355,7 @@ def _answer(
     correction: Correction | None,
     parts: PartsInView | None,
     presence: Presence | None,
+    variants: list[VariantEvidence],
     selection: Selection,
 ) -> Inspection:
     best, verdict = found.best, found.verdict
@@ -354,6 +378,7 @@ def _answer(
         base_correction=correction,
         parts_in_view=rows,
         presence=presence,
+        variants=variants,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
         timings_s=run.seconds,

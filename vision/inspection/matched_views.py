@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from relmodel.store.database import Database
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
@@ -14,16 +12,8 @@ from vision.localisation.refine import Refined
 from vision.localisation.scene import Scene
 from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose_sigma
 from vision.matching.parameters import MatchingParameters
-from vision.matching.pose_problem import PoseMatch, match_view
-from vision.matching.view_units import ViewUnits, describe_view
-
-
-@dataclass(frozen=True)
-class MatchedView:
-    """The units of a camera's view, and which primitives of its picture they are."""
-
-    units: ViewUnits
-    match: PoseMatch
+from vision.matching.pose_problem import MatchedView, match_view
+from vision.matching.view_units import describe_view
 
 
 def match_views(

@@ -15,7 +15,6 @@ from relmodel.world.correction import Correction
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.record import record_rig
 from vision.cameras.view_volume import Selection
-from vision.inspection.matched_views import MatchedView
 from vision.inspection.pictures import SeenPicture
 from vision.inspection.record_match import record_match
 from vision.localisation.localise import Localisation, View
@@ -24,8 +23,10 @@ from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import KINDS, SILHOUETTE
 from vision.matching.parameters import PoseProblemParameters
-from vision.presence.record import record_presence
+from vision.matching.pose_problem import MatchedView
+from vision.presence.record import record_presence, record_variants
 from vision.presence.states import Presence
+from vision.presence.variants import VariantEvidence
 from vision.stereo.match import StereoMatches
 from vision.stereo.record import record_stereo
 
@@ -36,7 +37,7 @@ FIRST_OF_VIEWS = 1  # those of its views follow
 @dataclass(frozen=True)
 class Inspected:
     """What an inspection was given and found; pictures and matched views by camera; stereo, correction, parts and
-    presence where there are."""
+    presence where there are, variants where asked for."""
 
     stored: StoredScene
     selection: Selection
@@ -52,6 +53,7 @@ class Inspected:
     correction: Correction | None
     parts: PartsInView | None
     presence: Presence | None
+    variants: list[VariantEvidence]
 
 
 def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool = True) -> None:
@@ -107,6 +109,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
         )
     if it.presence is not None:
         record_presence(run, connection, it.stored, it.presence)
+    record_variants(run, connection, it.variants)
 
 
 def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:

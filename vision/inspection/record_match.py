@@ -10,10 +10,9 @@ from sqlalchemy import Connection
 
 from relmodel.matching.rows import result_rows
 from relmodel.store import Run
-from vision.inspection.matched_views import MatchedView
 from vision.localisation.stored_scene import StoredScene
 from vision.matching.parameters import PoseProblemParameters
-from vision.matching.pose_problem import REASONS
+from vision.matching.pose_problem import REASONS, MatchedView
 
 BEST = 0  # number of the hypothesis that views and correspondences belong to
 

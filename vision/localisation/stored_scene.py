@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
-from relmodel.geometry.transforms import matrices
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
 from vision.localisation.scene import Scene
 
@@ -46,10 +46,48 @@ def read_scene(store: Store, connection: Connection, world_id: int, among: Seque
 
     Raises InputError where no part is the reference (role inspected).
     """
+    return _read(store, connection, world_id, _parts(store, connection, world_id, among))
+
+
+def read_variant_scene(
+    store: Store, connection: Connection, world_id: int, among: Sequence[int], variant: Mapping[str, Any]
+) -> StoredScene:
+    """Scene of a world in which a loaded variant, a row of `variants_in_world`, stands in the place of the one that is
+    there; of the other objects the occurrences `among`.  Its parts are no occurrences of the world: their identities
+    count up to -1."""
+    others = _parts(store, connection, world_id, among)
+    kept = others["object_no"] != variant["object_no"]
+    own = store.columns(connection, "object_expansion", object_id=int(variant["object_id"]))
+    own = {name: values[own["part_id"] >= 0] for name, values in own.items()}
+    count = len(own["path"])
+    placed = matrices({name: np.array([variant[name]]) for name in MATRIX_COLUMNS})[0]
+    world_from_part = (placed @ matrices(own)).reshape(count, 16)
+    inspected = {
+        "id": np.arange(-count, 0),
+        "path": np.array([f"{variant['instance']}/{path}" for path in own["path"].tolist()], object),
+        "shape_id": own["shape_id"],
+        "role": np.full(count, variant["role"], object),
+        "tolerance_mm": np.full(count, float(variant["tolerance_mm"])),
+        **dict(zip(MATRIX_COLUMNS, world_from_part.T, strict=False)),
+    }
+    return _read(
+        store,
+        connection,
+        world_id,
+        {name: np.concatenate([values, others[name][kept]]) for name, values in inspected.items()},
+    )
+
+
+def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None) -> dict[str, NDArray[Any]]:
     parts = store.columns(connection, "scene_parts", world_id=world_id)
-    if among is not None:
-        kept = np.isin(parts["id"], np.asarray(among, np.int64))
-        parts = {name: values[kept] for name, values in parts.items()}
+    if among is None:
+        return parts
+    kept = np.isin(parts["id"], np.asarray(among, np.int64))
+    return {name: values[kept] for name, values in parts.items()}
+
+
+def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, NDArray[Any]]) -> StoredScene:
+    """The scene of these placed parts, rows of `scene_parts`."""
     inspected = parts["role"] == "inspected"
     if not inspected.any():
         raise InputError(

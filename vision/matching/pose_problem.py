@@ -79,6 +79,14 @@ class PoseMatch:
 
 
 @dataclass(frozen=True)
+class MatchedView:
+    """The units of a camera's view, and which primitives of its picture they are."""
+
+    units: ViewUnits
+    match: PoseMatch
+
+
+@dataclass(frozen=True)
 class UnitCounts:
     """How many arcs and regions the picture has, arcs and surfaces the view: units and labels are numbered so."""
 

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from relmodel.arrays import Floats
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.evidence import collect_edge_points
-from vision.localisation.localise import Localisation
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parameters import LocalisationParameters
 from vision.localisation.parts_in_view import PartsInView
+from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
+from vision.localisation.views import ViewArcs
+from vision.matching.pose_problem import MatchedView
 from vision.presence.items import list_items
 from vision.presence.moved import collect_pulls
 from vision.presence.parameters import DEFAULTS, PresenceParameters
+from vision.presence.regions import gather_regions
 from vision.presence.runs import weigh_runs
 from vision.presence.samples import collect_samples, find_beside
 from vision.presence.sides import look_at_sides
@@ -29,25 +31,30 @@ def assess(
     stored: StoredScene,
     rig: Rig,
     pictures: Mapping[str, Primitives],
-    found: Localisation,
+    pose: Refined,
+    views: Mapping[str, ViewArcs],
     parts: PartsInView,
+    matched: Mapping[str, MatchedView],
     localisation: LocalisationParameters,
     p: PresenceParameters = DEFAULTS,
 ) -> Presence:
-    """Evidence and state of every part, feature and surface in view; `found` has a pose, `pictures` are by camera."""
-    assert found.best is not None
-    pose: Floats = found.best.world_from_rig
+    """Evidence and state of every part, feature and surface in view at a pose.
+
+    pictures, views: by camera; matched: likewise, what relational matching made of them, or nothing: regions then say
+    nothing.
+    """
     indexes = [
         EdgeIndex(collect_edge_points(pictures[name], camera, localisation.evidence))
         for name, camera in rig.cameras.items()
     ]
-    samples = collect_samples(stored, rig, indexes, found, p.samples)
-    beside = find_beside(samples, indexes, found.best.own[:, 0], p.samples)
+    samples = collect_samples(stored, rig, indexes, pose, views, p.samples)
+    beside = find_beside(samples, indexes, pose.own[:, 0], p.samples)
     support = measure_support(samples, beside, p.support)
-    sides = look_at_sides(stored.scene, rig, pose, samples, p.sides)
+    sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
-    items = list_items(stored, rig, pose, parts, localisation)
+    items = list_items(stored, rig, pose.world_from_rig, parts, localisation)
     pulls = collect_pulls(samples, beside, support, p.moved)
     surfaces = assess_surfaces(samples, support, runs, pulls, len(rig.cameras), len(stored.surface_no), p)
-    unexplained = find_unexplained(stored.scene, rig, pictures, indexes, found, p.unexplained)
-    return decide(items, stored.radius, runs, surfaces, unexplained, list(rig.cameras), p.states)
+    unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
+    regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
+    return decide(items, stored.radius, runs, surfaces, regions, unexplained, list(rig.cameras), p.states)

@@ -152,6 +152,12 @@ class StateParameters:
     """log odds expected of what is there, at least, for that"""
     contradicted_share: float = 0.35
     """share of its edges that may be found all the same, for that"""
+    mostly: float = 0.5
+    """share of an item's edges that are found from which it is they that tell"""
+    region_share: float = 0.5
+    """share of a surface's visible area that regions must cover to speak for it"""
+    region_log_odds: float = 3.0
+    """log odds that they add: so many times more often are surfaces covered that are there than such that are not"""
     changed_sigma: float = 5.0
     """standard deviations by which a diameter must differ, or a bore lie aside, to be another"""
     changed_mm: float = 0.8

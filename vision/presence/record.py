@@ -10,6 +10,7 @@ from vision.localisation.stored_scene import StoredScene
 from vision.presence.items import NONE
 from vision.presence.states import QIF, REASONS, STATES, Presence
 from vision.presence.unexplained import KINDS
+from vision.presence.variants import VariantEvidence
 
 
 def record_presence(run: Run, connection: Connection, stored: StoredScene, it: Presence) -> None:
@@ -36,6 +37,7 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "edge_px": evidence.edge_px.sum(axis=1),
             "told_px": evidence.told_px.sum(axis=1),
             "supported_px": evidence.supported_px.sum(axis=1),
+            "region_px": evidence.region_px.sum(axis=1),
             "moved_mm": it.moved_mm,
             "moved_sigma_mm": it.moved_sigma_mm,
             "moved_log_odds": it.moved_log_odds,
@@ -53,6 +55,7 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "edge_px": evidence.edge_px.ravel(),
             "told_px": evidence.told_px.ravel(),
             "supported_px": evidence.supported_px.ravel(),
+            "region_px": evidence.region_px.ravel(),
         },
     )
     sizes = it.measures
@@ -87,3 +90,22 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "beyond": more.beyond,
         },
     )
+
+
+def record_variants(run: Run, connection: Connection, ranked: list[VariantEvidence]) -> None:
+    """Append what the pictures say of variants, in their order; nothing where none was asked for."""
+    if ranked:
+        run.append(
+            connection,
+            "variant_evidence",
+            {
+                "run_id": run.id,
+                "rank_no": np.arange(len(ranked)),
+                "object_no": [v.object_no for v in ranked],
+                "object_variant_id": [v.object_variant_id for v in ranked],
+                "placed": [v.placed for v in ranked],
+                "log_odds": [v.log_odds for v in ranked],
+                "against": [v.against for v in ranked],
+                "decided": [v.of for v in ranked],
+            },
+        )

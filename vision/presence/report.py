@@ -34,6 +34,12 @@ def rank_failures(presence: Presence) -> Ints:
     return np.asarray(rows[np.lexsort((-evidence, place))])
 
 
+def count_against(presence: Presence) -> tuple[int, int]:
+    """How many parts and features are not as the model says, and how many are decided."""
+    told = np.array(presence.items.level) != "surface"
+    return len(rank_failures(presence)), int(np.sum(told & (presence.state != UNDECIDABLE)))
+
+
 def summarise(presence: Presence) -> list[str]:
     """A sentence on how much was checked, one for each of the worst, and one on what the model does not account for."""
     words = []
@@ -108,11 +114,13 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "edge_px": round(float(total["edge_px"][row]), 1),
                 "told_px": round(float(total["told_px"][row]), 1),
                 "supported_px": round(float(total["supported_px"][row]), 1),
+                "region_px": round(float(total["region_px"][row]), 1),
                 "cameras": {
                     name: {
                         "log_odds": round(float(evidence.log_odds[row, c]), 3),
                         "supported_px": round(float(evidence.supported_px[row, c]), 1),
                         "told_px": round(float(evidence.told_px[row, c]), 1),
+                        "region_px": round(float(evidence.region_px[row, c]), 1),
                     }
                     for c, name in enumerate(presence.cameras)
                 },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,8 +10,8 @@ from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
-from vision.localisation.localise import Localisation
 from vision.localisation.measurements import EdgeIndex
+from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH, ViewArcs, propagate_pose_sigma
 from vision.presence.parameters import SampleParameters
@@ -56,16 +57,20 @@ class Samples:
 
 
 def collect_samples(
-    stored: StoredScene, rig: Rig, indexes: list[EdgeIndex], found: Localisation, p: SampleParameters
+    stored: StoredScene,
+    rig: Rig,
+    indexes: list[EdgeIndex],
+    pose: Refined,
+    views: Mapping[str, ViewArcs],
+    p: SampleParameters,
 ) -> Samples:
-    """The samples at the best pose of a localisation, which has one; indexes: edges by camera, in the rig's order."""
-    assert found.best is not None
+    """The samples of what cameras see at a pose; indexes: edges by camera, in the rig's order."""
     pieces: list[Samples] = []
     runs = 0
     for number, name in enumerate(rig.cameras):
-        view = found.views[name].arcs
-        sigma = propagate_pose_sigma(found.best, number, view.samples)
-        piece = _of_view(stored, rig, number, indexes[number], found.best.world_from_rig, view, sigma)
+        view = views[name]
+        sigma = propagate_pose_sigma(pose, number, view.samples)
+        piece = _of_view(stored, rig, number, indexes[number], pose.world_from_rig, view, sigma)
         kept, run = np.unique(piece.run, return_inverse=True)
         pieces.append(replace(piece, run=runs + run.ravel()))
         runs += len(kept)

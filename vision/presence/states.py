@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.items import Items
 from vision.presence.measures import Measures, measure_items
 from vision.presence.parameters import StateParameters
+from vision.presence.regions import RegionSupport
 from vision.presence.runs import Runs
 from vision.presence.surfaces import Surfaces
 from vision.presence.unexplained import Unexplained
@@ -28,20 +29,23 @@ REASONS = (
     "its edges lie too near to others or to the picture's border",
     "little contrast is expected of its edges",
     "some of its edges are found, some are not",
+    "a region of the picture is it",
 )
-FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED = range(len(REASONS))
+FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION = range(len(REASONS))
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What edges say of items, by camera (n, c): px of edges in view, of them px that can be told from others, of those
-    px supported; log_odds: of there against not there; expected: what they would be in the mean, were it there."""
+    """What speaks for items, by camera (n, c): px of edges in view, of them px that can be told from others, of those
+    px supported; log_odds: of there against not there; expected: what they would be in the mean, were it there;
+    region_px: what regions of the picture cover of its surfaces, px."""
 
     edge_px: Floats
     told_px: Floats
     supported_px: Floats
     log_odds: Floats
     expected: Floats
+    region_px: Floats
 
 
 @dataclass(frozen=True)
@@ -71,12 +75,15 @@ def decide(
     radius: Floats,
     runs: Runs,
     surfaces: Surfaces,
+    regions: RegionSupport,
     unexplained: Unexplained,
     cameras: list[str],
     p: StateParameters,
 ) -> Presence:
-    """States of items by the evidence of runs and surfaces; radius (s,): of the scene's cylinders, nan for others."""
+    """States of items by the evidence of runs, surfaces and regions; radius (s,): of the scene's cylinders, nan for
+    others."""
     evidence = gather_evidence(items, runs, len(cameras))
+    evidence, by_region = _add_regions(evidence, items, regions, p)
     measures = measure_items(items, radius, surfaces, p)
     moved = _most_moved(items, surfaces)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
@@ -99,7 +106,8 @@ def decide(
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     settle(moved.surface >= 0, CHANGED, BESIDE)
     settle(resized, CHANGED, RESIZED)
-    few = told < p.least_px
+    few = (told < p.least_px) & ~by_region
+    settle(by_region & (state == CONFIRMED) & (share < p.mostly), CONFIRMED, REGION)
     settle(few, UNDECIDABLE, SHORT)
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
@@ -128,7 +136,27 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
         total(runs.weight_px[run] * runs.found[run]),
         total(runs.log_odds[run]),
         total(np.where(lent, 0.0, runs.expected[run])),
+        np.zeros((len(items), cameras)),
     )
+
+
+def _add_regions(
+    evidence: Evidence, items: Items, regions: RegionSupport, p: StateParameters
+) -> tuple[Evidence, Bools]:
+    """The evidence with that of regions, and which items have such: surfaces most of whose visible area some camera
+    shows as regions that lie on them alone.  That camera which shows most of it speaks, once."""
+    count = len(items)
+    covered, shown = (
+        np.stack([np.bincount(items.member, column[items.surface], count).astype(float) for column in values.T], axis=1)
+        for values in (regions.covered, regions.shown)
+    )
+    share = np.minimum(covered / np.maximum(shown, 1e-9), 1.0)
+    best = np.argmax(share, axis=1)
+    surface = np.array([level == "surface" for level in items.level], bool)
+    told = surface & (share.max(axis=1, initial=0.0) >= p.region_share)
+    log_odds = evidence.log_odds.copy()
+    log_odds[told, best[told]] += p.region_log_odds
+    return replace(evidence, log_odds=log_odds, region_px=covered), told
 
 
 def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints, Bools]:

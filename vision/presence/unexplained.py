@@ -11,9 +11,9 @@ from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.primitives import ArcColumns, Primitives
-from vision.localisation.localise import Localisation
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.scene import Scene
+from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.presence.parameters import UnexplainedParameters
 
@@ -41,21 +41,21 @@ def find_unexplained(
     rig: Rig,
     pictures: Mapping[str, Primitives],
     indexes: list[EdgeIndex],
-    found: Localisation,
+    world_from_rig: Floats,
+    views: Mapping[str, ViewArcs],
     p: UnexplainedParameters,
 ) -> Unexplained:
-    """Closed curves, long straight edges and curved ones that no predicted edge or blend accounts for, at the best pose
-    of a localisation, which has one.  Brush texture, shades and highlights are left out, as extraction tells them."""
-    assert found.best is not None
+    """Closed curves, long straight edges and curved ones that no predicted edge or blend accounts for, at a pose.
+    Brush texture, shades and highlights are left out, as extraction tells them."""
     pieces = []
     for number, (name, camera) in enumerate(rig.cameras.items()):
         picture, index = pictures[name], indexes[number]
-        explained = _are_explained(index, found.views[name].arcs.samples, p)
+        explained = _are_explained(index, views[name].samples, p)
         arcs, owner = picture.arcs, picture.elements.arc
         rows = np.flatnonzero(
             _form_something(arcs, index, p) & (_share(explained, owner, len(arcs)) < p.most_explained)
         )
-        pose = found.best.world_from_rig @ rig.rig_from_camera[name]
+        pose = world_from_rig @ rig.rig_from_camera[name]
         members = np.flatnonzero(np.isin(owner, rows))
         beyond = np.zeros(len(owner), bool)
         beyond[members] = _see_nothing(scene, camera, pose, index.edges.position[members])

@@ -65,6 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--stereo-gate", action="store_true", help="let the model at the prior bound the depths of stereo"
     )
+    parser.add_argument(
+        "--variants", action="store_true", help="weigh every loaded variant of the inspected objects at the pose found"
+    )
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
         "--crops", type=Path, metavar="FOLDER", help="write pictures of what is not as the model says here, worst first"
@@ -112,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
             carrier=carrier,
             keep_images=not args.no_keep_images,
             full_audit=args.audit == "full",
+            variants=args.variants,
             overlay=args.overlay,
             crops=args.crops,
             parameters=replace(
@@ -127,6 +131,7 @@ def run(args: argparse.Namespace) -> int:
 def print_answer(answer: Inspection, form: str) -> None:
     """The whole answer as JSON, or the parts in view as a table or CSV with the verdict and pose in words."""
     from vision.presence.report import describe, summarise
+    from vision.presence.variants import tell_variants
 
     if form == "json":
         print(json.dumps(answer.to_json()))
@@ -149,7 +154,7 @@ def print_answer(answer: Inspection, form: str) -> None:
         names = ("path", "level", "visible_share")
         print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
         return
-    for words in summarise(answer.presence):
+    for words in (*summarise(answer.presence), *tell_variants(answer.variants)):
         say(words)
     states = {item["path"]: item for item in describe(answer.presence)["items"]}
     print_rows(

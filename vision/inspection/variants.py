@@ -1,0 +1,40 @@
+"""The loaded variants of a world's inspected objects, weighed at the pose that an inspection found."""
+
+from __future__ import annotations
+
+from relmodel.store import Store
+from vision.cameras.cameras import Rig
+from vision.cameras.view_volume import Selection
+from vision.extraction.primitives import Primitives
+from vision.inspection.parameters import InspectionParameters
+from vision.localisation.localise import Localisation
+from vision.localisation.stored_scene import StoredScene, read_variant_scene
+from vision.presence.states import Presence
+from vision.presence.variants import VariantEvidence, assess_variant, rank, weigh_variant
+
+
+def weigh_variants(
+    store: Store,
+    stored: StoredScene,
+    selection: Selection,
+    rig: Rig,
+    pictures: dict[str, Primitives],
+    found: Localisation,
+    presence: Presence,
+    parameters: InspectionParameters,
+) -> list[VariantEvidence]:
+    """The evidence at the best pose for each loaded variant of the world's inspected objects."""
+    assert found.best is not None
+    among = selection.occurrence_id.tolist()
+    out = []
+    with store.read() as connection:
+        rows = [dict(row._mapping) for row in store.rows(connection, "variants_in_world", world_id=stored.world_id)]
+    for row in rows:
+        if row["placed"]:
+            out.append(weigh_variant(row, presence))
+            continue
+        with store.read() as connection:
+            scene = read_variant_scene(store, connection, stored.world_id, among, row)
+        store.release()
+        out.append(assess_variant(row, scene, rig, pictures, found.best, parameters.localisation, parameters.presence))
+    return rank(out)

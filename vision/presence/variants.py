@@ -1,0 +1,112 @@
+"""Which loaded variant of an object the pictures show: the evidence for each at one pose, ranked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vision.cameras.cameras import Rig
+from vision.extraction.primitives import Primitives
+from vision.localisation.parameters import LocalisationParameters
+from vision.localisation.parts_in_view import find_parts_in_view
+from vision.localisation.refine import Refined
+from vision.localisation.stored_scene import StoredScene
+from vision.localisation.views import find_view_arcs
+from vision.presence.assess import assess
+from vision.presence.parameters import PresenceParameters
+from vision.presence.report import count_against
+from vision.presence.states import Presence
+
+LEAST_LOG_ODDS = 3.0  # by which one is told from another: 20 to 1
+
+
+@dataclass(frozen=True)
+class VariantEvidence:
+    """What the pictures say of a variant in the place of the one that the world has there.
+
+    object_no: of the world's object; placed: whether it is the world's; log_odds: of its visible edges, of each there
+    against not there, summed; against: how many of its features and parts in view are not as it has them; of: how many
+    of them are decided.
+    """
+
+    object_no: int
+    name: str
+    variant: str
+    object_variant_id: int
+    placed: bool
+    log_odds: float
+    against: int
+    of: int
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "object": self.name,
+            "variant": self.variant,
+            "placed": self.placed,
+            "log_odds": round(self.log_odds, 3),
+            "against": self.against,
+            "of": self.of,
+        }
+
+
+def assess_variant(
+    variant: Mapping[str, Any],
+    stored: StoredScene,
+    rig: Rig,
+    pictures: Mapping[str, Primitives],
+    pose: Refined,
+    localisation: LocalisationParameters,
+    p: PresenceParameters,
+) -> VariantEvidence:
+    """The evidence for a variant, a row of `variants_in_world`, at a pose; stored: the world with it in its place."""
+    views = {
+        name: find_view_arcs(stored.scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
+        for name, camera in rig.cameras.items()
+    }
+    parts = find_parts_in_view(stored, rig, pose.world_from_rig, localisation)
+    return weigh_variant(variant, assess(stored, rig, pictures, pose, views, parts, {}, localisation, p))
+
+
+def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:
+    """The evidence for a variant from what is there and what is not at its place."""
+    against, decided = count_against(presence)
+    return VariantEvidence(
+        int(variant["object_no"]), str(variant["name"]), str(variant["variant"]), int(variant["object_variant_id"]),
+        bool(variant["placed"]), float(np.sum(presence.runs.log_odds)), against, decided,
+    )  # fmt: skip
+
+
+def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
+    """By object, the likeliest first."""
+    return sorted(variants, key=lambda v: (v.object_no, -v.log_odds, v.variant))
+
+
+def tell_variants(ranked: list[VariantEvidence]) -> list[str]:
+    """A sentence on each object of which there are several variants: which one the pictures show, and what says so."""
+    words = []
+    for number in sorted({v.object_no for v in ranked}):
+        best, *others = (v for v in ranked if v.object_no == number)
+        if not others:
+            continue
+        placed = next(v for v in (best, *others) if v.placed)
+        name = f"variant {best.variant or '(unnamed)'} of {best.name}"
+        like = [v for v in others if best.log_odds - v.log_odds < LEAST_LOG_ODDS]
+        if like:
+            names = ", ".join(v.variant or "(unnamed)" for v in like)
+            words.append(f"the pictures show {name}, which they do not tell from {names}")
+        elif best.placed:
+            words.append(
+                f"the pictures show {name}, as the world says: {best.log_odds - others[0].log_odds:.0f} nats of "
+                f"evidence more than for {others[0].variant or '(unnamed)'}"
+            )
+        else:
+            words.append(
+                f"the pictures show {name}, not {placed.variant or '(unnamed)'}, which the world has there: "
+                f"{best.log_odds - placed.log_odds:.0f} nats of evidence more; of {placed.of} parts and features "
+                f"{placed.against} are not as {placed.variant or '(unnamed)'} has them, of {best.of} "
+                f"{best.against} are not as {best.variant or '(unnamed)'} has them"
+            )
+    return words
