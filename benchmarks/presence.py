@@ -17,7 +17,7 @@ import json
 import os
 import pickle
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ import numpy as np
 from tabulate import tabulate
 
 from benchmarks.trials import Models, Trial, demonstration, rendered, shared_bulkheads
+from examples.bulkhead.design import variant_a
+from examples.bulkhead.variation import boxes
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Rig
@@ -47,6 +49,7 @@ from vision.presence.states import Presence
 MATCHING = MatchingParameters()
 FOUND_MM = 2.0  # error of the pose at the target up to which what is said at it counts
 LEAST_PX = 200  # pixels from which an item, or a change in one camera, counts as seen
+LEAST_MM = 1.5  # of a change of size or place, to count
 SAMPLED_PX = 4  # of the grid that differences of models are counted on
 MARGIN_MM = 3.0  # around the box of a change, for what belongs to it
 MARGIN_PX = 15.0  # likewise in the picture, for what nothing explains
@@ -68,33 +71,40 @@ class Case:
         return Truth("", self.trial.world_from_rig, self.trial.target)
 
 
-def cases(models: Models, renders: Path | None) -> Iterator[Case]:
-    """Pictures with their right model, then with another."""
+def cases(models: Models, renders: Path | None, is_wanted: Callable[[str], bool]) -> Iterator[Case]:
+    """Pictures with their right model, then with another; those whose name is wanted."""
     data = os.environ.get("RELMODEL_TEST_DATA")
     golden = Path("examples/bulkhead/golden/changes_A_to_B.json")
-    demo = [(trial, _boxes(json.loads(golden.read_text()))) for trial in demonstration(models)]
+    places = boxes(variant_a())
+    components = [
+        {"name": name, "kind": name.split("_")[0].lower(), "change": change, "box": places[name]}
+        for name, change in (("CLIP_2", "turned"), ("BOLT_F13", "removed"))
+    ]
+    demo = [(trial, _boxes(json.loads(golden.read_text()) + components)) for trial in demonstration(models)]
     shared: list[tuple[Trial, list[dict[str, Any]]]] = []
     if data:
         differences = json.loads((Path(data) / "bulkhead/diff_truth.json").read_text())["features"]
         shared = [(t, _boxes(differences)) for t in shared_bulkheads(Path(data), models, ("small",))]
     for trial, _ in demo + shared:
-        yield Case(trial, models.sources[trial.model][1], [])
-    for trial, boxes in demo + shared:
+        if is_wanted(trial.name):
+            yield Case(trial, models.sources[trial.model][1], [])
+    for trial, changes in demo + shared:
         own, other = trial.model, {"A": "B", "B": "A"}.get(trial.model[-1])
-        if other is None:
+        name = f"{trial.name} as {other}"
+        if other is None or not is_wanted(name):
             continue
         placed = models.sources[own][1]
         model = models.add(f"{own[:-1]}{other}_for_{own[-1]}", models.sources[f"{own[:-1]}{other}"][0], placed)
         if other == "B":  # told as from A to B
-            boxes = [{**b, "box_before": b["box_after"], "box_after": b["box_before"]} for b in boxes]
-        seen = _count_differing(models.scene(own), models.scene(model), trial, placed, boxes)
+            changes = [{**c, "box_before": c["box_after"], "box_after": c["box_before"]} for c in changes]
+        seen = _count_differing(models.scene(own), models.scene(model), trial, placed, changes)
         yield Case(
-            replace(trial, name=f"{trial.name} as {other}", kind="another", model=model),
+            replace(trial, name=name, kind="another", model=model),
             placed,
-            [{**b, "seen_px": int(n)} for b, n in zip(boxes, seen, strict=True)],
+            [{**c, "seen_px": int(n)} for c, n in zip(changes, seen, strict=True)],
         )
     for trial in rendered(renders, models) if renders else ():
-        if trial.group not in ("finish", "changed") or len(trial.pictures) < 2:
+        if trial.group not in ("finish", "changed") or len(trial.pictures) < 2 or not is_wanted(trial.name):
             continue
         (file,) = Path(str(renders)).glob(f"*/{trial.name}_truth.json")
         rows = [row for row in json.loads(file.read_text()).get("changes", []) if row["name"]]
@@ -162,9 +172,11 @@ def run(folder: Path, renders: Path | None, only: list[str]) -> None:
     file, models = folder / "presence.jsonl", Models(folder)
     done = {json.loads(line)["name"] for line in file.open()} if file.exists() else set()
     with file.open("a") as out:
-        for case in cases(models, renders):
-            if case.trial.name in done or (only and not any(word in case.trial.name for word in only)):
-                continue
+
+        def is_wanted(name: str) -> bool:
+            return name not in done and (not only or any(word in name for word in only))
+
+        for case in cases(models, renders, is_wanted):
             line = measure(case, models.stored(case.trial.model), poses / f"{case.trial.name.replace(' ', '_')}.pickle")
             out.write(json.dumps(line) + "\n")
             out.flush()
@@ -332,7 +344,7 @@ def _print_told(lines: list[dict[str, Any]], misses: bool) -> None:
     told: dict[tuple[str, str], list[str]] = {}
     for line in lines:
         for change in line["changes"]:
-            if change["seen_px"] < LEAST_PX:
+            if change["seen_px"] < LEAST_PX or _is_slight(change):
                 continue
             how = is_told(change, line)
             for key in ((change["kind"], change["change"]), ("all", line["group"]), ("all", "")):
@@ -347,6 +359,14 @@ def _print_told(lines: list[dict[str, Any]], misses: bool) -> None:
     ]  # fmt: skip
     heads = ("kind", "change", f"of {LEAST_PX} px", "told", "by state", *AGAINST, "surface", "unexplained", "missed")
     print(tabulate(rows, headers=heads, floatfmt=".2f"))
+
+
+def _is_slight(change: dict[str, Any]) -> bool:
+    """Whether the box changes by less than LEAST_MM: a wall beside a thicker one, a floor a millimetre deeper."""
+    before, after = change["box_before"], change["box_after"]
+    if before is None or after is None or change["change"] not in ("changed", "deepened"):
+        return False
+    return bool(np.abs(np.subtract(before, after)).max() < LEAST_MM)
 
 
 def _print_holes(lines: list[dict[str, Any]], misses: bool) -> None:

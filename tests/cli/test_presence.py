@@ -17,10 +17,11 @@ import sqlalchemy as sa
 import yaml
 
 from relmodel.cli.main import main
+from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.cli.conftest import DEMO, halve, inspected
+from tests.cli.conftest import DEMO, Inspection, halve, inspected
 
 Answer = dict[str, Any]
 
@@ -30,12 +31,14 @@ def folder(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) ->
     """A store with variant A where variant B stands, inspected; crops and the answer beside it."""
     folder = tmp_path_factory.mktemp("presence")
     shutil.copy(bulkhead_template, folder / "cell.duckdb")
+    with Store.open(folder / "cell.duckdb") as store:
+        load(store, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
     world = yaml.safe_load((DEMO / "world_B.yaml").read_text())
     world["objects"][0]["variant"] = "A"
     (folder / "world.yaml").write_text(yaml.safe_dump(world))
     assert main(["world", str(folder / "world.yaml"), "--store", str(folder / "cell.duckdb")]) == 0
     options = halve("pair_04", folder).options(world=world["world"], crops=folder / "crops")
-    (folder / "answer.json").write_text(json.dumps(inspected(str(folder / "cell.duckdb"), *options)))
+    (folder / "answer.json").write_text(json.dumps(inspected(str(folder / "cell.duckdb"), "--variants", *options)))
     return folder
 
 
@@ -57,6 +60,7 @@ def feature_at(store: Store, x: float, y: float, kind: str = "through_hole") -> 
         found = connection.execute(
             sa.text(
                 "SELECT f.name FROM feature AS f JOIN feature_class AS k ON k.id = f.feature_class_id "
+                "JOIN occurrence AS o ON o.shape_id = f.shape_id AND o.path = 'bulkhead/BODY' "
                 "WHERE k.kind = :kind AND abs((f.x0 + f.x1) / 2 - :x) < 0.5 AND abs((f.y0 + f.y1) / 2 - :y) < 0.5"
             ),
             {"kind": kind, "x": x, "y": y},
@@ -142,8 +146,39 @@ def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store
     assert diameter["changed"]
 
 
+def test_the_pictures_are_said_to_show_the_other_variant(answer: Answer, store: Store) -> None:
+    first, second = answer["variants"]
+    assert (first["variant"], first["placed"], second["variant"], second["placed"]) == ("B", False, "A", True)
+    assert first["log_odds"] - second["log_odds"] > 20
+    assert second["against"] > first["against"]
+    with store.read() as connection:
+        rows = connection.execute(sa.text((resource_dir("queries") / "examples/variants_seen.sql").read_text())).all()
+    assert [(r.variant, r.placed) for r in rows] == [("B", False), ("A", True)]
+    assert rows[1].nats_less == pytest.approx(first["log_odds"] - second["log_odds"], abs=1e-2)
+
+
 def test_crops_show_the_worst_first(answer: Answer, folder: Path) -> None:
     names = sorted(p.name for p in (folder / "crops").iterdir())
     assert len(names) == len(answer["presence"]["look_at"])
     for name, path in zip(names, answer["presence"]["look_at"], strict=True):
         assert item(answer, path)["state"] in name
+
+
+@pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])
+def test_both_engines_answer_from_the_rows(request: pytest.FixtureRequest, engine: str) -> None:
+    """The right model: what is counted as contradicted is what the rows say, and no variant was asked for."""
+    done: Inspection = request.getfixturevalue(engine)
+    said = {}
+    with Store.open(done.store) as store, store.read() as connection:
+        for name in ("contradicted_features", "diameter_over_time", "variants_seen"):
+            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
+            said[name] = [dict(r._mapping) for r in connection.execute(text)]
+    items = done.answer["presence"]["items"]
+    against = {i["path"] for i in items if i["level"] == "feature" and i["state"] in ("contradicted", "not_confirmed")}
+    assert {r["path"] for r in said["contradicted_features"]} == against
+    sizes = {i["path"]: m for i in items for m in i["measured"] if m["what"] == "diameter"}
+    measured = [sizes[path] for path in ["bulkhead/BODY/through_hole 33"] if path in sizes]
+    assert [(r["nominal"], r["changed"]) for r in said["diameter_over_time"]] == [
+        (m["nominal"], m["changed"]) for m in measured
+    ]
+    assert said["variants_seen"] == []

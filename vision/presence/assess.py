@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.evidence import collect_edge_points
@@ -12,7 +14,8 @@ from vision.localisation.parameters import LocalisationParameters
 from vision.localisation.parts_in_view import PartsInView
 from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
-from vision.localisation.views import ViewArcs
+from vision.localisation.views import SMOOTH, ViewArcs
+from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
 from vision.presence.items import list_items
 from vision.presence.moved import collect_pulls
@@ -24,7 +27,7 @@ from vision.presence.sides import look_at_sides
 from vision.presence.states import Presence, decide
 from vision.presence.support import measure_support
 from vision.presence.surfaces import assess_surfaces
-from vision.presence.unexplained import find_unexplained
+from vision.presence.unexplained import find_unexplained, lie_on
 
 
 def assess(
@@ -53,8 +56,18 @@ def assess(
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
     items = list_items(stored, rig, pose.world_from_rig, parts, localisation)
-    pulls = collect_pulls(samples, beside, support, p.moved)
+    blends = np.concatenate(
+        [
+            lie_on(index, _blends(views[name]), p.unexplained.reach_px, p.unexplained.min_cosine)
+            for name, index in zip(rig.cameras, indexes, strict=True)
+        ]
+    )
+    pulls = collect_pulls(samples, beside, support, blends, p.moved)
     surfaces = assess_surfaces(samples, support, runs, pulls, len(rig.cameras), len(stored.surface_no), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     return decide(items, stored.radius, runs, surfaces, regions, unexplained, list(rig.cameras), p.states)
+
+
+def _blends(view: ViewArcs) -> VisibleArcs:
+    return view.samples.take(view.kind[view.run] == SMOOTH)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.parameters import MovedParameters, RunParameters
 from vision.presence.runs import compute_log_odds
 from vision.presence.samples import Beside, Samples
@@ -45,16 +45,20 @@ class Moved:
     rival: Floats
 
 
-def collect_pulls(samples: Samples, beside: Beside, support: Support, p: MovedParameters) -> Pulls:
-    """All displacements within reach that elements not taken by edges of other surfaces speak for."""
+def collect_pulls(samples: Samples, beside: Beside, support: Support, blends: Bools, p: MovedParameters) -> Pulls:
+    """All displacements within reach that elements speak for which no edges of other surfaces take.
+
+    blends: which elements lie on a predicted blend: its shine is no edge that has moved.
+    """
     pieces = []
+    free = (np.abs(beside.offset) <= p.own_px) | ~blends[beside.element]
     for side in (0, 1):
         surface = samples.surface[beside.sample, side]
         rate = samples.px_per_mm[beside.sample, side]
         told = (surface >= 0) & (np.abs(rate) >= p.min_px_per_mm) & (support.weight[beside.sample] > 0)
         owner = support.owner
         own = (owner < 0) | (samples.surface[owner] == surface[:, None]).any(axis=1)
-        row = np.flatnonzero(told & own)
+        row = np.flatnonzero(told & own & free)
         mm = beside.offset[row] / rate[row]
         near = np.abs(mm) <= p.reach_mm
         row, mm = row[near], mm[near]

@@ -76,6 +76,11 @@ class RunParameters:
     """runs as which the picture's mean counts beside the runs that are alike"""
     most_px: float = 60.0
     """px from which a run counts as a whole one"""
+    alike_light: float = 6.0
+    """concentration of the beta distribution of the share of a thing's edges that show, about the predicted: the less,
+    the more they show, or hide, together"""
+    lights: int = 9
+    """quantiles that stand for it"""
     levels: int = 20
     """shares at which expectations are summed"""
 
@@ -90,6 +95,8 @@ class MovedParameters:
     """mm between the displacements tried"""
     tolerance_px: float = 1.0
     """px within which an edge is found at a displacement: the rims of shadows wander by more"""
+    own_px: float = 2.0
+    """px from an edge's place within which what lies on a blend may still be the edge"""
     usual_mm: float = 6.0
     """mm by which what has moved has moved, in the mean: the nearer of two is the likelier"""
     min_px_per_mm: float = 0.25

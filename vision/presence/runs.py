@@ -26,7 +26,8 @@ class Runs:
     camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be
     told from other edges; found: share of that which is supported; chance: share that chance supports; shows:
     probability that such an edge shows; log_odds: of there against not there; expected: what they would be in the mean
-    were it there.
+    were it there; in_light (r, k): log odds in k lights, equally likely, from one in which few edges show to one
+    in which most do: the edges of a thing are seen in the same.
     """
 
     camera: Ints
@@ -40,6 +41,7 @@ class Runs:
     shows: Floats
     log_odds: Floats
     expected: Floats
+    in_light: Floats
 
 
 def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameters) -> Runs:
@@ -83,7 +85,19 @@ def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameter
         shows=shows,
         log_odds=np.where(none, 0.0, log_odds),
         expected=np.where(none, 0.0, expected),
+        in_light=np.where(none[:, None], 0.0, _in_lights(found, n, chance, share, p)),
     )
+
+
+def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
+    """Log odds (r, k) where the share of edges that show is a quantile of its beta distribution."""
+    from scipy.special import betaincinv
+
+    u = (np.arange(p.lights) + 0.5) / p.lights
+    a, b = (p.alike_light * s[:, None] for s in (share, 1 - share))
+    share_in = np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6)
+    one = np.ones((1, p.lights))
+    return compute_log_odds(found[:, None] * one, n[:, None] * one, chance[:, None] * one, share_in, p)
 
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:

@@ -120,7 +120,8 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
     """Sums over the edges of all surfaces of each item, each edge once.
 
     The edges of a hole, a boss or a duct in a face speak for the face where they are found; where they are not, that
-    says nothing of it: it may be there without them.
+    says nothing of it: it may be there without them.  Where edges of an item do not show, others of it hide with
+    them: the log odds of all are those in one light, averaged over lights.
     """
     item, run, lent = pair_with_runs(items, runs)
     told = ~lent | (runs.log_odds[run] > 0)
@@ -134,10 +135,16 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
         total(runs.visible_px[run]),
         total(runs.weight_px[run]),
         total(runs.weight_px[run] * runs.found[run]),
-        total(runs.log_odds[run]),
+        _in_the_same_light(at, runs.in_light[run], size).reshape(len(items), cameras),
         total(np.where(lent, 0.0, runs.expected[run])),
         np.zeros((len(items), cameras)),
     )
+
+
+def _in_the_same_light(group: Ints, in_light: Floats, count: int) -> Floats:
+    """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
+    total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
+    return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
 
 
 def _add_regions(

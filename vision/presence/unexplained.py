@@ -50,7 +50,7 @@ def find_unexplained(
     pieces = []
     for number, (name, camera) in enumerate(rig.cameras.items()):
         picture, index = pictures[name], indexes[number]
-        explained = _are_explained(index, views[name].samples, p)
+        explained = lie_on(index, views[name].samples, p.reach_px, p.min_cosine)
         arcs, owner = picture.arcs, picture.elements.arc
         rows = np.flatnonzero(
             _form_something(arcs, index, p) & (_share(explained, owner, len(arcs)) < p.most_explained)
@@ -71,17 +71,17 @@ def find_unexplained(
     return Unexplained(*(column[order] for column in columns))
 
 
-def _are_explained(index: EdgeIndex, seen: VisibleArcs, p: UnexplainedParameters) -> Bools:
-    """Which elements lie on a predicted edge, outline or blend of about their direction."""
+def lie_on(index: EdgeIndex, seen: VisibleArcs, reach_px: float, min_cosine: float) -> Bools:
+    """Which elements lie within a reach of predicted arcs of about their direction."""
     from scipy.spatial import cKDTree
 
     edges = index.edges
     if not len(seen.arc):
         return np.zeros(len(edges.position), bool)
-    distance, nearest = cKDTree(seen.pixel).query(edges.position, distance_upper_bound=p.reach_px)
+    distance, nearest = cKDTree(seen.pixel).query(edges.position, distance_upper_bound=reach_px)
     direction = seen.direction[np.where(np.isfinite(distance), nearest, 0)]
     across = np.abs(edges.normal[:, 1] * direction[:, 0] - edges.normal[:, 0] * direction[:, 1])
-    return np.asarray(np.isfinite(distance) & (across > p.min_cosine))
+    return np.asarray(np.isfinite(distance) & (across > min_cosine))
 
 
 def _form_something(arcs: ArcColumns, index: EdgeIndex, p: UnexplainedParameters) -> Bools:

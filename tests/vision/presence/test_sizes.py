@@ -48,7 +48,7 @@ def bore(true_radius: float, aside: Floats, noise: float) -> tuple[Samples, Supp
     index = EdgeIndex(edge_points(there, facing))
     beside = find_beside(samples, [index], np.zeros(1), P.samples)
     support = measure_support(samples, beside, P.support)
-    return samples, support, collect_pulls(samples, beside, support, P.moved)
+    return samples, support, collect_pulls(samples, beside, support, np.zeros(420, bool), P.moved)
 
 
 @pytest.mark.parametrize(("radius", "aside"), [(40.0, (0.0, 0.0)), (40.6, (0.4, -0.3)), (39.2, (-0.5, 0.2))])
@@ -82,6 +82,6 @@ def test_texture_moves_nothing() -> None:
     index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
     beside = find_beside(samples, [index], np.zeros(1), P.samples)
     support = measure_support(samples, beside, P.support)
-    pulls = collect_pulls(samples, beside, support, P.moved)
+    pulls = collect_pulls(samples, beside, support, np.zeros(3000, bool), P.moved)
     moved = seek_moved(samples, support, pulls, np.array([0]), 1, MovedParameters(), P.runs, P.samples.reach_px)
     assert moved.log_odds.sum() < 1
