@@ -72,7 +72,11 @@ class RunParameters:
     """by how much the unit normals of both sides may differ for edges to be alike, one standard deviation"""
     background: float = 1.5
     """how far nothing behind an edge is from a surface, in the same measure"""
-    usual_runs: float = 2.0
+    bend: float = 0.5
+    """how far a corner, a ridge and an occluding edge are from each other, in the same measure"""
+    flat: float = 0.05
+    """sine of the angle within which one side does not rise over the other"""
+    usual_runs: float = 1.0
     """runs as which the picture's mean counts beside the runs that are alike"""
     most_px: float = 60.0
     """px from which a run counts as a whole one"""

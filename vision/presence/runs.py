@@ -136,14 +136,15 @@ def _predict_shows(
     count, run = len(head), samples.run[sides.sample]
     looked = np.maximum(np.bincount(run, minlength=count), 1)
     nothing = p.background * (sides.surface < 0)
-    columns = np.concatenate([sides.normal, nothing[..., None]], axis=2).reshape(len(run), 8)
+    bend = p.bend * np.sign(np.where(np.abs(sides.rise) > p.flat, sides.rise, 0.0))
+    columns = np.concatenate([sides.normal, nothing[..., None], bend[..., None]], axis=2).reshape(len(run), 10)
     mean = np.stack([np.bincount(run, column, count) for column in columns.T], axis=1) / looked[:, None]
-    mean = mean.reshape(count, 2, 4)
+    mean = mean.reshape(count, 2, 5)
     usual = float(weight @ found) / max(float(weight.sum()), 1e-9)
     out = np.full(count, usual)
     for camera in np.unique(samples.camera):
         rows = np.flatnonzero(samples.camera[head] == camera)
-        here, turned = mean[rows].reshape(len(rows), 8), mean[rows][:, ::-1].reshape(len(rows), 8)
+        here, turned = mean[rows].reshape(len(rows), 10), mean[rows][:, ::-1].reshape(len(rows), 10)
         apart = np.minimum(_squares(here, here), _squares(here, turned)) / (2 * p.alike**2)
         front = samples.front[head[rows]]
         apart += front[:, None] != front[None]
