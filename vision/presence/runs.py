@@ -95,7 +95,7 @@ def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunPa
 
     u = (np.arange(p.lights) + 0.5) / p.lights
     a, b = (p.alike_light * s[:, None] for s in (share, 1 - share))
-    share_in = np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6)
+    share_in = np.asarray(np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6), float)
     one = np.ones((1, p.lights))
     return compute_log_odds(found[:, None] * one, n[:, None] * one, chance[:, None] * one, share_in, p)
 
