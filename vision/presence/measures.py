@@ -32,6 +32,7 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
     surface = items.surface
     measured = np.isfinite(surfaces.mm[surface])
     closed = measured & np.isfinite(surfaces.shift_sigma[surface])
+    flat = measured & ~closed
     round_ = closed & np.isfinite(radius[surface]) & feature[items.member]
     sign = np.where(surfaces.inward[surface], -2.0, 2.0)
     diameter = 2 * radius[surface]
@@ -44,7 +45,7 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
             surfaces.shift_sigma[surface],
         ),
         _columns(
-            items, measured & ~feature[items.member] & (np.array(items.level)[items.member] == "surface"), "offset",
+            items, flat & (np.array(items.level)[items.member] != "part"), "offset",
             np.zeros(len(surface)), surfaces.mm[surface], surfaces.sigma[surface],
         ),
         _thicknesses(items, surfaces, measured),
@@ -53,8 +54,10 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
     what = [name for piece in pieces for name in piece[1]]
     nominal, value, sigma = (np.concatenate([piece[k] for piece in pieces]) for k in (2, 3, 4))
     off = np.abs(value - nominal)
-    of_feature = feature[item] & (np.array(what) != "thickness")
-    changed = of_feature & (off > p.changed_sigma * sigma) & (off > p.changed_mm)
+    # A web's other side is hardly ever seen: its thickness is told, not judged.
+    judged = (np.array(what) != "thickness") | (np.array(items.kind)[item] == "rib")
+    judged &= (np.array(what) != "offset") | (sigma < p.least_sure_mm)
+    changed = judged & (off > p.changed_sigma * sigma) & (off > p.changed_mm)
     return Measures(item, what, nominal, value, sigma, changed)
 
 

@@ -129,6 +129,12 @@ class SizeParameters:
 
     reach_px: float = 2.5
     """px from the displacement tried within which elements count"""
+    wide_px: float = 8.0
+    """px likewise where a bore or a boss that lies aside is sought"""
+    wide_scale_px: float = 2.5
+    """px: scale of the loss then"""
+    much_more: float = 1.15
+    """times the edges that must agree on what is found so, of those that agree on the place nearby"""
     scale_px: float = 0.7
     """px: scale of the robust loss (Geman and McClure)"""
     steps: int = 8
@@ -171,6 +177,9 @@ class StateParameters:
     """log odds that they add: so many times more often are surfaces covered that are there than such that are not"""
     changed_sigma: float = 5.0
     """standard deviations by which a diameter must differ, or a bore lie aside, to be another"""
+    least_sure_mm: float = 0.25
+    """mm: standard deviation of an offset up to which it is judged: others hang on edges that are soft, as in corners,
+    or hardly move in the picture with the surface"""
     changed_mm: float = 0.8
     """mm likewise: less lies within what small bores and burrs err"""
 

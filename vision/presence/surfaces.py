@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats
+from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.moved import Pulls, seek_moved
-from vision.presence.parameters import PresenceParameters
+from vision.presence.parameters import PresenceParameters, SizeParameters
 from vision.presence.runs import Runs
 from vision.presence.samples import Samples
-from vision.presence.sizes import measure_offsets
+from vision.presence.sizes import Offsets, measure_offsets
 from vision.presence.support import Support
 
 
@@ -56,9 +56,11 @@ def assess_surfaces(
 
     start = np.zeros(count)
     start[sought[moved[sought]]] = beside.mm[moved[sought]]
-    there = np.flatnonzero(moved | (measurable & ~weak))
-    offsets = measure_offsets(samples, support, pulls, there, start[there], np.zeros((len(there), 3)), p.sizes)
-    sure = offsets.weight_px >= p.sizes.least_px
+    there = np.flatnonzero(measurable)
+    offsets = _measure(samples, support, pulls, there, start[there], p.sizes)
+    # What is found in place, or was sought and found beside it, or bends around and is found all around.
+    found = offsets.weight_px >= p.moved.least_found * weight[there]
+    sure = (offsets.weight_px >= p.sizes.least_px) & (moved[there] | ~weak[there] | (offsets.closed & found))
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)
@@ -67,6 +69,26 @@ def assess_surfaces(
     moved &= np.isfinite(mm)
     inward, normal = _bend(samples, count)
     return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, normal)
+
+
+def _measure(
+    samples: Samples, support: Support, pulls: Pulls, surface: Ints, start_mm: Floats, p: SizeParameters
+) -> Offsets:
+    """Offsets measured from the start, from where that ends, and from where it ends with a wider reach: what explains
+    clearly most of the edges."""
+    none = np.zeros((len(surface), 3))
+    near = measure_offsets(samples, support, pulls, surface, start_mm, none, p)
+    near = measure_offsets(samples, support, pulls, surface, near.mm, near.shift, p)
+    wide = replace(p, reach_px=p.wide_px, scale_px=p.wide_scale_px)
+    far = measure_offsets(samples, support, pulls, surface, start_mm, none, wide)
+    far = measure_offsets(samples, support, pulls, surface, far.mm, far.shift, p)
+    better = far.closed & near.closed & (far.weight_px > p.much_more * near.weight_px)
+    return Offsets(
+        *(
+            np.where(better[:, None] if a.ndim == 2 else better, b, a)
+            for a, b in ((getattr(near, name), getattr(far, name)) for name in Offsets.__dataclass_fields__)
+        )
+    )
 
 
 def _by_surface(runs: Runs, values: Floats, count: int) -> Floats:
