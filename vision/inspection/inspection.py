@@ -190,7 +190,7 @@ class _Call:
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "carrier", "keep_images", "full_audit", "variants")
+        recorded = ("world", "carrier", "keep_images", "full_audit")
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 
