@@ -135,7 +135,7 @@ CREATE TABLE image_arc_quality (
 COMMENT ON TABLE image_arc_quality IS 'Attribute-value table of image arcs: what speaks against an arc being an edge of the object.';
 COMMENT ON COLUMN image_arc_quality.extraction_id IS 'the extraction';
 COMMENT ON COLUMN image_arc_quality.image_arc_no IS 'the arc';
-COMMENT ON COLUMN image_arc_quality.name IS 'texture, highlight, bridged, unmatched_in_stereo';
+COMMENT ON COLUMN image_arc_quality.name IS 'texture, highlight';
 COMMENT ON COLUMN image_arc_quality.value IS 'how strongly, 0 to 1';
 
 -- Without keys, as the edge elements.

@@ -114,6 +114,35 @@ COMMENT ON COLUMN rejected_arc.reason IS 'why the nearest candidate was not take
 COMMENT ON COLUMN rejected_arc.residual IS 'rms distance from the nearest candidate, px; null where there is none';
 COMMENT ON COLUMN rejected_arc.view_arc_no IS 'the nearest candidate in the view';
 
+CREATE VIEW unmatched_in_stereo AS
+SELECT p.run_id, s.extraction_id, u.ref_no AS image_arc_no, a.reason
+FROM problem AS p
+JOIN unit_set AS s ON s.id = p.units_id
+JOIN unit AS u ON u.unit_set_id = s.id AND u.kind = 'arc'
+JOIN assignment AS a ON a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.unit_no = u.unit_no
+WHERE p.kind = 'stereo' AND a.label_no IS NULL
+UNION ALL
+SELECT
+    p.run_id, s.extraction_id, u.ref_no,
+    CASE
+        WHEN EXISTS (
+            SELECT 1 FROM candidate AS c
+            WHERE c.run_id = p.run_id AND c.problem_no = p.problem_no AND c.label_no = u.unit_no
+        ) THEN 'not_taken' ELSE 'no_candidate'
+    END
+FROM problem AS p
+JOIN unit_set AS s ON s.id = p.labels_id
+JOIN unit AS u ON u.unit_set_id = s.id AND u.kind = 'arc'
+WHERE p.kind = 'stereo' AND NOT EXISTS (
+    SELECT 1 FROM assignment AS a
+    WHERE a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.label_no = u.unit_no
+);
+COMMENT ON VIEW unmatched_in_stereo IS 'Arcs of both images of a pair that stereo left without a partner: they weigh less in localisation.';
+COMMENT ON COLUMN unmatched_in_stereo.run_id IS 'the run';
+COMMENT ON COLUMN unmatched_in_stereo.extraction_id IS 'extraction of the image';
+COMMENT ON COLUMN unmatched_in_stereo.image_arc_no IS 'the image arc in the extraction';
+COMMENT ON COLUMN unmatched_in_stereo.reason IS 'of an arc of the left image as in assignment; of the right one no_candidate, or not_taken: none of the left arcs that it could be took it';
+
 CREATE VIEW attribute_log AS
 WITH stated AS (
     SELECT 'world' AS level, world_id AS owner_id, CAST(NULL AS INTEGER) AS surface_no, CAST(NULL AS INTEGER) AS arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
@@ -154,4 +183,5 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),
     ('rejected_arc', 'localisation', 'view'),
+    ('unmatched_in_stereo', 'matching', 'view'),
     ('attribute_log', 'run', 'view');

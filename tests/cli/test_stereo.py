@@ -45,6 +45,17 @@ def test_each_method_leaves_a_problem_that_holds(answered: Path) -> None:
             ):  # fmt: skip
                 assert all(count(table, run) for run in runs), table
             assert [count("vote", run) > 0 for run in runs] == [True, False, False]
+            arc = store.table("image_arc")
+            edges = connection.execute(
+                sa.select(sa.func.count()).select_from(arc).where(arc.c.topography == "edge")
+            ).scalar_one()
+            for run in runs:
+                reasons = connection.execute(
+                    sa.text("SELECT reason FROM unmatched_in_stereo WHERE run_id = :run"), {"run": run}
+                ).scalars()
+                found = list(reasons)
+                assert len(found) == edges - 2 * count("triangulated_unit", run)
+                assert {"no_candidate", "not_taken"} <= set(found)
             # one extraction a picture serves all three
             assert connection.execute(sa.select(sa.func.count()).select_from(store.table("extraction"))).scalar() == 2
 

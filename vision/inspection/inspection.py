@@ -238,6 +238,7 @@ def _inspect(
         believed,
         needs,
         parameters.localisation,
+        None if stereo is None else dict(zip(cameras.cameras, stereo.partnered, strict=True)),
     )
     run.step("localise")
     matched = match_views(

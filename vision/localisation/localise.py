@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bytes, Floats
+from relmodel.arrays import Bools, Bytes, Floats
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
@@ -71,11 +71,16 @@ def localise(
     prior: Prior,
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
+    partnered: Mapping[str, Bools] | None = None,
 ) -> Localisation:
-    """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera."""
+    """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera.
+
+    partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.
+    """
     clock = Clock()
     points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
-    indexes = {name: EdgeIndex(own) for name, own in points.items()}
+    odds = {name: _partner_odds(pictures[name], has, p) for name, has in (partnered or {}).items()}
+    indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
     near = select_samples(scene, rig, prior, p)
     clock.lap("select")
     fine = build_fine_evidence(rig, points, p)
@@ -99,6 +104,15 @@ def localise(
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
     return Localisation(verdict, best, hypotheses, near_best[1:], alone, views, clock.laps)
+
+
+def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:
+    """Of each edge element (n,), the log odds that its arc's partner in stereo, or the lack of one, gives."""
+    odds = np.zeros(len(picture.elements.arc))
+    of_arcs = picture.elements.arc >= 0
+    has = partnered[picture.elements.arc[of_arcs]]
+    odds[of_arcs] = np.where(has, p.refinement.partner_odds, p.refinement.no_partner_odds)
+    return odds
 
 
 def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex, p: LocalisationParameters) -> View:

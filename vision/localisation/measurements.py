@@ -14,9 +14,12 @@ from vision.localisation.parameters import DEFAULTS, LocalisationParameters, Ref
 
 
 class EdgeIndex:
-    """Edge elements of one picture bucketed by whole pixels."""
+    """Edge elements of one picture bucketed by whole pixels.
 
-    def __init__(self, edges: EdgePoints) -> None:
+    odds (n,): of each element, the log likelihood ratio of being an edge of the object that stereo gives its arc.
+    """
+
+    def __init__(self, edges: EdgePoints, odds: Floats | float = 0.0) -> None:
         self.edges = edges
         self.columns, self.rows = (np.ceil(edges.high - edges.low).astype(int) + 1).tolist()
         cell = np.rint(edges.position - edges.low).astype(np.int64)
@@ -26,6 +29,8 @@ class EdgeIndex:
         self.start = np.searchsorted(bucket[self.order], np.arange(self.rows * self.columns + 1))
         self.strength = np.maximum(np.abs(edges.contrast), 1e-3)
         self.texture = float(np.median(self.strength)) if len(self.strength) else 1.0
+        # Of edges side by side the likelier one counts, by contrast and by stereo.
+        self.strength = self.strength * np.exp(odds)
 
     def measure(
         self, pixel: Floats, direction: Floats, reach: float, scale: float, p: RefinementParameters

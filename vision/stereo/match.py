@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Ints
+from relmodel.arrays import Bools, Ints
 from relmodel.columns import Columns
 from relmodel.errors import UsageError
 from relmodel.matching.problem import NONE
@@ -61,6 +61,14 @@ class StereoMatches:
     def arc_label(self) -> Ints:
         """(left arcs,): the right arc of each, -1 for none."""
         return self.solved.result.label[: self.arcs[0]]
+
+    @property
+    def partnered(self) -> tuple[Bools, Bools]:
+        """Which arcs of the left and of the right picture have a partner."""
+        label = self.arc_label
+        of_right = np.zeros(self.arcs[1], bool)
+        of_right[label[label != NONE]] = True
+        return label != NONE, of_right
 
     @property
     def region_label(self) -> Ints:

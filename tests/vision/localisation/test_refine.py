@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -267,3 +269,21 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     verdict = decide(found, [], [], Needs(5.0, 0.02), DEFAULTS.verdict)
     assert verdict.verdict == "refused"
     assert any(weakest in sentence for sentence in verdict.missing)
+
+
+def test_of_edges_side_by_side_the_one_with_a_partner_in_stereo_counts() -> None:
+    """Two like edges, 1 px to both sides of where one is looked for."""
+    p = DEFAULTS.refinement
+    position, normal = np.array([[51.0, 40.0], [49.0, 40.0]]), np.array([[1.0, 0.0], [1.0, 0.0]])
+    edges = EdgePoints(
+        position, normal, np.full(2, 30.0), np.full(2, 0.1), np.zeros(2), np.full(2, 100.0), grey_range=200.0
+    )
+    sought = np.array([[50.0, 40.0]]), np.array([[0.0, 1.0]])
+    for partnered in (0, 1):
+        odds = np.full(2, p.no_partner_odds)
+        odds[partnered] = p.partner_odds
+        offset, found = EdgeIndex(edges, odds).measure(*sought, 4.0, 2.0, p)
+        assert (found.tolist(), np.abs(offset).tolist()) == ([partnered], [1.0])
+        # an edge much stronger counts without a partner
+        stronger = replace(edges, contrast=np.where(np.arange(2) == partnered, 30.0, 240.0))
+        assert EdgeIndex(stronger, odds).measure(*sought, 4.0, 2.0, p)[1].tolist() == [1 - partnered]
