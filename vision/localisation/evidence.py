@@ -129,23 +129,26 @@ def build_evidence(
 
     blocks = (rows // block, columns // block)
     window = 2 * max(round(p.surroundings_px / p.block_px), 1) + 1
-    seen = _around(covered.astype(np.float32), blocks, window)
+    share = covered.reshape(blocks[0], block, blocks[1], block).mean(axis=(1, 3), dtype=np.float32)
+    seen = _gather(np.asarray(share), window)
     chance = np.empty((len(p.strengths), p.orientations, *blocks), np.float32)
-    field = np.full(near.shape, np.log(1 - p.detection[0]), np.float32)
+    # The evidence of a cell depends on the class of its strength, its orientation and its block alone.
+    evidence = np.full((p.orientations, *blocks, 1 + len(p.strengths)), np.log(1 - p.detection[0]), np.float32)
     likely = np.diff(np.append(p.detection, 0.0)) * -1
     weight = p.background_cells / (block * block)
-    for k in range(len(p.strengths)):
-        for b in range(p.orientations):
-            of_class = near[b] == k + 1
-            around = _around(of_class.astype(np.float32), blocks, window)
-            share = float(of_class.sum()) / max(float(covered.sum()), 1.0)
-            chance[k, b] = (around + weight * share + 0.5 / block**2) / (seen + weight + 1 / block**2)
-            r, c = np.nonzero(of_class)
-            q = chance[k, b, r // block, c // block]
-            field[b, r, c] = np.log((likely[k] + (1 - p.detection[0]) * q) / q)
-    field *= covered
+    row, column = np.arange(rows) // block, np.arange(columns) // block
+    number = (row[:, None] * blocks[1] + column) * (1 + len(p.strengths))
     out = np.zeros((p.orientations, rows + 2 * pad, columns + 2 * pad), np.float32)
-    out[:, pad : pad + rows, pad : pad + columns] = field
+    for b in range(p.orientations):
+        class_of_block = number + near[b]
+        counts = np.bincount(class_of_block.ravel(), minlength=evidence[b].size).reshape(evidence[b].shape)
+        for k in range(len(p.strengths)):
+            around = _gather(counts[..., k + 1].astype(np.float32) / np.float32(block**2), window)
+            common = float(counts[..., k + 1].sum()) / max(float(covered.sum()), 1.0)
+            chance[k, b] = (around + weight * common + 0.5 / block**2) / (seen + weight + 1 / block**2)
+            q = chance[k, b]
+            evidence[b, ..., k + 1] = np.log((likely[k] + (1 - p.detection[0]) * q) / q)
+        out[b, pad : pad + rows, pad : pad + columns] = evidence[b].ravel()[class_of_block] * covered
     return Evidence(out, cell, edges.low - cell * pad, pad, chance, block, p)
 
 
@@ -155,9 +158,8 @@ def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> Bools:
     return np.asarray((np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5))
 
 
-def _around(layer: Floats32, blocks: tuple[int, int], window: int) -> Floats32:
-    """Sums of the shares of a layer in the blocks of a window about each block."""
+def _gather(share: Floats32, window: int) -> Floats32:
+    """Sums of the shares of blocks in a window about each."""
     import cv2
 
-    share = layer.reshape(blocks[0], len(layer) // blocks[0], blocks[1], -1).mean(axis=(1, 3), dtype=np.float32)
     return np.asarray(cv2.boxFilter(share, -1, (window, window), normalize=False, borderType=cv2.BORDER_CONSTANT))

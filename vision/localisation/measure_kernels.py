@@ -35,17 +35,24 @@ def nearest_edges(
     columns, rows = size[0], size[1]
     reach, scale, min_cosine, beside = limits[0], limits[1], limits[2], limits[3]
     box = int(np.ceil(reach + beside))
+    # Whole pixels far from the normal's line contain nothing of use: elements are up to 0.71 px off them.
+    wide = beside + 0.85
     for i in range(len(pixel)):
         found[i], offset[i] = -1, 0.0
         nx, ny = -direction[i, 1], direction[i, 0]
         best = -1e300
         col, row = int(np.rint(pixel[i, 0] - low[0])), int(np.rint(pixel[i, 1] - low[1]))
+        tx, ty = direction[i, 0], direction[i, 1]
         for r in range(max(row - box, 0), min(row + box + 1, rows)):
-            for c in range(max(col - box, 0), min(col + box + 1, columns)):
-                # Whole pixels far from the normal's line contain nothing of use: elements are up to 0.71 px off them.
-                dx, dy = c + low[0] - pixel[i, 0], r + low[1] - pixel[i, 1]
-                if abs(dx * direction[i, 0] + dy * direction[i, 1]) > beside + 0.85:
-                    continue
+            first, last = max(col - box, 0), min(col + box, columns - 1)
+            if abs(tx) > 1e-3:
+                # The columns of this row that the strip of that half width about the line crosses.
+                middle = pixel[i, 0] - low[0] - (r + low[1] - pixel[i, 1]) * ty / tx
+                first = max(first, int(np.ceil(middle - wide / abs(tx))))
+                last = min(last, int(np.floor(middle + wide / abs(tx))))
+            elif abs((r + low[1] - pixel[i, 1]) * ty) > wide + 1e-3 * (box + 1):
+                continue
+            for c in range(first, last + 1):
                 for k in range(start[r * columns + c], start[r * columns + c + 1]):
                     e = order[k]
                     ex, ey = position[e, 0] - pixel[i, 0], position[e, 1] - pixel[i, 1]

@@ -83,7 +83,7 @@ def _measure(scene: Scene, grid: GreyGrid, world_from_camera: Floats, p: Outline
     """Length (px) and contrast of the outlines in one picture."""
     model = np.zeros(grid.seen.shape, bool)
     directions = grid.directions[grid.seen] @ world_from_camera[:3, :3].T
-    model[grid.seen] = scene.rays.nearest(world_from_camera[:3, 3], directions) >= 0
+    model[grid.seen] = scene.rays.meet(world_from_camera[:3, 3], directions)
     away = _distance_from_outline(model, p.step_px)
     beside = grid.seen & (np.abs(away) > p.near_px) & (np.abs(away) <= p.far_px)
     if not beside.any():

@@ -75,6 +75,13 @@ class Scene:
         inspected = self.inspected[self.surface_occurrence[self.triangle_surface]]
         return np.flatnonzero((bend < 1 - 1e-6) & inspected)
 
+    @cached_property
+    def curved_corners(self) -> tuple[Floats, Floats]:
+        """Normals n (3 f, 3) at the corners v of the curved triangles, and their n . v (3 f,)."""
+        corner = self.triangles[self.curved_triangles].ravel()
+        normal = self.vertex_normals[corner]
+        return normal, np.asarray(np.einsum("ij,ij->i", normal, self.vertices[corner]))
+
     def select(self, samples: Ints, lengths: Floats, triangles: Ints) -> Scene:
         """The scene with these samples (and the arc lengths they stand for) and silhouettes of these triangles alone;
         everything still occludes."""
@@ -117,6 +124,14 @@ class Rays:
         start = np.ascontiguousarray(origins - self._centre, dtype=np.float32)
         way = np.ascontiguousarray(target - self._centre - start, dtype=np.float32)
         hit = self._scene.run(start, way, np.ones(len(start), np.float32), query="OCCLUDED")
+        return np.asarray(hit) >= 0
+
+    def meet(self, origin: Floats, directions: Floats) -> Bools:
+        """Which rays (n,) from one point hit something."""
+        start = np.broadcast_to((origin - self._centre).astype(np.float32), directions.shape)
+        hit = self._scene.run(
+            np.ascontiguousarray(start), np.ascontiguousarray(directions, dtype=np.float32), query="OCCLUDED"
+        )
         return np.asarray(hit) >= 0
 
     def nearest(self, origin: Floats, directions: Floats) -> Ints:

@@ -128,12 +128,13 @@ class Silhouettes:
 def find_silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
     """Where curved, inspected surfaces turn away from the eye: n . v = 0, linear in each triangle's exact normals."""
     rows = scene.curved_triangles
-    corners = scene.vertices[scene.triangles[rows]]
-    normals = scene.vertex_normals[scene.triangles[rows]]
-    facing = np.einsum("fij,fij->fi", normals, eye - corners)
+    normal, level = scene.curved_corners
+    facing = (normal @ eye - level).reshape(-1, 3)
     positive = facing > 0
-    mixed = np.flatnonzero(positive.any(axis=1) & ~positive.all(axis=1))
-    corners, normals, facing, positive = corners[mixed], normals[mixed], facing[mixed], positive[mixed]
+    count = positive[:, 0].astype(np.int8) + positive[:, 1] + positive[:, 2]
+    mixed = np.flatnonzero((count > 0) & (count < 3))
+    corners, normals = scene.vertices[scene.triangles[rows[mixed]]], normal.reshape(-1, 3, 3)[mixed]
+    facing, positive = facing[mixed], positive[mixed]
     # The corner that stands alone on its side: both cut sides of the triangle start there.
     alone = np.where(positive.sum(axis=1) == 1, positive.argmax(axis=1), (~positive).argmax(axis=1))
     row = np.arange(len(mixed))
