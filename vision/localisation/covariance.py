@@ -47,24 +47,34 @@ def compute_covariance(
     expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
-    meat += _scatter_by_tolerance(m, prediction, weight)
+    meat += _scatter_by_tolerance(m, prediction, weight, p.refinement.rounds[-1][1])
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
     return np.asarray((inverse @ meat @ inverse)[:6, :6])
 
 
-def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Floats) -> Floats:
+def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Floats, scale: float) -> Floats:
     """Covariance (u, u) of the gradient by arcs that lie elsewhere than the model says, in all pictures at once."""
     _, flow = flow_in_camera(prediction)
     normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
     # Where the image moves along its normal with the point: a vector in the rig's frame, px at one tolerance.
     by_point = np.einsum("ni,nij,njk->nk", normal, flow, prediction.rotation[prediction.view])
-    by_point *= (prediction.tolerance_px / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
+    pulled = _compute_pull(prediction.tolerance_px, scale)
+    by_point *= (pulled / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
     arc = np.unique(prediction.arc, return_inverse=True)[1].ravel()
     moved = m.jacobian[:, :, None] * (weight[:, None] * by_point)[:, None, :]
     by_arc = np.stack([np.bincount(arc, column) for column in moved.reshape(len(arc), -1).T], axis=1)
     pulls = by_arc.reshape(len(by_arc), -1, 3)
     return np.asarray(np.einsum("aux,avx->uv", pulls, pulls))
+
+
+def _compute_pull(tolerance_px: Floats, scale: float) -> Floats:
+    """Standard deviation (n,) px by which what is displaced by a tolerance pulls, over the mean weight it has: what is
+    farther off has less (`measure`'s loss, over a normal distribution)."""
+    z, share = np.polynomial.hermite_e.hermegauss(9)
+    off = tolerance_px[:, None] * z
+    weight = 1 / (1 + off**2 / (scale**2 + (2 * tolerance_px[:, None]) ** 2)) ** 2
+    return np.asarray(np.sqrt((weight * off) ** 2 @ share * share.sum()) / (weight @ share))
 
 
 def _group_by_stretch(prediction: Prediction, p: LocalisationParameters) -> Ints:

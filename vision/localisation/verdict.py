@@ -117,20 +117,13 @@ class Signs:
     apart: float
 
     def columns(self, p: VerdictParameters) -> Floats:
-        """The signs (5,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
-        the right pose in the mean; share; agreement; whether there are outlines, and what they say."""
+        """The signs (4,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
+        the right pose in the mean; share; agreement; and what the outlines say, where there are any."""
         left = self.evidence - 0.5 * (self.prior_sigma**2 - 6)
         against_chance = np.log(max(left, 1.0) / p.chance_evidence)
         outlined = self.outline_px / (self.outline_px + p.usual_outline_px)
-        return np.array(
-            [
-                against_chance,
-                min(self.share, p.most_share),
-                self.agreement,
-                -outlined,
-                outlined * min(self.outline_contrast, p.most_contrast),
-            ]
-        )
+        contrast = min(self.outline_contrast, p.most_contrast) - p.neutral_contrast
+        return np.array([against_chance, min(self.share, p.most_share), self.agreement, outlined * contrast])
 
     def log_odds(self, p: VerdictParameters) -> float:
         """Log odds of the pose by these signs."""
