@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -113,6 +113,14 @@ class Fit:
     prior: Prior
     unknowns: CameraUnknowns
     p: LocalisationParameters
+    predicted: dict[bytes, Prediction] = field(default_factory=dict)
+
+    def predict(self, world_from_rig: Floats) -> Prediction:
+        """What the cameras see from a pose; solutions begin where others began or ended."""
+        key = world_from_rig.tobytes()
+        if key not in self.predicted:
+            self.predicted[key] = predict(self.scene, self.rig, world_from_rig, self.p.refinement.samples, p=self.p)
+        return self.predicted[key]
 
     def solve(
         self, world_from_rig: Floats, excluded: Bools, rounds: tuple[tuple[float, float], ...] | None = None
@@ -120,7 +128,7 @@ class Fit:
         """The best pose from all components that are not excluded, by all rounds or by those given."""
         p, pose, own = self.p, world_from_rig, self.unknowns.mean
         for reach, scale in rounds or p.refinement.rounds:
-            prediction = predict(self.scene, self.rig, pose, p.refinement.samples, p=p)
+            prediction = self.predict(pose)
             votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
             delta = np.zeros(6)
             if (reach, scale) != p.refinement.rounds[0]:
@@ -141,7 +149,7 @@ class Fit:
     def measure(self, pose: Floats, own: Floats, excluded: Bools) -> Refined:
         """What the pictures say of a pose as it stands."""
         p = self.p
-        prediction = predict(self.scene, self.rig, pose, p.refinement.samples, p=p)
+        prediction = self.predict(pose)
         component = self.scene.component_of_arc[prediction.arc]
         votes = ~excluded[component]
         last = p.refinement.rounds[-1]
