@@ -252,7 +252,7 @@ CREATE TABLE edge_measurement (
     run_id BIGINT NOT NULL,
     view_no INTEGER NOT NULL,
     measurement_no INTEGER NOT NULL,
-    view_arc_no INTEGER NOT NULL,
+    view_arc_no INTEGER,
     world_x DOUBLE PRECISION NOT NULL,
     world_y DOUBLE PRECISION NOT NULL,
     world_z DOUBLE PRECISION NOT NULL,
@@ -263,13 +263,18 @@ CREATE TABLE edge_measurement (
     sigma DOUBLE PRECISION NOT NULL,
     weight DOUBLE PRECISION NOT NULL,
     residual DOUBLE PRECISION NOT NULL,
+    response DOUBLE PRECISION NOT NULL,
+    tolerance DOUBLE PRECISION NOT NULL,
+    scene_arc INTEGER NOT NULL,
+    stretch INTEGER NOT NULL,
+    length DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, view_no, measurement_no)
 );
 COMMENT ON TABLE edge_measurement IS 'Edge points that the last refinement measured the pose with: enough to replay it.';
 COMMENT ON COLUMN edge_measurement.run_id IS 'the run';
 COMMENT ON COLUMN edge_measurement.view_no IS 'the view';
 COMMENT ON COLUMN edge_measurement.measurement_no IS 'ordinal in the view, from 0';
-COMMENT ON COLUMN edge_measurement.view_arc_no IS 'the model arc';
+COMMENT ON COLUMN edge_measurement.view_arc_no IS 'the model arc in the view; null where the view at the pose found shows none of it';
 COMMENT ON COLUMN edge_measurement.world_x IS 'x of the model point, mm, in the world''s frame';
 COMMENT ON COLUMN edge_measurement.world_y IS 'y of the model point, mm, in the world''s frame';
 COMMENT ON COLUMN edge_measurement.world_z IS 'z of the model point, mm, in the world''s frame';
@@ -279,7 +284,12 @@ COMMENT ON COLUMN edge_measurement.u IS 'x of the edge point found, px of the ca
 COMMENT ON COLUMN edge_measurement.v IS 'y of the edge point found, px of the camera freed of distortion';
 COMMENT ON COLUMN edge_measurement.sigma IS 'standard deviation along the normal, px';
 COMMENT ON COLUMN edge_measurement.weight IS 'weight that the robust loss left, 0 to 1';
-COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose found, px';
+COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose of refinement, what was solved of the camera taken off, px';
+COMMENT ON COLUMN edge_measurement.response IS 'derivative of the place along the normal by the camera''s response';
+COMMENT ON COLUMN edge_measurement.tolerance IS 'standard deviation of where the model has the arc, px';
+COMMENT ON COLUMN edge_measurement.scene_arc IS 'number of the arc or outline among all that were selected: measurements of one in a picture may be shifted as a whole';
+COMMENT ON COLUMN edge_measurement.stretch IS 'number of the stretch of an arc in a picture whose measurements err together';
+COMMENT ON COLUMN edge_measurement.length IS 'length of the arc in the picture that the measurement stands for, px';
 
 CREATE TABLE pose (
     run_id BIGINT PRIMARY KEY,

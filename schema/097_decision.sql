@@ -52,6 +52,8 @@ CREATE TABLE camera_unknown (
     value DOUBLE PRECISION NOT NULL,
     expected DOUBLE PRECISION NOT NULL,
     sigma DOUBLE PRECISION NOT NULL,
+    considered DOUBLE PRECISION NOT NULL,
+    before DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, camera, name)
 );
 COMMENT ON TABLE camera_unknown IS 'What was solved of each camera along with the pose.';
@@ -61,6 +63,8 @@ COMMENT ON COLUMN camera_unknown.name IS 'response (px at a contrast of the whol
 COMMENT ON COLUMN camera_unknown.value IS 'as solved';
 COMMENT ON COLUMN camera_unknown.expected IS 'as expected before';
 COMMENT ON COLUMN camera_unknown.sigma IS 'standard deviation before; 0: exact, and not solved';
+COMMENT ON COLUMN camera_unknown.considered IS 'standard deviation of an error in it that all cameras share, which is not solved but which the covariance holds; 0: none';
+COMMENT ON COLUMN camera_unknown.before IS 'what the last step of the refinement set out from';
 
 CREATE TABLE camera_alone (
     run_id BIGINT NOT NULL,
@@ -103,16 +107,105 @@ COMMENT ON COLUMN camera_alone.m23 IS 'world_from_rig: row 2 of the translation,
 COMMENT ON COLUMN camera_alone.covariance IS '6x6 row-major, of a right perturbation in the rig''s frame: t mm, then r rad';
 COMMENT ON COLUMN camera_alone.evidence IS 'log odds that the model is there by this camera';
 
+CREATE TABLE refinement (
+    run_id BIGINT PRIMARY KEY,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    covariance DOUBLE PRECISION[] NOT NULL,
+    middle_x DOUBLE PRECISION NOT NULL,
+    middle_y DOUBLE PRECISION NOT NULL,
+    middle_z DOUBLE PRECISION NOT NULL,
+    excluded INTEGER NOT NULL,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
+);
+COMMENT ON TABLE refinement IS 'What the last step of the refinement of the best hypothesis set out from: the pose at which the pictures were looked at last.';
+COMMENT ON COLUMN refinement.run_id IS 'the run';
+COMMENT ON COLUMN refinement.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN refinement.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN refinement.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN refinement.m03 IS 'world_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN refinement.m10 IS 'world_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN refinement.m11 IS 'world_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN refinement.m12 IS 'world_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN refinement.m13 IS 'world_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN refinement.m20 IS 'world_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN refinement.m21 IS 'world_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN refinement.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN refinement.m23 IS 'world_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN refinement.covariance IS 'covariance of what was measured there, 6x6 row-major, of a right perturbation in the rig''s frame: t mm, then r rad; that of the pose joins the explanations to it';
+COMMENT ON COLUMN refinement.middle_x IS 'x of the middle of what is seen, mm, in the rig''s frame: where the place is to be as exact as needed';
+COMMENT ON COLUMN refinement.middle_y IS 'y of that, mm';
+COMMENT ON COLUMN refinement.middle_z IS 'z of that, mm';
+COMMENT ON COLUMN refinement.excluded IS 'how many components of the model were left out since they are not where the model says';
+
+CREATE TABLE explanation (
+    run_id BIGINT NOT NULL,
+    explanation_no INTEGER NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    covariance DOUBLE PRECISION[] NOT NULL,
+    log_odds DOUBLE PRECISION NOT NULL,
+    PRIMARY KEY (run_id, explanation_no),
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
+);
+COMMENT ON TABLE explanation IS 'Poses near the best that explain the pictures by other components of the model being off their place; its covariance holds them.';
+COMMENT ON COLUMN explanation.run_id IS 'the run';
+COMMENT ON COLUMN explanation.explanation_no IS 'ordinal in the run, from 0';
+COMMENT ON COLUMN explanation.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN explanation.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN explanation.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN explanation.m03 IS 'world_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN explanation.m10 IS 'world_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN explanation.m11 IS 'world_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN explanation.m12 IS 'world_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN explanation.m13 IS 'world_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN explanation.m20 IS 'world_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN explanation.m21 IS 'world_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN explanation.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN explanation.m23 IS 'world_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN explanation.covariance IS '6x6 row-major, of a right perturbation in the rig''s frame: t mm, then r rad';
+COMMENT ON COLUMN explanation.log_odds IS 'natural logarithm of its odds against the best';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('threshold', 'run', 'primary'),
     ('verdict_sign', 'localisation', 'primary'),
     ('hypothesis_support', 'localisation', 'primary'),
     ('camera_unknown', 'localisation', 'primary'),
-    ('camera_alone', 'localisation', 'primary');
+    ('camera_alone', 'localisation', 'primary'),
+    ('refinement', 'localisation', 'primary'),
+    ('explanation', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('threshold', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('verdict_sign', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
     ('hypothesis_support', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
     ('camera_unknown', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
-    ('camera_alone', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']);
+    ('camera_alone', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('refinement', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('explanation', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']);

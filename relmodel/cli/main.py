@@ -44,6 +44,7 @@ VERBS = (
     "runs",
     "report",
     "why",
+    "replay",
     "compare",
     "prune",
     "schema",

@@ -22,6 +22,7 @@ BOX = ["--box", "1650", "-480", "960", "1700", "-440", "990"]
 CALLS = {
     "runs": ["runs"],
     "why": ["why", "RUN", "--pose"],
+    "replay": ["replay", "RUN"],
     "compare": ["compare", "1", "RUN"],
     "check": ["check"],
     "find": ["find", *BOX, "--level", "feature"],

@@ -1,5 +1,5 @@
 """What the decisions of an inspection were held against and what they weighed, as rows: the store's `threshold`,
-`verdict_sign`, `hypothesis_support`, `camera_unknown` and `camera_alone`."""
+`verdict_sign`, `hypothesis_support`, `camera_unknown`, `camera_alone`, `refinement` and `explanation`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from vision.cameras.cameras import Needs, Rig
 from vision.inspection.parameters import InspectionParameters
 from vision.localisation.calibration import describe_unknowns
 from vision.localisation.localise import Localisation
+from vision.localisation.refine import LastStep, Refined
 from vision.localisation.verdict import find_rivals, read_signs
 
 # A camera's own unknowns in the order of `CameraUnknowns`.
@@ -58,6 +59,8 @@ def record_decisions(
             },
         },
     )
+    last = found.best.last_step
+    assert last is not None
     unknowns = describe_unknowns(rig, p.localisation.refinement)
     run.append(
         connection,
@@ -69,8 +72,11 @@ def record_decisions(
             "value": found.best.own.ravel(),
             "expected": unknowns.mean.ravel(),
             "sigma": unknowns.sigma.ravel(),
+            "considered": unknowns.considered.sum(axis=1),
+            "before": last.own.ravel(),
         },
     )
+    _record_refinement(run, connection, found.best, last)
     if found.alone:
         run.append(
             connection,
@@ -81,6 +87,34 @@ def record_decisions(
                 **matrix_columns([h.world_from_rig for h in found.alone]),
                 "covariance": Ragged.pack([h.covariance for h in found.alone]),
                 "evidence": np.array([h.evidence for h in found.alone]),
+            },
+        )
+
+
+def _record_refinement(run: Run, connection: Connection, best: Refined, last: LastStep) -> None:
+    middle = best.middle.tolist()
+    run.append(
+        connection,
+        "refinement",
+        {
+            "run_id": [run.id],
+            **matrix_columns(last.world_from_rig),
+            "covariance": Ragged.pack([last.covariance]),
+            **{f"middle_{axis}": value for axis, value in zip("xyz", middle, strict=True)},
+            "excluded": int(best.excluded.sum()),
+        },
+    )
+    others = last.explanations
+    if others:
+        run.append(
+            connection,
+            "explanation",
+            {
+                "run_id": run.id,
+                "explanation_no": np.arange(len(others)),
+                **matrix_columns([h.world_from_rig for h in others]),
+                "covariance": Ragged.pack([h.covariance for h in others]),
+                "log_odds": np.array([h.log_odds for h in others]),
             },
         )
 

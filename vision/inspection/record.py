@@ -21,7 +21,7 @@ from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.refine import Refined
 from vision.localisation.stored_scene import StoredScene
-from vision.localisation.views import KINDS, SILHOUETTE
+from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
 from vision.matching.parameters import PoseProblemParameters
 from vision.matching.pose_problem import MatchedView
 from vision.presence.record import record_presence, record_variants
@@ -188,7 +188,7 @@ def _record_view(
         {
             **key,
             "measurement_no": np.arange(len(measured.view_arc)),
-            "view_arc_no": measured.view_arc,
+            "view_arc_no": np.ma.masked_equal(measured.view_arc, NO_RUN),
             "world_x": measured.world[:, 0],
             "world_y": measured.world[:, 1],
             "world_z": measured.world[:, 2],
@@ -199,6 +199,11 @@ def _record_view(
             "sigma": measured.sigma,
             "weight": measured.weight,
             "residual": measured.residual,
+            "response": measured.response,
+            "tolerance": measured.tolerance,
+            "scene_arc": measured.arc,
+            "stretch": measured.stretch,
+            "length": measured.length,
         },
     )
 

@@ -12,18 +12,24 @@ from vision.localisation.parameters import LocalisationParameters
 
 
 def compute_covariance(
-    m: Measurements, prediction: Prediction, hessian: Floats, unknowns: CameraUnknowns, p: LocalisationParameters
+    m: Measurements,
+    prediction: Prediction,
+    stretch: Ints,
+    hessian: Floats,
+    unknowns: CameraUnknowns,
+    p: LocalisationParameters,
 ) -> Floats:
     """Covariance (6, 6) of a pose from its measurements: that of an M-estimator (Huber, 1981) whose measurements err in
     several ways.
 
-    Samples near each other err together (texture, shading), so stretches of arcs are what is independent.  The image of
-    an arc may be shifted as a whole (light, a clipped edge, an arc not where the model says), by a random effect whose
-    variance is common to all arcs and is estimated from how far their mean offsets scatter, what the pose has
-    followed taken off (Henderson's analysis of variance).  Where the model has a tolerance, an arc lies elsewhere for
-    all cameras alike.  The priors err as they say, and the cameras also by what is considered and not solved for.
+    Samples near each other err together (texture, shading), so stretches of arcs (of `group_by_stretch`) are what is
+    independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
+    says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
+    scatter, what the pose has followed taken off (Henderson's analysis of variance).  Where the model has a tolerance,
+    an arc lies elsewhere for all cameras alike.  The priors err as they say, and the cameras also by what is considered
+    and not solved for.
     """
-    group, stretch = group_by_arc(prediction), _group_by_stretch(prediction, p)
+    group = group_by_arc(prediction)
     weight = m.weight / m.sigma**2
     data = (m.jacobian * weight[:, None]).T @ m.jacobian
     # How far the loss bends away from the least squares that its weights make of it.
@@ -77,8 +83,8 @@ def _compute_pull(tolerance_px: Floats, scale: float) -> Floats:
     return np.asarray(np.sqrt((weight * off) ** 2 @ share * share.sum()) / (weight @ share))
 
 
-def _group_by_stretch(prediction: Prediction, p: LocalisationParameters) -> Ints:
-    """A number for each stretch of `p.search.correlation_px` of each arc's image (n,)."""
+def group_by_stretch(prediction: Prediction) -> Ints:
+    """A number for each stretch of each arc's image (n,) that counts as one observation."""
     group = group_by_arc(prediction)
     order = np.argsort(group, kind="stable")
     along = np.cumsum(prediction.weight[order])

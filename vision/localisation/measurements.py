@@ -114,16 +114,21 @@ def measure(
             unknowns.sigma[number],
         )
         offset[hit] -= by_camera[hit, number] @ own[number]
-    # Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth.
-    far = offset**2 / (scale**2 + (2 * prediction.tolerance_px) ** 2)
-    use = (found >= 0) & votes
-    weight = np.where(use, 1 / (1 + far) ** 2, 0.0)
-    slope = np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
+    weight, slope = weigh(offset, prediction.tolerance_px, (found >= 0) & votes, scale)
     # What puts an arc elsewhere moves all its samples: an arc of n knows no more than its tolerance allows.
     sigma = np.sqrt(sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, weight))
     own_derivative = by_camera.reshape(len(pixel), own.size)
     derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), own_derivative], axis=1)
     return Measurements(pixel, direction, offset, found, sigma, weight, slope, derivative)
+
+
+def weigh(offset: Floats, tolerance_px: Floats, use: Bools, scale: float) -> tuple[Floats, Floats]:
+    """Weights (n,) of the robust loss of offsets (px) from arcs of that tolerance, and the derivatives of weight times
+    offset by the offset; zero where they are of no use.
+
+    Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth."""
+    far = offset**2 / (scale**2 + (2 * tolerance_px) ** 2)
+    return np.where(use, 1 / (1 + far) ** 2, 0.0), np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
 
 
 def group_by_arc(prediction: Prediction) -> Ints:

@@ -140,6 +140,9 @@ class RefinementParameters:
     """Gauss-Newton steps at most in a round"""
     min_step_sigma: float = 0.05
     """sigmas: a shorter step ends a round"""
+    max_last_step_sigma: float = 1.0
+    """sigmas of a step beyond which the last one, on what was measured at the pose, is not taken: others are of some
+    hundredths to tenths"""
     samples: int = 3000
     """samples that face a camera"""
     min_cosine: float = 0.94

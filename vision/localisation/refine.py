@@ -10,14 +10,35 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.calibration import CameraUnknowns, describe_unknowns
-from vision.localisation.covariance import compute_covariance
+from vision.localisation.covariance import compute_covariance, group_by_stretch
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import Prediction, predict
 from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc, measure
 from vision.localisation.outlines import Outlines
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
+from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
 from vision.localisation.scene import Scene
 from vision.localisation.support import Support, measure_support
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A pose that explains the pictures by other components being off, its covariance (6, 6), and the log odds of it
+    against the pose that was kept."""
+
+    world_from_rig: Floats
+    covariance: Floats
+    log_odds: float
+
+
+@dataclass(frozen=True)
+class LastStep:
+    """What the last step of a refinement set out from: the pose and the cameras' unknowns (c, 10) at which the pictures
+    were looked at; the covariance (6, 6) of what was measured there; and the explanations that are joined to it."""
+
+    world_from_rig: Floats
+    own: Floats
+    covariance: Floats
+    explanations: list[Explanation]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +47,7 @@ class Refined:
 
     excluded (b,): which of the scene's components are left out because they are not where the model says.
     prior_sigma: its distance from the prior.  outlines: the greys beside the outlines, where they were asked for.
+    last_step: where prediction, measurements and support are of.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -38,6 +60,13 @@ class Refined:
     support: Support
     prior_sigma: float
     outlines: Outlines | None = None
+    last_step: LastStep | None = None
+
+    @property
+    def middle(self) -> Floats:
+        """The middle (3,) of what is seen, in the rig's frame."""
+        seen = self.prediction.point
+        return np.asarray(np.median(seen, axis=0) if len(seen) else np.zeros(3))
 
     @property
     def evidence(self) -> float:
@@ -81,7 +110,39 @@ def refine(
     start = fit.measure(world_from_rig, fit.unknowns.mean, none)
     near = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
     refined = min([refined, near, start], key=lambda h: h.cost)
-    return replace(refined, covariance=_spread(refined, beside, p.refinement.temper))
+    explanations = [
+        Explanation(h.world_from_rig, h.covariance, odds - p.refinement.temper * max(h.cost - refined.cost, 0.0))
+        for h, odds in beside
+    ]
+    pose, own = take_last_step(
+        refined.measurements, refined.world_from_rig, refined.own, prior, fit.unknowns, p.refinement
+    )
+    return replace(
+        refined,
+        world_from_rig=pose,
+        own=own,
+        covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
+        prior_sigma=prior.distance(pose),
+        last_step=LastStep(refined.world_from_rig, refined.own, refined.covariance, explanations),
+    )
+
+
+def take_last_step(
+    m: Measurements,
+    world_from_rig: Floats,
+    own: Floats,
+    prior: Prior,
+    unknowns: CameraUnknowns,
+    p: RefinementParameters,
+) -> tuple[Floats, Floats]:
+    """The pose (4, 4) and own unknowns (c, 10) that measurements say which were taken at a pose and unknowns: a step of
+    least squares, the pictures not looked at again.  A step beyond `max_last_step_sigma` is not taken: the pose then
+    stands for what it gathers, not for where its edges lie."""
+    hessian, gradient = normal_equations(m, world_from_rig, own, prior, unknowns)
+    step = np.asarray(np.linalg.solve(hessian, gradient), float)
+    if step @ hessian @ step > p.max_last_step_sigma**2:
+        return world_from_rig, own
+    return perturb(world_from_rig, step[:6]), own + step[6:].reshape(own.shape)
 
 
 def _distance(a: Refined, b: Refined) -> float:
@@ -90,16 +151,33 @@ def _distance(a: Refined, b: Refined) -> float:
     return float(np.sqrt(apart @ np.linalg.solve(b.covariance, apart)))
 
 
-def _spread(refined: Refined, others: list[tuple[Refined, float]], temper: float) -> Floats:
-    """The covariance (6, 6) of a pose among others that contradict it, in proportion to how likely each is by its cost
-    and the log odds beside it."""
-    total, weights = refined.covariance.copy(), 1.0
-    for h, odds in others:
-        weight = np.exp(odds - temper * max(h.cost - refined.cost, 0.0))
-        apart = perturbation(refined.world_from_rig, h.world_from_rig)
+def join_explanations(world_from_rig: Floats, covariance: Floats, others: list[Explanation]) -> Floats:
+    """The covariance (6, 6) of a pose among others that contradict it, in proportion to how likely each is."""
+    total, weights = covariance.copy(), 1.0
+    for h in others:
+        weight = float(np.exp(h.log_odds))
+        apart = perturbation(world_from_rig, h.world_from_rig)
         total += weight * (h.covariance + np.outer(apart, apart))
         weights += weight
     return np.asarray(total / weights)
+
+
+def normal_equations(
+    m: Measurements, world_from_rig: Floats, own: Floats, prior: Prior, unknowns: CameraUnknowns
+) -> tuple[Floats, Floats]:
+    """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included."""
+    scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
+    hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
+    away = perturbation(prior.world_from_rig, world_from_rig)
+    turn = np.eye(6)
+    turn[:3, :3] = rotation_matrix(away[3:])
+    information = turn.T @ prior.information
+    hessian[:6, :6] += information @ turn
+    gradient[:6] -= information @ away
+    precision = unknowns.precision
+    hessian[6:, 6:] += np.diag(precision)
+    gradient[6:] -= precision * (own - unknowns.mean).ravel()
+    return hessian, gradient
 
 
 @dataclass(frozen=True)
@@ -157,7 +235,7 @@ class Fit:
         hessian, _ = self._normal_equations(m, pose, own)
         return Refined(
             pose,
-            compute_covariance(m, prediction, hessian, self.unknowns, p),
+            compute_covariance(m, prediction, group_by_stretch(prediction), hessian, self.unknowns, p),
             own,
             prediction,
             m,
@@ -202,19 +280,7 @@ class Fit:
         return [int(component[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
 
     def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
-        """Hessian and gradient by (t, r, each camera's own unknowns), the priors of all included."""
-        scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
-        hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
-        away = perturbation(self.prior.world_from_rig, world_from_rig)
-        turn = np.eye(6)
-        turn[:3, :3] = rotation_matrix(away[3:])
-        information = turn.T @ self.prior.information
-        hessian[:6, :6] += information @ turn
-        gradient[:6] -= information @ away
-        precision = self.unknowns.precision
-        hessian[6:, 6:] += np.diag(precision)
-        gradient[6:] -= precision * (own - self.unknowns.mean).ravel()
-        return hessian, gradient
+        return normal_equations(m, world_from_rig, own, self.prior, self.unknowns)
 
 
 def _find_consensus(

@@ -50,24 +50,26 @@ def find_rivals(best: Refined, others: list[Refined], p: VerdictParameters) -> l
     def found(h: Refined) -> float:
         return float(h.support.found.sum()) + (h.outlines.evidence if h.outlines else 0.0)
 
-    most = found(best)
-    margin = max(p.rival_share * most, p.min_margin)
-
-    def rivals_best(h: Refined) -> bool:
-        odds = 0.5 * (h.prior_sigma**2 - best.prior_sigma**2)
-        return found(h) > most - margin and odds < p.prior_odds
-
-    return [h for h in others if rivals_best(h)]
+    gathered = np.array([found(h) for h in (best, *others)])
+    distance = np.array([h.prior_sigma for h in (best, *others)])
+    return [h for h, rivals in zip(others, are_rivals(gathered, distance, p), strict=True) if rivals]
 
 
-def compute_precision(refined: Refined) -> tuple[float, float, str]:
+def are_rivals(found: Floats, prior_sigma: Floats, p: VerdictParameters) -> list[bool]:
+    """Whether each pose but the first rivals it, by what edges and outlines each gathers and its distance from the
+    prior."""
+    least = found[0] - max(p.rival_share * found[0], p.min_margin)
+    odds = 0.5 * (prior_sigma[1:] ** 2 - prior_sigma[0] ** 2)
+    rivals: list[bool] = ((found[1:] > least) & (odds < p.prior_odds)).tolist()
+    return rivals
+
+
+def compute_precision(covariance: Floats, middle: Floats) -> tuple[float, float, str]:
     """Standard deviations along the worst directions, of the point in the middle of what is seen (mm) and of rotation
-    (rad), and the worst direction in words, in the rig's axes."""
-    seen = refined.prediction.point
-    middle = np.median(seen, axis=0) if len(seen) else np.zeros(3)
+    (rad), and the worst direction in words, in the rig's axes; covariance (6, 6) and middle (3,) in its frame."""
     to_middle = np.eye(6)
     to_middle[:3, 3:] = -skew(middle)
-    covariance = to_middle @ refined.covariance @ to_middle.T
+    covariance = to_middle @ covariance @ to_middle.T
     shift, turn = np.linalg.eigh(covariance[:3, :3]), np.linalg.eigh(covariance[3:, 3:])
     sigma_mm, sigma_rad = float(np.sqrt(shift[0][-1])), float(np.sqrt(turn[0][-1]))
     weakest = f"shift along {_name_axis(shift[1][:, -1])}, turn about {_name_axis(turn[1][:, -1])} of the rig"
@@ -82,20 +84,20 @@ def _name_axis(direction: Floats) -> str:
     return " and ".join(AXES[i] for i in sorted(order[:count].tolist()))
 
 
-def compute_agreement(refined: Refined, p: VerdictParameters) -> float:
-    """Share of the voters' length on which edges were found that lies within `agreement_px` of its prediction."""
-    m, w = refined.measurements, refined.prediction.weight
-    found = m.weight > 0
-    return float(w[found & (np.abs(m.offset) < p.agreement_px)].sum() / max(w[found].sum(), 1e-9))
+def compute_agreement(length: Floats, weight: Floats, offset: Floats, p: VerdictParameters) -> float:
+    """Share of the voters' length (n,) on which edges were found that lies within `agreement_px` of its prediction."""
+    found = weight > 0
+    return float(length[found & (np.abs(offset) < p.agreement_px)].sum() / max(length[found].sum(), 1e-9))
 
 
-def compute_disagreement(poses: list[Refined]) -> float:
-    """How far the poses that single cameras give lie apart: the largest distance of two, in sigmas."""
+def compute_disagreement(poses: list[tuple[Floats, Floats]]) -> float:
+    """How far the poses that single cameras give lie apart, each with its covariance: the largest distance of two, in
+    sigmas."""
     worst = 0.0
-    for i, a in enumerate(poses):
-        for b in poses[:i]:
-            d = perturbation(a.world_from_rig, b.world_from_rig)
-            worst = max(worst, float(np.sqrt(d @ np.linalg.solve(a.covariance + b.covariance, d))))
+    for i, (a, of_a) in enumerate(poses):
+        for b, of_b in poses[:i]:
+            d = perturbation(a, b)
+            worst = max(worst, float(np.sqrt(d @ np.linalg.solve(of_a + of_b, d))))
     return worst
 
 
@@ -132,41 +134,65 @@ class Signs:
 
 def read_signs(best: Refined, alone: list[Refined], p: VerdictParameters) -> Signs:
     """The signs of a pose, of which single cameras give the poses `alone`."""
-    s, outlines = best.support, best.outlines
+    s, outlines, m = best.support, best.outlines, best.measurements
     return Signs(
         best.evidence,
         best.prior_sigma,
         float(s.found.sum() / max(float(s.expected.sum()), 1e-9)),
-        compute_agreement(best, p),
+        compute_agreement(best.prediction.weight, m.weight, m.offset, p),
         outlines.total_px if outlines else 0.0,
         outlines.mean if outlines else 0.0,
-        compute_disagreement(alone),
+        compute_disagreement([(h.world_from_rig, h.covariance) for h in alone]),
     )
 
 
 def decide(best: Refined, rivals: list[Refined], alone: list[Refined], needs: Needs, p: VerdictParameters) -> Verdict:
     """What to think of the best pose: rivals are the other hypotheses that are about as likely, `alone` the poses that
     single cameras give, where there are several."""
-    signs = read_signs(best, alone, p)
+    return judge(
+        read_signs(best, alone, p),
+        np.array([h.cost for h in (best, *rivals)]),
+        np.array([h.prior_sigma for h in (best, *rivals)]),
+        compute_precision(best.covariance, best.middle),
+        needs,
+        p,
+        excluded=int(best.excluded.sum()),
+        several=bool(alone),
+    )
+
+
+def judge(
+    signs: Signs,
+    costs: Floats,
+    prior_sigmas: Floats,
+    precision: tuple[float, float, str],
+    needs: Needs,
+    p: VerdictParameters,
+    *,
+    excluded: int,
+    several: bool,
+) -> Verdict:
+    """The rule of `decide` on numbers: costs and distances from the prior of the best and its rivals; the precision of
+    the best; how many components it leaves out; and whether several cameras gave a pose each."""
     odds = signs.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.
-    believed = np.array([0.5 * h.prior_sigma**2 for h in (best, *rivals)])
-    costs = p.temper * (np.array([h.cost for h in (best, *rivals)]) - believed) + believed
+    believed = 0.5 * prior_sigmas**2
+    costs = p.temper * (costs - believed) + believed
     share = 1.0 / float(np.exp(-(costs - costs[0])).sum())
     likely = 1.0 / (1.0 + float(np.exp(-odds)))
     posterior = share * likely
-    sigma_mm, sigma_rad, weakest = compute_precision(best)
+    sigma_mm, sigma_rad, weakest = precision
     missing = []
     if likely < p.min_posterior:
         missing.append(
             f"the pictures do not show the model there surely enough: evidence of {signs.evidence:.0f} against chance, "
             f"{signs.share:.0%} of the edges expected, {signs.agreement:.0%} of those found lie on the model's, "
             f"contrast of {signs.outline_contrast:.1f} along {signs.outline_px:.0f} px of outline"
-            + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if alone else "")
+            + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if several else "")
         )
-    if best.prior_sigma > p.max_sigma:
-        missing.append(f"the pose lies {best.prior_sigma:.1f} sigma from the prior, which contradicts it")
+    if prior_sigmas[0] > p.max_sigma:
+        missing.append(f"the pose lies {prior_sigmas[0]:.1f} sigma from the prior, which contradicts it")
     if signs.apart > p.max_apart_sigma:
         missing.append(f"the cameras solved apart disagree by {signs.apart:.0f} sigma: check the rig's calibration")
     if 2 * sigma_mm > needs.translation_mm or 2 * sigma_rad > needs.rotation:
@@ -174,21 +200,20 @@ def decide(best: Refined, rivals: list[Refined], alone: list[Refined], needs: Ne
             f"the pose is known to {2 * sigma_mm:.2g} mm and {np.degrees(2 * sigma_rad):.2g} degrees (two sigma; "
             f"{needs.translation_mm:g} mm and {np.degrees(needs.rotation):.2g} degrees needed), worst: {weakest}"
         )
-    if rivals:
-        missing.append(f"{len(rivals) + 1} distinct poses explain the pictures about equally well")
-    excluded = int(best.excluded.sum())
+    if len(costs) > 1:
+        missing.append(f"{len(costs)} distinct poses explain the pictures about equally well")
     if not missing:
         verdict, reason = (
             "accepted",
             (
                 f"probability {_percent(posterior)}: {signs.share:.0%} of the expected edge evidence found, "
-                f"no rival pose, {best.prior_sigma:.1f} sigma from the prior"
+                f"no rival pose, {prior_sigmas[0]:.1f} sigma from the prior"
             ),
         )
         if excluded:
             reason += f"; {excluded} components of the model are not where the model says and were left out"
     else:
-        verdict = "ambiguous" if rivals and len(missing) == 1 else "refused"
+        verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
     return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest)
 

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
+from vision.localisation.calibration import COUNT
+from vision.localisation.covariance import group_by_stretch
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parameters import DEFAULTS, LocalisationParameters
@@ -17,6 +19,7 @@ from vision.localisation.scene import Scene
 from vision.localisation.visibility import VisibleArcs, find_visible_arcs
 
 SHARP, SMOOTH, SILHOUETTE = range(3)
+NO_RUN = -1
 KINDS = ("sharp", "smooth", "silhouette")
 
 
@@ -112,9 +115,11 @@ def propagate_pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) ->
 class EdgeMeasurements:
     """The edge elements that a camera measured the pose with, as columns.
 
-    view_arc: the run; world (n, 3) mm: the model point; normal (n, 2); position (n, 2): the element found, pixels of
-    the camera without distortion; sigma px; weight 0..1; residual px along the normal, the camera's response shift
-    taken off.
+    view_arc: the run, -1 where none of the view's is of the arc; world (n, 3) mm: the model point; normal (n, 2);
+    position (n, 2): the element found, pixels of the camera without distortion; sigma px; weight 0..1; residual px
+    along the normal where the pictures were last looked at, the camera's own unknowns taken off.  response: derivative
+    of the place by the camera's response; tolerance px: standard deviation of where the model has the arc; arc,
+    stretch: which samples err together; length px of the arc that a sample stands for.
     """
 
     view_arc: Ints
@@ -124,15 +129,21 @@ class EdgeMeasurements:
     sigma: Floats
     weight: Floats
     residual: Floats
+    response: Floats
+    tolerance: Floats
+    arc: Ints
+    stretch: Ints
+    length: Floats
 
 
-def collect_edge_measurements(refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
-    """What the last round of a refinement measured in one camera (by number), by the runs of its view."""
+def collect_edge_measurements(
+    refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex, correlation_px: float
+) -> EdgeMeasurements:
+    """What a refinement measured at last in one camera (by number), by the runs of its view."""
     p, m = refined.prediction, refined.measurements
     rows = np.flatnonzero((p.view == camera) & (m.found >= 0))
-    rows = rows[np.isin(p.arc[rows], view.samples.arc)]
     direction = m.direction[rows]
-    pose = refined.world_from_rig
+    pose = refined.last_step.world_from_rig if refined.last_step else refined.world_from_rig
     return EdgeMeasurements(
         view_arc=_nearest_run(p, m.pixel, rows, view),
         world=p.point[rows] @ pose[:3, :3].T + pose[:3, 3],
@@ -141,14 +152,20 @@ def collect_edge_measurements(refined: Refined, camera: int, view: ViewArcs, ind
         sigma=m.sigma[rows],
         weight=m.weight[rows],
         residual=m.offset[rows],
+        response=m.jacobian[rows, 6 + COUNT * camera],
+        tolerance=p.tolerance_px[rows],
+        arc=p.arc[rows],
+        stretch=group_by_stretch(p)[rows],
+        length=p.weight[rows] * correlation_px,
     )
 
 
 def _nearest_run(p: Prediction, pixel: Floats, rows: Ints, view: ViewArcs) -> Ints:
     from scipy.spatial import cKDTree
 
-    if not len(rows):
-        return np.zeros(0, np.int64)
+    if not len(rows) or not len(view.run):
+        return np.full(len(rows), NO_RUN)
     # The nearest sample of the same arc: arcs are told apart by a third coordinate that no picture reaches.
     tree = cKDTree(np.column_stack([view.samples.pixel, 1e6 * view.samples.arc]))
-    return np.asarray(view.run[tree.query(np.column_stack([pixel[rows], 1e6 * p.arc[rows]]))[1]])
+    nearest = tree.query(np.column_stack([pixel[rows], 1e6 * p.arc[rows]]))[1]
+    return np.where(view.samples.arc[nearest] == p.arc[rows], view.run[nearest], NO_RUN)

@@ -251,7 +251,7 @@ def test_refinement_never_worsens(seed: int) -> None:
     ).measure(start, np.array(found.own), np.zeros(scene.component_count, bool))
     assert found.cost <= here.cost + 1e-9
     assert np.isfinite(found.covariance).all()
-    assert compute_precision(found)[0] < prior.sigma_translation_mm
+    assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm
 
 
 def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
@@ -261,7 +261,7 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     edges = exact_edges(truth, np.random.default_rng(6), scene=scene)
     prior = Prior.isotropic(truth, 9.0, np.radians(0.5))
     found = fit(scene, rig, edges, prior, truth)
-    sigma_mm, _, weakest = compute_precision(found)
+    sigma_mm, _, weakest = compute_precision(found.covariance, found.middle)
     assert sigma_mm == pytest.approx(9.0, rel=0.1)
     along = truth[:3, :3].T @ [1.0, 0, 0]
     axis = "xyz"[int(np.argmax(np.abs(along)))]
