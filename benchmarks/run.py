@@ -69,7 +69,7 @@ BENCHMARKS = (
     Benchmark("uncertainty", ("--trials", "60")),
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
-    Benchmark("features", ("30",)),
+    Benchmark("features", ("10",)),
     Benchmark("loading", (DEMO,), (DEMO,)),
     Benchmark("bulk_writing", ("--rows", "200000")),
     Benchmark("expansion", ("--parts", "50000")),
