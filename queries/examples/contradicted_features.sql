@@ -7,10 +7,10 @@ WITH last AS (
         SELECT 1
         FROM world_object AS w
         JOIN object_variant AS v ON v.id = w.object_variant_id
-        WHERE w.world_id = i.world_id AND v.name = 'bulkhead'
+        WHERE w.world_id = i.world_id AND v.name = 'bulkhead' /* object */
     )
     ORDER BY i.run_id DESC
-    LIMIT 100
+    LIMIT 100 /* inspections */
 )
 SELECT s.path, count(*) AS runs, max(s.run_id) AS newest,
     1 / (1 + exp(max(s.log_odds))) AS least_probability, 1 / (1 + exp(min(s.log_odds))) AS greatest_probability

@@ -3,5 +3,5 @@ SELECT r.id AS run_id, r.began_at, m.nominal, m.value AS diameter, m.sigma, m.ch
 FROM measured_size AS m
 JOIN presence AS s ON s.run_id = m.run_id AND s.item_no = m.item_no
 JOIN run AS r ON r.id = m.run_id
-WHERE s.path = 'bulkhead/BODY/through_hole 33' AND m.what = 'diameter'
+WHERE s.path = 'bulkhead/BODY/through_hole 33' /* path */ AND m.what = 'diameter'
 ORDER BY r.id, m.measure_no

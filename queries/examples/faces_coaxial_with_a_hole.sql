@@ -4,14 +4,14 @@ WITH body AS (
     FROM object_variant AS v
     JOIN object_part AS i ON i.object_id = v.object_id
     JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' AND v.variant = 'A' AND i.name = 'BODY'
+    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
 ),
 datum AS (
     SELECT f.shape_id, f.feature_no
     FROM body
     JOIN feature AS f ON f.shape_id = body.shape_id
     JOIN feature_class AS k ON k.id = f.feature_class_id AND k.kind = 'through_hole'
-    ORDER BY (f.m03 + 1170) * (f.m03 + 1170) + (f.m13 - 330) * (f.m13 - 330)
+    ORDER BY power(f.m03 - -1170 /* x */, 2) + power(f.m13 - 330 /* y */, 2)
     LIMIT 1
 ),
 of_datum AS (

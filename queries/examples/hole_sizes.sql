@@ -4,7 +4,7 @@ WITH body AS (
     FROM object_variant AS v
     JOIN object_part AS i ON i.object_id = v.object_id
     JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' AND v.variant = 'A' AND i.name = 'BODY'
+    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
 )
 SELECT round(CAST(d.value AS NUMERIC), 3) AS diameter, count(*) AS holes
 FROM body

@@ -4,14 +4,14 @@ WITH body AS (
     FROM object_variant AS v
     JOIN object_part AS i ON i.object_id = v.object_id
     JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' AND v.variant = 'A' AND i.name = 'BODY'
+    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
 ),
 hole AS (
     SELECT f.shape_id, f.name, d.value AS diameter, f.m03 AS x, f.m13 AS y
     FROM body
     JOIN feature AS f ON f.shape_id = body.shape_id
     JOIN feature_class AS k ON k.id = f.feature_class_id AND k.kind IN ('through_hole', 'blind_hole')
-    JOIN feature_dimension AS d ON d.feature_class_id = k.id AND d.name = 'diameter' AND d.value BETWEEN 8 AND 9
+    JOIN feature_dimension AS d ON d.feature_class_id = k.id AND d.name = 'diameter' AND d.value BETWEEN 8 /* least */ AND 9 /* greatest */
 ),
 near AS (  -- the frame of a lug stands on the axis of its bore
     SELECT hole.name AS hole, hole.diameter, hole.x, hole.y, f.name AS lug,
@@ -22,5 +22,5 @@ near AS (  -- the frame of a lug stands on the axis of its bore
 )
 SELECT hole, diameter, x, y, lug, distance
 FROM near
-WHERE distance <= 150
+WHERE distance <= 150 /* distance */
 ORDER BY distance, hole

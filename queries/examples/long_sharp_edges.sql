@@ -4,11 +4,11 @@ WITH body AS (
     FROM object_variant AS v
     JOIN object_part AS i ON i.object_id = v.object_id
     JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' AND v.variant = 'A' AND i.name = 'BODY'
+    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
 )
 SELECT h.arc_no, a.recognised_kind AS kind, a.length
 FROM body
 JOIN shape_arc AS h ON h.shape_id = body.shape_id AND h.convexity = 'convex'
 JOIN arc AS a ON a.id = h.arc_id
-WHERE a.length > 500
+WHERE a.length > 500 /* length */
 ORDER BY a.length DESC, h.arc_no

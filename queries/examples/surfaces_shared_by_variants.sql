@@ -2,12 +2,12 @@
 WITH listed AS (
     SELECT v.variant, h.surface_id
     FROM object_variant AS v
-    JOIN object_part AS i ON i.object_id = v.object_id AND i.name = 'BODY'
+    JOIN object_part AS i ON i.object_id = v.object_id AND i.name = 'BODY' /* part */
     JOIN part AS p ON p.id = i.part_id
     JOIN shape_surface AS h ON h.shape_id = p.shape_id
-    WHERE v.name = 'bulkhead'
+    WHERE v.name = 'bulkhead' /* object */
 )
 SELECT count(*) AS shared
 FROM listed AS a
 JOIN listed AS b ON b.surface_id = a.surface_id
-WHERE a.variant = 'A' AND b.variant = 'B'
+WHERE a.variant = 'A' /* one */ AND b.variant = 'B' /* other */

@@ -43,6 +43,7 @@ VERBS = (
     "inspect",
     "runs",
     "report",
+    "serve",
     "why",
     "replay",
     "compare",

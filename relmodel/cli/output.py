@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 from decimal import Decimal
-from typing import Any
+from typing import Any, TextIO
 
 from relmodel.text import spreadsheet_text, visible
 
@@ -18,16 +18,18 @@ quiet = False
 _DIGITS = 6  # of numbers in tables; JSON and CSV have all
 
 
-def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -> None:
+def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str, out: TextIO | None = None) -> None:
     """Print rows as `table`, `markdown` (one too), `json` (a list of objects) or `csv`; nulls are blank, in JSON null.
 
+    out: where to, else stdout.
     But for JSON, text is made visible: control characters are escapes, and in CSV nothing is taken for a formula.
     """
+    out = out or sys.stdout
     if form == "json":
-        json.dump([dict(zip(names, row, strict=True)) for row in rows], sys.stdout, default=_plain, indent=1)
-        sys.stdout.write("\n")
+        json.dump([dict(zip(names, row, strict=True)) for row in rows], out, default=_plain, indent=1)
+        out.write("\n")
     elif form == "csv":
-        writer = csv.writer(sys.stdout, lineterminator="\n")
+        writer = csv.writer(out, lineterminator="\n")
         writer.writerow([spreadsheet_text(name) for name in names])
         writer.writerows([spreadsheet_text(v) if isinstance(v, str) else v for v in row] for row in rows)
     else:
@@ -42,7 +44,8 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str) -
                 disable_numparse=True,  # text stays as it is: '007' is no number
                 colalign=["right" if numbers else "left" for _, numbers in columns],
                 preserve_whitespace=True,  # a tree is indented
-            )
+            ),
+            file=out,
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,8 +34,13 @@ class Entry:
     note: str = ""
 
 
-def object_page(store: Store, connection: Connection, name: str, variant: str = "") -> str:
-    """The page of an object: its tree, its features by kind, the model.  Raises UsageError where it is not loaded."""
+def object_page(
+    store: Store, connection: Connection, name: str, variant: str = "", around: Mapping[str, Any] | None = None
+) -> str:
+    """The page of an object: its tree, its features by kind, the model; around: as of a run's page.
+
+    Raises UsageError where it is not loaded.
+    """
     tree = read_tree(store, connection, name, variant)
     rows = tree_rows(store, connection, tree)
     shapes, parts = _parts(store, connection, tree)
@@ -66,6 +71,7 @@ def object_page(store: Store, connection: Connection, name: str, variant: str = 
             ("Features", [features, read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids)]),
         ],
         store,
+        around,
     )
 
 
@@ -151,10 +157,12 @@ def _page(
     legend: Sequence[tuple[str, str]],
     sections: list[tuple[str, list[Any]]],
     store: Store,
+    around: Mapping[str, Any] | None = None,
 ) -> str:
     items = [{"arcs": [], "part": e.part, "surfaces": e.surfaces} for e in entries]
     return render(
         "run.html",
+        **(around or {}),
         title=word,
         over=over,
         word=word,

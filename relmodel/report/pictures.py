@@ -50,7 +50,7 @@ def read_pictures(store: Store, connection: Connection, run: int) -> list[RunPic
     surfaces: dict[tuple[str, int], list[str]] = defaultdict(list)
     for r in store.rows(connection, "report/region_surfaces", run_id=run):
         surfaces[r.camera, int(r.region_no)].append(f"surface {r.surface_no} of {r.path}")
-    spread = _spread(store, connection, run)
+    spread = pose_spread(store, connection, run)
     states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
     alien = {(r.camera, int(r.image_arc_no)) for r in store.rows(connection, "report/unexplained", run_id=run)}
     out = []
@@ -185,7 +185,7 @@ def _course_columns(owner: Iterable[Any], x: Iterable[Any], y: Iterable[Any]) ->
     return np.asarray(owner, np.int64), np.asarray(x, float), np.asarray(y, float)
 
 
-def _spread(store: Store, connection: Connection, run: int) -> dict[str, tuple[Floats, Floats]]:
+def pose_spread(store: Store, connection: Connection, run: int) -> dict[str, tuple[Floats, Floats]]:
     """By camera: where model points stand that measured the pose (n, 2) px, and the covariance (n, 2, 2) px2 that the
     pose's covariance gives them; some of them, spread over the picture's arcs."""
     poses = store.rows(connection, "report/pose_matrix", run_id=run)

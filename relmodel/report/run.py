@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -56,8 +57,11 @@ _LAYERS = (
 )
 
 
-def run_page(store: Store, connection: Connection, run: int) -> str:
-    """The page of a run, of whatever kind and end.  Raises UsageError where there is no such run."""
+def run_page(store: Store, connection: Connection, run: int, around: Mapping[str, Any] | None = None) -> str:
+    """The page of a run, of whatever kind and end; around: what stands about it where it is one of several.
+
+    Raises UsageError where there is no such run.
+    """
     found = store.rows(connection, "report/run", run_id=run)
     if not found:
         raise UsageError(f"there is no run {run}: relmodel runs lists those that there are")
@@ -72,6 +76,7 @@ def run_page(store: Store, connection: Connection, run: int) -> str:
     drawn = Markup("").join(p.drawing for p in pictures)
     return render(
         "run.html",
+        **(around or {}),
         title=f"run {run}: {word}",
         over=f"{_kind(told.kind)}, run {run}"
         + (f", world {prior.world} revision {prior.revision}" if prior is not None else "")

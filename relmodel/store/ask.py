@@ -73,6 +73,13 @@ def _ask(
             raise
 
 
+def lock_down(store: Store, connection: Connection) -> None:
+    """From here on no statement on this DuckDB store reaches anything beyond it, nor changes a setting."""
+    if not store.rows(connection, "ask/is_locked.duckdb")[0].locked:
+        connection.execute(sql.query("ask/no_external_access.duckdb"))
+        connection.execute(sql.query("ask/lock_configuration.duckdb"))
+
+
 def _answered_by_duckdb(
     store: Store,
     connection: Connection,
@@ -81,9 +88,8 @@ def _answered_by_duckdb(
     fetch: Callable[[Any], Result],
     confined: bool,
 ) -> Result:
-    if confined and not store.rows(connection, "ask/is_locked.duckdb")[0].locked:
-        connection.execute(sql.query("ask/no_external_access.duckdb"))
-        connection.execute(sql.query("ask/lock_configuration.duckdb"))
+    if confined:
+        lock_down(store, connection)
     driver: Any = connection.connection.driver_connection
     found = [(one.type.name, one.query) for one in driver.extract_statements(statement)]
     # PIVOT is a SELECT that brings along a CREATE TYPE of its own, without text.

@@ -134,6 +134,13 @@ def test_pages_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("demonstrated")
+def test_page_on_reports_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    run_shell_blocks((CHECKOUT / "docs/report.md").read_text(), capsys)
+    assert "Accepted" in Path("run.html").read_text()
+    assert "bulkhead A" in Path("bulkhead.html").read_text()
+
+
+@pytest.mark.usefixtures("demonstrated")
 def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> None:
     page = (CHECKOUT / "docs/volume-queries.md").read_text()
     said: dict[str, Any] = {}
