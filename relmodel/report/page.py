@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -122,6 +123,11 @@ def heading(name: str) -> str:
     return visible(name.replace("_", " "))
 
 
+def clauses(sentence: str) -> list[str]:
+    """What semicolons part, but for those within parentheses."""
+    return re.split(r"; (?![^(]*\))", sentence)
+
+
 def is_number(value: Any) -> bool:
     """Whether a cell is set to the right."""
     return isinstance(value, (int, float, Decimal)) and not isinstance(value, bool)
@@ -136,7 +142,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"cell": cell, "heading": heading, "json": script_json}
+    made.filters |= {"cell": cell, "clauses": clauses, "heading": heading, "json": script_json}
     made.tests["figure"] = is_number
     return made
 

@@ -131,11 +131,10 @@ def _facts(
     """Name, value and note of what the head of the page says."""
     facts = []
     if pose is not None and prior is not None:
-        matrix = store.rows(connection, "report/pose_matrix", run_id=run)[0]
-        covariance = np.reshape(matrix.covariance, (6, 6))
-        shift, turn = (2 * np.sqrt(np.linalg.eigvalsh(covariance[b, b])[-1]) for b in (slice(0, 3), slice(3, 6)))
-        facts.append(("rig's place, two sigma", f"{shift:.2g} mm", f"needed: {prior.needs_translation_mm:g} mm"))
-        facts.append(("its rotation", f"{np.degrees(turn):.2g}°", f"needed: {prior.needs_rotation_deg:.2g}°"))
+        for r in store.rows(connection, "report/rules", run_id=run):
+            if r.rule in _PRECISION:
+                words, unit = _PRECISION[r.rule]
+                facts.append((words, f"{r.value:.2g}{unit}", f"{r.gate:g}{unit} needed"))
         away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
         facts.append(("from the prior", f"{away:.3g} mm", ""))
         facts.append(("edge evidence found", f"{100 * pose.evidence_ratio:.0f} %", "of what is expected"))
@@ -144,6 +143,10 @@ def _facts(
     if told.seconds is not None:
         facts.append(("time", f"{told.seconds:.3g} s", ""))
     return facts
+
+
+# Rules of the verdict that say how exactly the pose is known (two standard deviations): words and unit.
+_PRECISION = {"translation": ("place known to", " mm"), "rotation": ("rotation known to", "°")}
 
 
 def _probability(p: float) -> str:
@@ -193,6 +196,7 @@ def _sections(
         (
             "Pose",
             [
+                table("Why this verdict", "rules"),
                 table("Pose and verdict", "pose", upright=True),
                 table("Prior", "prior", upright=True),
                 *pose_plots(store, connection, run),

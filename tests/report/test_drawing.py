@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from relmodel.report.drawing import courses, ellipse_points, histogram, path_data
-from relmodel.report.page import cell, script_json
+from relmodel.report.page import cell, clauses, script_json
 from relmodel.report.pictures import data_uri
 
 RNG = np.random.default_rng(5)
@@ -78,6 +78,10 @@ def test_large_pictures_are_made_smaller_and_broken_ones_left_out() -> None:
     assert decoded(data_uri(encoded(np.full((1000, 5000), 90, np.uint8), "PNG"))).shape == (410, 2048)
     assert data_uri(b"no picture") is None
     assert data_uri(encoded(np.zeros((600, 600), np.uint8), "PNG")[:200]) is None
+
+
+def test_clauses_are_parted_outside_of_parentheses() -> None:
+    assert clauses("a (b; c); d") == ["a (b; c)", "d"]
 
 
 def test_cells_are_visible_text_and_json_ends_no_script() -> None:
