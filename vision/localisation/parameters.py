@@ -242,18 +242,12 @@ class VerdictParameters:
 
     offset: float = -7.92
     """log odds of a pose without any sign for it; with `weights` fitted by benchmarks/verdict.py"""
-    weights: tuple[float, ...] = (1.97, 1.52, 6.59, 0.0)
-    """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement, contrast of outlines"""
+    weights: tuple[float, ...] = (1.97, 1.52, 6.59)
+    """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement"""
     chance_evidence: float = 16.0
     """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
     most_share: float = 1.0
     """share of the expected evidence beyond which more says no more"""
-    usual_outline_px: float = 100.0
-    """px of outline that weigh half as much as an endless one"""
-    neutral_contrast: float = 1.0
-    """contrast of outlines that speaks neither for nor against a pose: right ones seldom have less, wrong ones more"""
-    most_contrast: float = 2.0
-    """contrast of outlines beyond which more says no more: the brightest object is no surer"""
     min_posterior: float = 0.9
     """probability from which a pose is accepted"""
     temper: float = 0.05

@@ -1,10 +1,11 @@
 """Accepted, ambiguous or refused: how likely the best pose is the right one, and whether it is known well enough.
 
 Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one.  The posterior weighs the
-evidence of the best pose against chance in a search of that many poses, the share of the model's edges that show, how
-closely the edges found lie on them, and the greys on both sides of the model's outline; its weights come from trials
-with known truth (benchmarks/verdict.py).  Rivals, those of repeated structure among them, take their share of it.
-Poses that single cameras give may not lie apart.  An accepted pose is also as sure as the user needs it.
+evidence of the best pose against chance in a search of that many poses, the share of the model's edges that show, and
+how closely the edges found lie on them; its weights come from trials with known truth (benchmarks/verdict.py).  Rivals,
+those of repeated structure among them, take their share of it; the greys on both sides of the model's outline help to
+tell them apart.  Poses that single cameras give may not lie apart.  An accepted pose is also as sure as the user needs
+it.
 """
 
 from __future__ import annotations
@@ -119,13 +120,11 @@ class Signs:
     apart: float
 
     def columns(self, p: VerdictParameters) -> Floats:
-        """The signs (4,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
-        the right pose in the mean; share; agreement; and what the outlines say, where there are any."""
+        """The signs (3,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
+        the right pose in the mean; share; agreement."""
         left = self.evidence - 0.5 * (self.prior_sigma**2 - 6)
         against_chance = np.log(max(left, 1.0) / p.chance_evidence)
-        outlined = self.outline_px / (self.outline_px + p.usual_outline_px)
-        contrast = min(self.outline_contrast, p.most_contrast) - p.neutral_contrast
-        return np.array([against_chance, min(self.share, p.most_share), self.agreement, outlined * contrast])
+        return np.array([against_chance, min(self.share, p.most_share), self.agreement])
 
     def log_odds(self, p: VerdictParameters) -> float:
         """Log odds of the pose by these signs."""
