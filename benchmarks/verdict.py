@@ -49,7 +49,7 @@ from vision.localisation.localise import localise
 from vision.localisation.parameters import DEFAULTS
 from vision.localisation.verdict import Signs, read_signs
 
-# Weights are fitted on half the trials of these sets, by fours of their numbers; all others are held out.
+# Weights are fitted on the trials of even number in these sets; all others are held out.
 FITTED = ("finish", "small", "boxes")
 NEEDS = {1: Needs(5.0, float(np.radians(2))), 2: Needs()}
 RIGHT_MM, RIGHT_DEG = 10.0, 4.0
@@ -162,7 +162,7 @@ def read(folder: Path) -> list[dict[str, Any]]:
 def is_fitted(line: dict[str, Any]) -> bool:
     """Whether a trial is among those that weights are fitted on."""
     number = line["name"].split()[0].rpartition("_")[2]
-    return line["group"] in FITTED and number.isdigit() and int(number) // 4 % 2 == 0
+    return line["group"] in FITTED and number.isdigit() and int(number) % 2 == 0
 
 
 def fit(lines: list[dict[str, Any]]) -> tuple[float, Floats]:
