@@ -65,7 +65,7 @@ class OpenStore(IndexedStore):
 
     def results(self, run: int | None = None) -> dict[str, Table]:
         """The tables of what an inspection found, the newest where `run` names none, by name."""
-        from relmodel.report.run import newest_inspection
+        from relmodel.audit.newest import newest_inspection
         from vision.inspection.results import read_results
 
         with self.read() as connection:

@@ -99,14 +99,6 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     )
 
 
-def newest_inspection(store: Store, connection: Connection) -> int:
-    """The newest inspection of the store.  Raises UsageError where there is none."""
-    found = store.rows(connection, "report/newest_inspection")
-    if not found:
-        raise UsageError(f"the store {store.name} holds no inspection: name a run, as relmodel runs numbers them")
-    return int(found[0].run_id)
-
-
 _NO_MORE = {"running": "This is what it has committed so far.", "finished": "The run ended well."}
 _KINDS = {
     "load": "Load of a model",

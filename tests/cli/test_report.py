@@ -16,10 +16,10 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
+from relmodel.audit.newest import newest_inspection
 from relmodel.cli.main import main
 from relmodel.errors import UsageError
 from relmodel.report.pictures import pose_matrix, pose_spread
-from relmodel.report.run import newest_inspection
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
 from tests.browser import Browser, browser
@@ -184,7 +184,7 @@ def test_what_is_not_as_modelled_comes_first(
 def test_error_ellipses_are_what_poses_drawn_at_random_give(inspection: Inspection, pair: Pair) -> None:
     rig = read_rig(pair.rig_file)
     with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
-        (run,) = (r.run_id for r in store.rows(connection, "report/newest_inspection"))
+        (run,) = (r.run_id for r in store.rows(connection, "audit/newest_inspection"))
         drawn = pose_spread(store, connection, run)
         row = store.rows(connection, "report/pose_matrix", run_id=run)[0]
         measured = store.columns(connection, "report/measurements", run_id=run)

@@ -96,7 +96,7 @@ def _export_object(args: argparse.Namespace, store: Store, connection: Connectio
 
 
 def _export_run(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
-    from relmodel.report.run import newest_inspection
+    from relmodel.audit.newest import newest_inspection
     from relmodel.show.tables import write_tables
     from vision.inspection.results import read_results, write_json, write_scene
 

@@ -16,20 +16,25 @@ EXAMPLE = "relmodel replay 7 --store cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("number", type=int, metavar="RUN", help="number of the run")
+    parser.add_argument("number", type=int, nargs="?", metavar="RUN", help="the run (default: the newest inspection)")
     parser.add_argument("--dry", action="store_true", help="say only how many rows there are to replay from")
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.audit.newest import newest_inspection
     from relmodel.store import Store
     from vision.inspection.replay import Outcome, count_rows, replay
 
     with Store.open(store_target(args), read_only=True) as store:
+        number = args.number
+        if number is None:
+            with store.read() as connection:
+                number = newest_inspection(store, connection)
         if args.dry:
-            print_rows(("relation", "rows"), count_rows(store, args.number), args.format)
+            print_rows(("relation", "rows"), count_rows(store, number), args.format)
             return 0
-        found = replay(store, args.number)
+        found = replay(store, number)
     for words in found.others:
         say(words)
     if not found.outcomes:

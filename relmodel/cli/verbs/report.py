@@ -49,7 +49,8 @@ def run(args: argparse.Namespace) -> int:
             write_page(args.out, lambda: object_page(store, connection, args.object, args.variant))
             of = " variant ".join(filter(None, [args.object, args.variant]))
         else:
-            from relmodel.report.run import newest_inspection, run_page
+            from relmodel.audit.newest import newest_inspection
+            from relmodel.report.run import run_page
 
             number = newest_inspection(store, connection) if args.number is None else args.number
             write_page(args.out, lambda: run_page(store, connection, number))

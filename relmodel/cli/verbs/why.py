@@ -19,7 +19,7 @@ EXAMPLE = """relmodel why 7 --verdict --store cell.duckdb
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("number", type=int, metavar="RUN", help="number of the run")
+    parser.add_argument("number", type=int, nargs="?", metavar="RUN", help="the run (default: the newest inspection)")
     subject = parser.add_mutually_exclusive_group()
     subject.add_argument("--verdict", action="store_true", help="why the pose is accepted, ambiguous or refused")
     subject.add_argument("--pose", action="store_true", help="what the pose rests on")
@@ -29,16 +29,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.audit.newest import newest_inspection
     from relmodel.audit.why import Sentence, explain_arc, explain_feature, explain_pose, explain_verdict
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:
+        number = args.number
+        if number is None:
+            with store.read() as connection:
+                number = newest_inspection(store, connection)
         if args.arc is not None:
-            said = explain_arc(store, args.number, *_arc(args.arc))
+            said = explain_arc(store, number, *_arc(args.arc))
         elif args.feature is not None:
-            said = explain_feature(store, args.number, args.feature)
+            said = explain_feature(store, number, args.feature)
         else:
-            said = (explain_pose if args.pose else explain_verdict)(store, args.number)
+            said = (explain_pose if args.pose else explain_verdict)(store, number)
     if args.format == "table":
         for one in said:
             print(visible(one.sentence))
