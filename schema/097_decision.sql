@@ -192,6 +192,73 @@ COMMENT ON COLUMN explanation.m23 IS 'world_from_rig: row 2 of the translation, 
 COMMENT ON COLUMN explanation.covariance IS '6x6 row-major, of a right perturbation in the rig''s frame: t mm, then r rad';
 COMMENT ON COLUMN explanation.log_odds IS 'natural logarithm of its odds against the best';
 
+CREATE TABLE search_stage (
+    run_id BIGINT NOT NULL,
+    stage_no INTEGER NOT NULL,
+    name TEXT NOT NULL,
+    looked_at INTEGER NOT NULL,
+    least DOUBLE PRECISION,
+    median DOUBLE PRECISION,
+    share_90 DOUBLE PRECISION,
+    share_99 DOUBLE PRECISION,
+    greatest DOUBLE PRECISION,
+    PRIMARY KEY (run_id, stage_no)
+);
+COMMENT ON TABLE search_stage IS 'The stages of the search for the pose, and the scores of all poses that each looked at.';
+COMMENT ON COLUMN search_stage.run_id IS 'the run';
+COMMENT ON COLUMN search_stage.stage_no IS 'ordinal in the run, from 0';
+COMMENT ON COLUMN search_stage.name IS 'scan (of the prior''s volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best pose by what repeats in the model)';
+COMMENT ON COLUMN search_stage.looked_at IS 'poses that it looked at';
+COMMENT ON COLUMN search_stage.least IS 'least of their scores: evidence less half the squared distance from the prior; null where none was worked out';
+COMMENT ON COLUMN search_stage.median IS 'median of their scores';
+COMMENT ON COLUMN search_stage.share_90 IS 'score that 90 percent of them do not exceed';
+COMMENT ON COLUMN search_stage.share_99 IS 'score that 99 percent of them do not exceed';
+COMMENT ON COLUMN search_stage.greatest IS 'greatest of their scores';
+
+CREATE TABLE search_pose (
+    run_id BIGINT NOT NULL,
+    stage_no INTEGER NOT NULL,
+    pose_no INTEGER NOT NULL,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    score DOUBLE PRECISION,
+    rule TEXT NOT NULL,
+    PRIMARY KEY (run_id, stage_no, pose_no),
+    CHECK (rule IN ('goes_on', 'refined', 'like_a_better_one', 'like_a_refined_one', 'little_evidence', 'nothing_in_view', 'beyond')),
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
+);
+COMMENT ON TABLE search_pose IS 'The poses of the rig that left a stage of the search, and what became of each.';
+COMMENT ON COLUMN search_pose.run_id IS 'the run';
+COMMENT ON COLUMN search_pose.stage_no IS 'the stage';
+COMMENT ON COLUMN search_pose.pose_no IS 'ordinal in the stage, from 0';
+COMMENT ON COLUMN search_pose.m00 IS 'world_from_rig: row 0, column 0 of the rotation';
+COMMENT ON COLUMN search_pose.m01 IS 'world_from_rig: row 0, column 1 of the rotation';
+COMMENT ON COLUMN search_pose.m02 IS 'world_from_rig: row 0, column 2 of the rotation';
+COMMENT ON COLUMN search_pose.m03 IS 'world_from_rig: row 0 of the translation, mm';
+COMMENT ON COLUMN search_pose.m10 IS 'world_from_rig: row 1, column 0 of the rotation';
+COMMENT ON COLUMN search_pose.m11 IS 'world_from_rig: row 1, column 1 of the rotation';
+COMMENT ON COLUMN search_pose.m12 IS 'world_from_rig: row 1, column 2 of the rotation';
+COMMENT ON COLUMN search_pose.m13 IS 'world_from_rig: row 1 of the translation, mm';
+COMMENT ON COLUMN search_pose.m20 IS 'world_from_rig: row 2, column 0 of the rotation';
+COMMENT ON COLUMN search_pose.m21 IS 'world_from_rig: row 2, column 1 of the rotation';
+COMMENT ON COLUMN search_pose.m22 IS 'world_from_rig: row 2, column 2 of the rotation';
+COMMENT ON COLUMN search_pose.m23 IS 'world_from_rig: row 2 of the translation, mm';
+COMMENT ON COLUMN search_pose.score IS 'its score, as in search_stage; null where none was worked out';
+COMMENT ON COLUMN search_pose.rule IS 'goes_on (to the next stage), refined, or why dropped: like_a_better_one or like_a_refined_one (shows the same), little_evidence (against the best), nothing_in_view, beyond (more than are followed up)';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('threshold', 'run', 'primary'),
     ('verdict_sign', 'localisation', 'primary'),
@@ -199,6 +266,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('camera_unknown', 'localisation', 'primary'),
     ('camera_alone', 'localisation', 'primary'),
     ('refinement', 'localisation', 'primary'),
+    ('search_stage', 'localisation', 'primary'),
+    ('search_pose', 'localisation', 'primary'),
     ('explanation', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
@@ -208,4 +277,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('camera_unknown', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
     ('camera_alone', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
     ('refinement', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('search_stage', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('search_pose', 0, ARRAY['run_id', 'stage_no'], 'search_stage', ARRAY['run_id', 'stage_no']),
     ('explanation', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']);

@@ -13,9 +13,10 @@ from sqlalchemy import Connection
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
-from vision.cameras.cameras import Needs, Rig
+from vision.cameras.cameras import Needs, Prior, Rig, perturb
 from vision.inspection.parameters import InspectionParameters
 from vision.localisation.calibration import describe_unknowns
+from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation
 from vision.localisation.refine import LastStep, Refined
 from vision.localisation.verdict import find_rivals, read_signs
@@ -25,7 +26,7 @@ UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "r
 
 
 def record_decisions(
-    run: Run, connection: Connection, rig: Rig, needs: Needs, found: Localisation, p: InspectionParameters
+    run: Run, connection: Connection, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
 ) -> None:
     """Append what the verdict and the correspondences of a localisation were held against and what it weighed."""
     held = {"verdict": p.localisation.verdict, "correspondence": p.matching.pose, "stereo": p.stereo}
@@ -43,6 +44,7 @@ def record_decisions(
     )
     if found.best is None:
         return
+    _record_search(run, connection, prior, found.stages)
     _record_signs(run, connection, found, p)
     cameras = list(rig.cameras)
     run.append(
@@ -89,6 +91,38 @@ def record_decisions(
                 "evidence": np.array([h.evidence for h in found.alone]),
             },
         )
+
+
+def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[Stage]) -> None:
+    """Append what left each stage of the search, and what became of it."""
+    quantiles = np.array([stage.quantiles for stage in stages])
+    run.append(
+        connection,
+        "search_stage",
+        {
+            "run_id": run.id,
+            "stage_no": np.arange(len(stages)),
+            "name": [stage.name for stage in stages],
+            "looked_at": [stage.looked_at for stage in stages],
+            **{
+                name: np.ma.masked_invalid(quantiles[:, i])
+                for i, name in enumerate(("least", "median", "share_90", "share_99", "greatest"))
+            },
+        },
+    )
+    counts = [len(stage.rule) for stage in stages]
+    run.append(
+        connection,
+        "search_pose",
+        {
+            "run_id": run.id,
+            "stage_no": np.repeat(np.arange(len(stages)), counts),
+            "pose_no": np.concatenate([np.arange(count) for count in counts]),
+            **matrix_columns(list(perturb(prior.world_from_rig, np.concatenate([stage.delta for stage in stages])))),
+            "score": np.ma.masked_invalid(np.concatenate([stage.score for stage in stages])),
+            "rule": [rule for stage in stages for rule in stage.rule],
+        },
+    )
 
 
 def _record_refinement(run: Run, connection: Connection, best: Refined, last: LastStep) -> None:

@@ -299,7 +299,7 @@ def _inspect(
             ),
             full=call.full_audit,
         )
-        record_decisions(run, connection, cameras, needs, found, parameters)
+        record_decisions(run, connection, cameras, believed, needs, found, parameters)
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -118,13 +118,38 @@ def project_directions(prediction: Prediction, delta: Floats | None = None) -> F
     return np.asarray(flow / np.maximum(np.linalg.norm(flow, axis=1), 1e-12)[:, None])
 
 
+QUANTILES = (0.0, 0.5, 0.9, 0.99, 1.0)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a stage of the search kept: poses as perturbations (k, 6) of the prior, best first, with their scores (k,),
+    NaN where none was worked out, and what became of each; and of all that it looked at how many, and the QUANTILES of
+    their scores (5,), NaN where there are none."""
+
+    name: str
+    delta: Floats
+    score: Floats
+    rule: list[str]
+    looked_at: int
+    quantiles: Floats
+
+
+def describe_stage(name: str, delta: Floats, score: Floats, rule: list[str], scores: Floats) -> Stage:
+    """A stage of which all scores are known."""
+    told = scores[np.isfinite(scores)]
+    quantiles = np.quantile(told, QUANTILES) if len(told) else np.full(len(QUANTILES), np.nan)
+    return Stage(name, delta, score, rule, len(scores), quantiles)
+
+
 @dataclass(frozen=True)
 class Candidates:
     """Distinct poses as perturbations (k, 6) of the prior, best first, and their scores (k,): evidence less half the
-    squared Mahalanobis distance from the prior."""
+    squared Mahalanobis distance from the prior; and the stages that led to them."""
 
     delta: Floats
     score: Floats
+    stages: list[Stage] = field(default_factory=list)
 
 
 def select_samples(scene: Scene, rig: Rig, prior: Prior, p: LocalisationParameters = DEFAULTS) -> Scene:
@@ -171,13 +196,19 @@ def search_poses(
         build_evidence(edges[name], p.search.scan_cell_px, p.search.scan_reach_px, p.search.scan_window, p.evidence)
         for name in rig.cameras
     ]
-    delta, score = _scan(prediction, coarse, prior, p)
-    kept = keep_distinct(prediction, delta, score, p.search.scan_distinct_px, p.search.scan_kept)
+    scanned, scores = _scan(prediction, coarse, prior, p)
+    first = keep_distinct(prediction, scanned, scores, p.search.scan_distinct_px, p.search.scan_kept)
     delta, score = climb(
-        prediction, fine, delta[kept], prior.information, p.search.climb_first_px, p.search.climb_last_px
+        prediction, fine, scanned[first], prior.information, p.search.climb_first_px, p.search.climb_last_px
     )
     kept = keep_distinct(prediction, delta, score, p.search.climb_distinct_px, p.search.climb_kept)
-    return Candidates(delta[kept], score[kept])
+    # Poses are taken best first: once there are enough, those that score less were not looked at.
+    least = score[kept].min() if len(kept) == p.search.climb_kept else -np.inf
+    rule = ["beyond" if value < least else "like_a_better_one" for value in score]
+    for number in kept:
+        rule[number] = "goes_on"
+    scan = describe_stage("scan", scanned[first], scores[first], rule, scores)
+    return Candidates(delta[kept], score[kept], [scan, describe_stage("climb", delta[kept], score[kept], [], score)])
 
 
 def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints], p: LocalisationParameters = DEFAULTS) -> list[Evidence]:

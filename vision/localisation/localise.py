@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +16,10 @@ from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, fin
 from vision.localisation.evidence import Evidence, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
+    Stage,
     build_fine_evidence,
     climb,
+    describe_stage,
     predict,
     project_with_jacobians,
     search_poses,
@@ -51,7 +54,7 @@ class Localisation:
     verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
     hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.  alone:
     the pose each camera gives by itself, in the rig's order (where there are several).  views: by camera, what is seen
-    at the best pose.  timings_s by step.
+    at the best pose.  timings_s by step.  stages: what the search kept, and what became of it.
     """
 
     verdict: Verdict
@@ -61,6 +64,7 @@ class Localisation:
     alone: list[Refined]
     views: dict[str, View]
     timings_s: dict[str, float]
+    stages: list[Stage] = field(default_factory=list)
 
 
 def localise(
@@ -91,7 +95,7 @@ def localise(
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
-    hypotheses = solver.hypotheses(found)
+    hypotheses, stages = solver.hypotheses(found)
     clock.lap("refine")
     # Where the pictures leave several, the one nearest the prior is given first.
     near_best = [hypotheses[0], *find_rivals(hypotheses[0], hypotheses[1:], p.verdict)]
@@ -103,7 +107,7 @@ def localise(
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
-    return Localisation(verdict, best, hypotheses, near_best[1:], alone, views, clock.laps)
+    return Localisation(verdict, best, hypotheses, near_best[1:], alone, views, clock.laps, stages)
 
 
 def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:
@@ -122,6 +126,13 @@ def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex,
     )
 
 
+class _Followed(NamedTuple):
+    """What became of a pose that was followed up, and the score it climbed to, NaN where it did not climb."""
+
+    rule: str
+    score: float = float("nan")
+
+
 @dataclass(frozen=True)
 class _Solver:
     """Refines poses and follows up those that could rival the best."""
@@ -135,14 +146,18 @@ class _Solver:
     prior: Prior
     p: LocalisationParameters
 
-    def hypotheses(self, found: Candidates) -> list[Refined]:
+    def hypotheses(self, found: Candidates) -> tuple[list[Refined], list[Stage]]:
         """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
-        the model about the best of them."""
+        the model about the best of them; and the stages that led to them."""
         start = [perturb(self.prior.world_from_rig, d) for d in found.delta[: 1 + self.p.rivals.candidates]]
         best = self._refine(start[0])
         done = [best]
         worthy = found.score[1 : 1 + self.p.rivals.candidates] > self.p.rivals.min_candidate_share * found.score[0]
-        self._follow([pose for pose, w in zip(start[1:], worthy, strict=True) if w], done)
+        followed = iter(self._follow([pose for pose, w in zip(start[1:], worthy, strict=True) if w], done))
+        rule = ["refined", *(next(followed).rule if w else "little_evidence" for w in worthy)]
+        *before, climbed = found.stages
+        rule += ["beyond"] * (len(climbed.score) - len(rule))
+        stages = [*before, replace(climbed, rule=rule)]
         shapes = describe_arc_shapes(self.scene)
         asked: list[Refined] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.
@@ -151,8 +166,12 @@ class _Solver:
             if done[0] in asked:
                 break
             asked.append(done[0])
-            self._follow(self._shifted(done[0], shapes), done)
-        return done
+            shifted = self._shifted(done[0], shapes)
+            followed_up = self._follow(shifted, done)
+            score = np.array([f.score for f in followed_up])
+            delta = np.array([perturbation(self.prior.world_from_rig, pose) for pose in shifted]).reshape(-1, 6)
+            stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
+        return done, stages
 
     def alone(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
@@ -171,27 +190,35 @@ class _Solver:
         shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach, self.p.rivals)
         return list(shift_poses(self.prior, h.world_from_rig, shifts, self.p.verdict.max_sigma + 1, self.p.rivals))
 
-    def _follow(self, poses: list[Floats], done: list[Refined]) -> None:
-        """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`."""
+    def _follow(self, poses: list[Floats], done: list[Refined]) -> list[_Followed]:
+        """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`, and
+        says what became of each."""
+        return [self._follow_one(pose, done) for pose in poses]
+
+    def _follow_one(self, pose: Floats, done: list[Refined]) -> _Followed:
         r = self.p.rivals
-        for pose in poses:
-            if len(done) >= self.p.rivals.max_refined:
-                return
-            if any(self._same(h, pose) for h in done):
-                continue
-            prediction = predict(self.near, self.rig, pose, self.p.rivals.samples, p=self.p)
-            if not len(prediction.point):
-                continue
-            delta, score = climb(
-                prediction, self.fine, np.zeros((1, 6)), r.prior_weight * self.prior.information, r.first_px, r.last_px
-            )
-            top = max(float(h.support.found.sum()) for h in done)
-            polished = perturb(pose, delta[0])
-            if score[0] < self.p.rivals.min_evidence_share * top or any(self._same(h, polished) for h in done):
-                continue
-            new = self._refine(polished)
-            if not any(self._same(h, new.world_from_rig) for h in done):
-                done.append(new)
+        if len(done) >= r.max_refined:
+            return _Followed("beyond")
+        if any(self._same(h, pose) for h in done):
+            return _Followed("like_a_refined_one")
+        prediction = predict(self.near, self.rig, pose, r.samples, p=self.p)
+        if not len(prediction.point):
+            return _Followed("nothing_in_view")
+        delta, scores = climb(
+            prediction, self.fine, np.zeros((1, 6)), r.prior_weight * self.prior.information, r.first_px, r.last_px
+        )
+        score = float(scores[0])
+        top = max(float(h.support.found.sum()) for h in done)
+        polished = perturb(pose, delta[0])
+        if score < r.min_evidence_share * top:
+            return _Followed("little_evidence", score)
+        if any(self._same(h, polished) for h in done):
+            return _Followed("like_a_refined_one", score)
+        new = self._refine(polished)
+        if any(self._same(h, new.world_from_rig) for h in done):
+            return _Followed("like_a_refined_one", score)
+        done.append(new)
+        return _Followed("refined", score)
 
     def _same(self, h: Refined, pose: Floats) -> bool:
         """Whether a pose shows what the hypothesis shows at the same place."""
