@@ -194,6 +194,13 @@ def add_presence(model: Model) -> None:
     model["presence"] = item | dict.fromkeys(evidence, 5.0)
 
 
+def leave_feature_undecided(model: Model) -> None:
+    """A part with presence, and a feature of it in view without."""
+    add_presence(model)
+    seen: dict[str, Any] = {"run_id": [1], "in_view_no": 0, "occurrence_id": 3, "feature_no": 0, "level": "feature"}
+    model["part_in_view"] = seen | {"path": "plate/hole", "visible_pixels": 9.0, "covered_pixels": 9.0}
+
+
 ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", "sigma"), 1.0)
 
 
@@ -201,6 +208,7 @@ FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
     "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
     "presence": add_presence,
+    "final_decision": leave_feature_undecided,
     "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
     "image_arc_point": add("image_arc_point", extraction_id=7, image_arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
     "image_junction": add(
