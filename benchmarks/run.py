@@ -67,7 +67,7 @@ BENCHMARKS = (
     ),
     Benchmark("inspection"),
     Benchmark("arm_correction"),
-    Benchmark("uncertainty", ("--trials", "60")),
+    Benchmark("uncertainty", ("--trials", "12")),
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
     Benchmark("features", ("10",)),
