@@ -10,8 +10,8 @@ import pytest
 from benchmarks import run
 from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
 
-# What makes or keeps data that other scripts read.
-TOOLS = {"export_problems", "load_snapshot", "run", "trials", "verdict"}
+# What makes or keeps data that other scripts read, or works over a folder of trials in several steps.
+TOOLS = {"export_problems", "load_snapshot", "presence", "run", "trials", "verdict"}
 
 
 def test_every_benchmark_is_run() -> None:
