@@ -72,6 +72,8 @@ BENCHMARKS = (
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
     Benchmark("features", ("10",)),
     Benchmark("loading", (DEMO,), (DEMO,)),
+    Benchmark("alterations", ("--count", "10")),
+    Benchmark("audit_cost", ("--pairs", "00")),
     Benchmark("bulk_writing", ("--rows", "200000")),
     Benchmark("expansion", ("--parts", "50000")),
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),

@@ -79,6 +79,17 @@ COMMENT ON COLUMN ledger.write_no IS 'ordinal of the transaction in the run, fro
 COMMENT ON COLUMN ledger.relation IS 'the table written to';
 COMMENT ON COLUMN ledger.row_count IS 'rows appended; below 0: rows taken, by a run of kind prune';
 
+CREATE TABLE row_digest (
+    run_id BIGINT NOT NULL,
+    relation TEXT NOT NULL,
+    digest TEXT NOT NULL,
+    PRIMARY KEY (run_id, relation)
+);
+COMMENT ON TABLE row_digest IS 'Digests of the rows that an inspection rests on, its own and those of the extractions that it read, as they were when it ended; relmodel check holds them against the tables.';
+COMMENT ON COLUMN row_digest.run_id IS 'the inspection';
+COMMENT ON COLUMN row_digest.relation IS 'the table';
+COMMENT ON COLUMN row_digest.digest IS 'exclusive or over 64-bit hashes of the texts of the rows, times left out: of this engine, and of the columns that the table has';
+
 CREATE TABLE pruned_run (
     run_id BIGINT NOT NULL,
     what TEXT NOT NULL,
@@ -119,6 +130,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_input', 'run', 'primary'),
     ('run_event', 'run', 'primary'),
     ('ledger', 'run', 'primary'),
+    ('row_digest', 'run', 'primary'),
     ('pruned_run', 'run', 'primary'),
     ('source', 'run', 'primary');
 
@@ -127,5 +139,7 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('run_event', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('ledger', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('ledger', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
+    ('row_digest', 0, ARRAY['run_id'], 'run', ARRAY['id']),
+    ('row_digest', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
     ('pruned_run', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('pruned_run', 1, ARRAY['by_run_id'], 'run', ARRAY['id']);

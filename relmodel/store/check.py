@@ -1,5 +1,5 @@
-"""Integrity of a store: SELECTs that return the rows that offend, and the references of the catalogue, the ledger and
-the journal held against what is there."""
+"""Integrity of a store: SELECTs that return the rows that offend, and the references of the catalogue, the ledger, the
+seals of inspections and the journal held against what is there."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection
 
 from relmodel.store import journal, sql
+from relmodel.store.seal import broken_seals
 from relmodel.store.store import Store
 
 
@@ -21,7 +22,7 @@ class Finding(NamedTuple):
 
 
 def check(store: Store) -> list[Finding]:
-    """Run every query of `queries/check`, and hold references, ledger and journal against the tables."""
+    """Run every query of `queries/check`, and hold references, ledger, seals and journal against the tables."""
     with store.read() as connection:
         findings = [
             Finding(name, sql.description(name), [dict(row._mapping) for row in store.rows(connection, name)])
@@ -30,6 +31,9 @@ def check(store: Store) -> list[Finding]:
         findings.append(Finding("references", "Rows whose reference leads nowhere.", _references(store, connection)))
         findings.append(
             Finding("ledger", "Relations whose number of rows is not what runs committed.", _ledger(store, connection))
+        )
+        findings.append(
+            Finding("seals", "Rows of an inspection that are not what it wrote.", broken_seals(store, connection))
         )
         findings.append(
             Finding(

@@ -13,6 +13,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store, digest_inputs
+from relmodel.store.seal import seal
 from relmodel.world.correction import Carrier, Correction, correct_base
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
@@ -300,6 +301,7 @@ def _inspect(
             full=call.full_audit,
         )
         record_decisions(run, connection, cameras, believed, needs, found, parameters)
+        seal(run, connection)
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
