@@ -99,7 +99,7 @@ def nudge(value: Any, random: np.random.Generator) -> Any:
         case float():
             return value * 1.001 if value else 1.0
         case Decimal():
-            return value * Decimal("1.001") if value else Decimal(1)
+            return value + Decimal((0, (1,), int(value.as_tuple().exponent)))  # one in its last digit
         case str():
             return f"{value} indeed"
         case bytes():

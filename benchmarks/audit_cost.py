@@ -162,7 +162,7 @@ def main() -> None:
                 rows.append((stem, audit, recorded, whole, f"{recorded / whole:.1%}"))
         headers = ("pair", "audit", "recording, s", "all, s", "share")
         print(tabulate(rows, headers=headers, tablefmt="github", floatfmt=".2f"), end="\n\n")
-        with Store.open(copy) as store:
+        with Store.open(source) as store:
             write_runs(store, args.runs)
             listed = [(_words(chosen), *listing_time(store, chosen)) for chosen in FILTERS]
         print(tabulate(listed, headers=("listed", "rows", "s"), tablefmt="github", floatfmt=".3f"))

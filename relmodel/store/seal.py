@@ -10,7 +10,7 @@ from sqlalchemy import Connection, Table
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
 
-# What a run still writes when it is sealed, and bytes that have a SHA-256 of their own.
+# What a run still writes when it is sealed, and bytes, which another run may add to a picture or a prune take from it.
 _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blob"})
 
 

@@ -128,7 +128,7 @@ def test_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("demonstrated")
-@pytest.mark.parametrize("page", ["calibration", "loading", "report", "tutorial"])
+@pytest.mark.parametrize("page", ["audit", "calibration", "loading", "report", "tutorial"])
 def test_pages_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     run_shell_blocks((CHECKOUT / f"docs/{page}.md").read_text(), capsys)
 
