@@ -79,6 +79,20 @@ def test_verdict_pose_and_parts_are_explained(of_engine: Inspection) -> None:
             assert shown == pytest.approx(100 * part["visible_share"], abs=0.06)
 
 
+def test_a_state_is_told_as_the_answer_has_it(of_engine: Inspection) -> None:
+    answer = of_engine.answer
+    items = [item for item in answer["presence"]["items"] if item["level"] != "surface"]
+    assert items
+    with Store.open(of_engine.store, read_only=True) as store:
+        for item in items:
+            said = explain_feature(store, answer["run"], item["path"])
+            (state, *of_cameras) = (one.sentence for one in said if one.topic == "presence")
+            assert f"it is {item['state'].replace('_', ' ')} ({item['qif']}): {item['reason']}" in state
+            assert len(of_cameras) == len(item["cameras"])
+            sizes = [one.sentence for one in said if one.topic == "sizes"]
+            assert [size.split()[1] for size in sizes] == [f"{size['what']}:" for size in item["measured"]]
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
