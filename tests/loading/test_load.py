@@ -115,7 +115,7 @@ def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None
         assert row_counts(store) == empty
         with store.read() as connection:
             (report,) = connection.execute(store.table("load_report").select())
-            assert (report.state, report.source_id) == ("refused", None)
+            assert (report.status, report.source_id) == ("refused", None)
             assert "contains itself" in report.message
             events = connection.execute(store.table("run_event").select()).all()
             assert [e.name for e in events if e.kind == "step"] == ["read", "unfinished"]

@@ -65,8 +65,10 @@ def test_show_prints_the_tree(target: str, capsys: pytest.CaptureFixture[str]) -
     assert rows[0]["parts"] == 3
     sizes = sorted(r["size"] for r in rows if r["level"] == "part")
     assert sizes[:2] == ["100 x 200 x 50"] * 2
-    assert main(["show", "thing", "--store", target]) == 2
-    assert "thing variant X" in capsys.readouterr().err
+    assert main(["show", "thing", "--store", target, "--format", "json"]) == 0  # it has no other variant
+    assert json.loads(capsys.readouterr().out) == rows
+    assert main(["show", "thing", "--variant", "Y", "--store", target]) == 2
+    assert "name one of its variants: X" in capsys.readouterr().err
 
 
 def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh.Scene) -> None:

@@ -78,7 +78,7 @@ def test_known_changes_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
         assert [holes["added"][c] for c in "xyz"] == pytest.approx([80, 40, 5])
         assert [r["status"] for r in rows if r["level"] == "part"] == ["changed"]
         assert not [f for f in check(store) if f.rows]
-        with pytest.raises(UsageError, match="plate:A, plate:B"):
+        with pytest.raises(UsageError, match="name one of its variants: A, B"):
             compare(store, ("plate", "A"), ("plate", "C"))
 
 

@@ -58,6 +58,8 @@ def read_mesh(
     if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
     content = path.read_bytes()
+    if form == "stl":
+        _check_stl(path.name, content)
     resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
         build = build_nodes(path) if form == "3mf" else None  # first: it may be too much for trimesh to expand
@@ -68,7 +70,7 @@ def read_mesh(
     except Exception as error:  # a parser of foreign bytes raises anything
         said = (str(error).strip().splitlines() or [type(error).__name__])[0]
         if isinstance(error, ImportError):  # trimesh would guess the encoding
-            said = "it is neither text nor as long as it says"
+            said = "it is not text in UTF-8"
         elif isinstance(error, KeyError):
             said = f"it lacks {said}"
         raise InputError(f"{path.name} cannot be read as {form.upper()} ({said}): export it again") from error
@@ -85,6 +87,19 @@ def read_mesh(
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
     return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()),))
+
+
+def _check_stl(name: str, content: bytes) -> None:
+    """Refuse what is neither a binary file as long as its head says nor text.  trimesh would read it as text in an
+    encoding that it guesses, where the package that guesses is installed."""
+    if len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
+        return
+    try:
+        content.decode()
+    except UnicodeDecodeError:
+        raise InputError(
+            f"{name} cannot be read as STL (it is neither text nor as long as it says): export it again"
+        ) from None
 
 
 def _unpacked_bytes(path: Path) -> int:
