@@ -62,6 +62,17 @@ COMMENT ON COLUMN inspection_image.camera IS 'name of the camera in the rig';
 COMMENT ON COLUMN inspection_image.image_id IS 'its image';
 COMMENT ON COLUMN inspection_image.extraction_id IS 'the extraction used';
 
+CREATE TABLE selected_part (
+    run_id BIGINT NOT NULL,
+    occurrence_id BIGINT NOT NULL,
+    shown BOOLEAN NOT NULL,
+    PRIMARY KEY (run_id, occurrence_id)
+);
+COMMENT ON TABLE selected_part IS 'The placed parts that an inspection considered: those that any pose which the prior leaves open could show, by their boxes.';
+COMMENT ON COLUMN selected_part.run_id IS 'the run';
+COMMENT ON COLUMN selected_part.occurrence_id IS 'the placed part';
+COMMENT ON COLUMN selected_part.shown IS 'whether the view of one of the sampled poses holds it too; the others are superfluous as far as that tells';
+
 CREATE TABLE view_arc (
     run_id BIGINT NOT NULL,
     view_no INTEGER NOT NULL,
@@ -445,6 +456,7 @@ COMMENT ON COLUMN part_in_view.covered_pixels IS 'pixels it would cover unocclud
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('inspection', 'localisation', 'primary'),
     ('inspection_image', 'localisation', 'primary'),
+    ('selected_part', 'localisation', 'primary'),
     ('view_arc', 'localisation', 'primary'),
     ('view_surface', 'localisation', 'primary'),
     ('hypothesis', 'localisation', 'primary'),
@@ -464,6 +476,8 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('inspection_image', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('inspection_image', 1, ARRAY['image_id'], 'image', ARRAY['id']),
     ('inspection_image', 2, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
+    ('selected_part', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('selected_part', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
     ('view_arc', 0, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
     ('view_arc', 1, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
     ('view_surface', 0, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),

@@ -40,6 +40,7 @@ WRITTEN = [
     "ledger",
     "inspection",
     "inspection_image",
+    "selected_part",
     "rig",
     "rig_camera",
     "camera",
@@ -194,6 +195,14 @@ def test_sql_answers_what_was_matched_and_what_was_not(
     left = {(row["camera"], row["image_arc_no"]) for row in rejected}
     assert not taken & left
     assert len(taken) + len(left) == sum(row["n"] for row in arcs)
+    selected = asked(
+        "SELECT o.path, s.shown FROM selected_part AS s JOIN occurrence AS o ON o.id = s.occurrence_id"
+        " WHERE s.run_id = {run}"
+    )
+    assert len(selected) == answer["selection"]["parts"]
+    assert sum(not row["shown"] for row in selected) == answer["selection"]["superfluous"]
+    seen = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
+    assert seen <= {row["path"] for row in selected if row["shown"]}
     summary = asked("SELECT kind, state, verdict FROM run_summary WHERE run_id = {run}")
     assert summary == [{"kind": "inspect", "state": "finished", "verdict": "accepted"}]
 

@@ -128,6 +128,11 @@ def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
             "superfluous_parts": it.selection.superfluous,
         },
     )
+    run.append(
+        connection,
+        "selected_part",
+        {"run_id": run.id, "occurrence_id": it.selection.occurrence_id, "shown": it.selection.shown},
+    )
 
 
 def _record_hypotheses(
