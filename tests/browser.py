@@ -18,6 +18,13 @@ from typing import Any
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 _PATIENCE_S = 60.0
+_COVERED = """(c => {
+  const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height);
+  g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p);
+  let n = 0;
+  for (let i = 3; i < p.length; i += 4) if (p[i]) n += 1;
+  return n / (c.width * c.height);
+})(document.getElementById('canvas'))"""
 _OPTIONS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-extensions",
@@ -34,18 +41,19 @@ class Browser:
         self.requests: list[str] = []
         self.complaints: list[str] = []
         self._session: str | None = None
-        self._loaded = False
+        self._loaded: set[str] = set()  # documents, by the id of what loaded them
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
+        self.call("Page.setLifecycleEventsEnabled", enabled=True)
 
     def open(self, url: str) -> None:
         """Open a page and wait until it has loaded and drawn."""
         self.call("Page.navigate", url="about:blank")
-        self.requests, self.complaints, self._loaded = [], [], False
-        self.call("Page.navigate", url=url)
-        self._until(lambda: self._loaded)
+        self.requests, self.complaints = [], []
+        loader = self.call("Page.navigate", url=url)["loaderId"]
+        self._until(lambda: loader in self._loaded)
         self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(0))))")
 
     def run(self, script: str) -> Any:
@@ -54,6 +62,19 @@ class Browser:
         if "exceptionDetails" in said:
             raise AssertionError(said["exceptionDetails"])
         return said["result"].get("value")
+
+    def until(self, holds: Callable[[], bool]) -> None:
+        """Wait until something holds of the page, as software draws at its leisure.  Raises AssertionError if never."""
+        given_up = time.monotonic() + _PATIENCE_S
+        while not holds():
+            assert time.monotonic() < given_up, "the page does not come to it"
+            time.sleep(0.05)
+
+    def covered(self) -> float:
+        """The share of the canvas of the model in 3-D that is drawn on.  (Colours differ from one drawing to the next:
+        software hides lines in surfaces that they lie in now here, now there.)
+        """
+        return float(self.run(_COVERED))
 
     def press(self, key: str) -> None:
         """Press a key on what has the focus."""
@@ -108,8 +129,8 @@ class Browser:
                     take(said)
 
     def _note(self, method: str, said: dict[str, Any]) -> None:
-        if method == "Page.loadEventFired":
-            self._loaded = True
+        if method == "Page.lifecycleEvent" and said["name"] == "load":
+            self._loaded.add(said["loaderId"])
         elif method == "Network.requestWillBeSent":
             self.requests.append(said["request"]["url"])
         elif method == "Runtime.exceptionThrown":

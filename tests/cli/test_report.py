@@ -370,11 +370,12 @@ def test_list_and_pictures_are_linked_both_ways(shown: Browser, page: str) -> No
         f"(document.getElementById({arc!r}))"
     )
     shown.mouse("mouseMoved", x, y)
-    assert shown.run("document.querySelector('.readout').textContent") != ""
+    shown.until(lambda: shown.run("document.querySelector('.readout').textContent") != "")
     shown.mouse("mousePressed", x, y, 1)
     shown.mouse("mouseReleased", x, y)
-    chosen = shown.run("[...document.querySelectorAll('[aria-pressed=true]')].map(b => +b.dataset.item)")
-    assert len(chosen) == 1
+    pressed = "[...document.querySelectorAll('[aria-pressed=true]')].map(b => +b.dataset.item)"
+    shown.until(lambda: len(shown.run(pressed)) == 1)
+    chosen = shown.run(pressed)
     lit = shown.run("[...document.querySelectorAll('.picture path.lit')].map(p => p.id)")
     assert arc in items[chosen[0]]["arcs"]
     assert set(items[chosen[0]]["arcs"]) <= set(lit)
@@ -382,25 +383,39 @@ def test_list_and_pictures_are_linked_both_ways(shown: Browser, page: str) -> No
 
 @pytest.mark.browser
 def test_the_model_is_drawn_and_turns(shown: Browser) -> None:
-    drawing = (
-        "(c => { const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height); "
-        "g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p); let n = 0, s = 0; "
-        "for (let i = 0; i < p.length; i += 4) if (p[i + 3]) { n += 1; s = (s * 31 + p[i] + i) % 1000003; } "
-        "return [n / (c.width * c.height), s]; })(document.getElementById('canvas'))"
-    )
-    wait = "new Promise(d => requestAnimationFrame(() => requestAnimationFrame(() => d(0))))"
-    covered, before = shown.run(drawing)
-    assert covered > 0.03
+    shown.until(lambda: shown.covered() > 0.03)
+    before = shown.covered()
     shown.run("document.getElementById('canvas').focus({preventScroll: true})")
     shown.press("ArrowRight")
-    shown.run(wait)
-    covered, after = shown.run(drawing)
-    assert covered > 0.03
-    assert after != before
+    shown.until(lambda: abs(shown.covered() - before) > 1e-4)
+    assert shown.covered() > 0.03
     for view in ("left", "right"):
         shown.run(f"document.querySelector('[data-view={view}]').click()")
-        shown.run(wait)
-        assert shown.run(drawing)[0] > 0.5  # the part fills the picture
+        shown.until(lambda: shown.covered() > 0.5)  # the part fills the picture
+        shown.run("document.querySelector('[data-view=\"\"]').click()")
+        shown.until(lambda: abs(shown.covered() - before) < 1e-4)
+    assert not shown.complaints
+
+
+@pytest.mark.browser
+def test_the_model_is_there_in_every_frame(shown: Browser) -> None:
+    """While the window's size changes, too; and again where its context was lost, as when a computer slept."""
+    shown.until(lambda: shown.covered() > 0.03)
+    before = shown.covered()
+    shown.run("window.canvas = document.getElementById('canvas')")
+    for height in ("300px", "340px", "380px", ""):
+        resized = (
+            f"canvas.style.height = {height!r}; new Promise(done => requestAnimationFrame(() => setTimeout(done)))"
+        )
+        shown.run(resized)  # past what the page does for a frame, before it does anything for the next
+        assert shown.covered() > 0.03
+    assert abs(shown.covered() - before) < 1e-4
+    shown.run(
+        "new Promise(done => { const lose = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
+        " canvas.addEventListener('webglcontextlost', () => setTimeout(() => done(lose.restoreContext())));"
+        " lose.loseContext(); })"
+    )
+    shown.until(lambda: abs(shown.covered() - before) < 1e-4)
     assert not shown.complaints
 
 
@@ -421,9 +436,9 @@ def test_it_is_dark_where_dark_is_preferred(shown: Browser) -> None:
             return float(np.asarray(picture.convert("L"))[:20, -200:].mean())
 
     shown.prefer("light")
-    assert brightness() > 200
+    shown.until(lambda: brightness() > 200)
     shown.prefer("dark")
-    assert brightness() < 60
+    shown.until(lambda: brightness() < 60)
     shown.prefer("light")
 
 

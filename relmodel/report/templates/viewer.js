@@ -4,26 +4,31 @@
 function makeViewer(canvas, scene, picked) {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
   if (!gl) return null;
-  const program = build(`#version 300 es
-    uniform mat4 clip; uniform mat4 place; uniform vec3 lo; uniform vec3 size; in vec3 at; out vec3 seen;
-    void main() { vec4 p = place * vec4(lo + size * at, 1.0); seen = p.xyz; gl_Position = clip * p; }`, `#version 300 es
-    precision highp float; uniform vec4 colour; uniform vec3 eye; uniform float lit; in vec3 seen; out vec4 shown;
-    void main() { vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
-      float light = mix(1.0, 0.35 + 0.65 * abs(dot(n, normalize(eye - seen))), lit); shown = vec4(colour.rgb * light, colour.a); }`);
-  const where = Object.fromEntries(["clip", "place", "lo", "size", "colour", "eye", "lit"].map(n => [n, gl.getUniformLocation(program, n)]));
-  const at = gl.getAttribLocation(program, "at");
-  const shapes = scene.shapes.map(s => ({ lo: s.lo, size: s.size, runs: s.s,
-    vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, bytes(s.t)),
-    wide: s.wide, paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
   const middle = scene.focus, up = scene.up, across = perpendicular(up), ahead = cross(up, across);
-  const parts = scene.parts.map(p => ({ shape: shapes[p.shape], colour: p.colour, only: p.only, place: placed(p.m) }));
-  const lines = scene.lines.map(l => ({ colour: l.colour, count: l.at.length / 3,
-    buffer: buffer(gl.ARRAY_BUFFER, new Float32Array(l.at.map((x, i) => x - middle[i % 3]))) }));
+  const parts = scene.parts.map(p => ({ shape: p.shape, colour: p.colour, only: p.only, place: placed(p.m) }));
+  let program, where, at, shapes, lines;  // what lies on the graphics card
+  upload();
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const none = new Map();
   let chosen = none, target, distance, yaw, pitch, through = null, waiting = false;
   whole();
 
+  function upload() {
+    program = build(`#version 300 es
+      uniform mat4 clip; uniform mat4 place; uniform vec3 lo; uniform vec3 size; in vec3 at; out vec3 seen;
+      void main() { vec4 p = place * vec4(lo + size * at, 1.0); seen = p.xyz; gl_Position = clip * p; }`, `#version 300 es
+      precision highp float; uniform vec4 colour; uniform vec3 eye; uniform float lit; in vec3 seen; out vec4 shown;
+      void main() { float light = 1.0;  // a line has no normal: what comes of it is no number
+        if (lit > 0.0) light = 0.35 + 0.65 * abs(dot(normalize(cross(dFdx(seen), dFdy(seen))), normalize(eye - seen)));
+        shown = vec4(colour.rgb * light, colour.a); }`);
+    where = Object.fromEntries(["clip", "place", "lo", "size", "colour", "eye", "lit"].map(n => [n, gl.getUniformLocation(program, n)]));
+    at = gl.getAttribLocation(program, "at");
+    shapes = scene.shapes.map(s => ({ lo: s.lo, size: s.size, runs: s.s,
+      vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, bytes(s.t)),
+      wide: s.wide, paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
+    lines = scene.lines.map(l => ({ colour: l.colour, count: l.at.length / 3,
+      buffer: buffer(gl.ARRAY_BUFFER, new Float32Array(l.at.map((x, i) => x - middle[i % 3]))) }));
+  }
   function build(vertex, fragment) {
     const made = gl.createProgram();
     for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -70,6 +75,7 @@ function makeViewer(canvas, scene, picked) {
     gl.bindBuffer(gl.ARRAY_BUFFER, held); gl.enableVertexAttribArray(at); gl.vertexAttribPointer(at, 3, kind, normalised, stride, 0);
   }
   function draw(identities) {
+    if (gl.isContextLost()) return;
     const view = eyeAndMatrix(), colours = palette();
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(0, 0, 0, 0); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -77,7 +83,7 @@ function makeViewer(canvas, scene, picked) {
     gl.uniformMatrix4fv(where.clip, false, view.clip); gl.uniform3fv(where.eye, view.eye);
     gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(1, 1);
     parts.forEach((part, number) => {
-      const s = part.shape, kind = s.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT, bytesEach = s.wide ? 4 : 2;
+      const s = shapes[part.shape], kind = s.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT, bytesEach = s.wide ? 4 : 2;
       gl.uniformMatrix4fv(where.place, false, part.place); gl.uniform3fv(where.lo, s.lo); gl.uniform3fv(where.size, s.size);
       points(s.vertices, gl.UNSIGNED_SHORT, true, 6); gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, s.triangles);
       const surfaces = chosen.get(number), own = number + 1;
@@ -106,7 +112,9 @@ function makeViewer(canvas, scene, picked) {
   }
   function fit() {
     const scale = Math.min(devicePixelRatio || 1, 2);
-    canvas.width = Math.max(1, canvas.clientWidth * scale); canvas.height = Math.max(1, canvas.clientHeight * scale); redraw();
+    const size = [canvas.clientWidth, canvas.clientHeight].map(n => Math.max(1, Math.round(n * scale)));
+    if (size[0] === canvas.width && size[1] === canvas.height) return;
+    [canvas.width, canvas.height] = size; draw(false);  // at once: a new size clears what was drawn
   }
   function turn(dx, dy) { leave(); yaw -= dx; pitch = Math.max(-1.55, Math.min(1.55, pitch + dy)); redraw(); }
   function shift(dx, dy) {
@@ -153,8 +161,11 @@ function makeViewer(canvas, scene, picked) {
     "+": () => nearer(0.8), "=": () => nearer(0.8), "-": () => nearer(1.25), "0": () => look("") };
   canvas.addEventListener("keydown", e => { if (keys[e.key]) { e.preventDefault(); keys[e.key](); } });
   dark.addEventListener("change", redraw);
+  // The context is lost where a computer sleeps or the driver starts anew.
+  canvas.addEventListener("webglcontextlost", e => e.preventDefault());
+  canvas.addEventListener("webglcontextrestored", () => { upload(); draw(false); });
   new ResizeObserver(fit).observe(canvas);
-  fit();
+  fit(); draw(false);
   return { look, choose(found) { chosen = found || none; redraw(); } };
 
   function add(a, b) { return a.map((x, i) => x + b[i]); }
