@@ -46,18 +46,16 @@ def object_page(
     shapes, parts = _parts(store, connection, tree)
     shape_ids = [s["id"] for s in shapes]
     kinds = _paint(store, connection, shapes)
-    features = read_table(connection, "Features", "report/object_features", shape_ids=shape_ids)
+    tables = _tables(connection, rows, shape_ids)
     told = {r["path"]: r for r in rows}
     entries = _entries(store, connection, tree, parts, told, shape_ids)
     whole = rows[0]
     facts = [
         ("parts", str(whole["parts"]), f"of {len(shape_ids)} shapes"),
-        ("features", str(features.count), f"of {len(kinds)} kinds"),
+        ("features", str(len(tables["object_features"].rows)), f"of {len(kinds)} kinds"),
     ]
     if whole["mass"]:
         facts.append(("mass", f"{whole['mass']:.4g} kg", ""))
-    columns = ("path", "level", "number", "material", "mass", "size", "surfaces", "features", "attributes", "findings")
-    listed = [[r.get(c) for c in columns] for r in rows]
     return _page(
         f"{name} {variant}".strip(),
         f"Object, revision {tree.revision}",
@@ -67,12 +65,29 @@ def object_page(
         scene(shapes, parts, up=_UP),
         [(kind.replace("_", " "), "#{:02x}{:02x}{:02x}".format(*rgb)) for kind, rgb in kinds.items()],
         [
-            ("Tree", [Table("What stands in it", columns, listed, left_out=0)]),
-            ("Features", [features, read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids)]),
+            ("Tree", [tables["tree"]]),
+            ("Features", [tables["object_features"], tables["object_kinds"]]),
         ],
         store,
         around,
     )
+
+
+def object_tables(store: Store, connection: Connection, name: str, variant: str = "") -> dict[str, Table]:
+    """The tables of an object's page by name.  Raises UsageError where the object is not loaded."""
+    tree = read_tree(store, connection, name, variant)
+    shapes, _ = _parts(store, connection, tree)
+    return _tables(connection, tree_rows(store, connection, tree), [s["id"] for s in shapes])
+
+
+def _tables(connection: Connection, rows: Sequence[Mapping[str, Any]], shape_ids: list[int]) -> dict[str, Table]:
+    columns = ("path", "level", "number", "material", "mass", "size", "surfaces", "features", "attributes", "findings")
+    tables = [
+        Table("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
+        read_table(connection, "Features", "report/object_features", shape_ids=shape_ids),
+        read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids),
+    ]
+    return {t.name: t for t in tables}
 
 
 def diff_page(

@@ -24,6 +24,7 @@ from sqlalchemy import Connection
 
 from relmodel.errors import InputError
 from relmodel.paths import check_writable
+from relmodel.printing import plain
 from relmodel.store import sql
 from relmodel.text import visible
 
@@ -35,6 +36,7 @@ _FOLDER = Path(__file__).parent / "templates"
 class Table:
     """A table of a page: what a named query gave, and the query.
 
+    name: what files of the page's tables know it by.  Of a long one the first rows are shown: the query gives all.
     upright: the one row stands as a column.  folded: shown when its title is clicked.  empty: what is said where there
     are no rows; without it the table is left out then.  marks: of each row the ids of what it stands for in the
     pictures, which the page's script lights.
@@ -46,23 +48,26 @@ class Table:
     query: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
-    left_out: int = 0
+    name: str = ""
     upright: bool = False
     folded: bool = False
     empty: str = ""
     marks: Sequence[str] | None = None
 
     @property
-    def count(self) -> int:
-        return len(self.rows) + self.left_out
+    def shown(self) -> Sequence[Sequence[Any]]:
+        return self.rows[:ROWS_SHOWN] if self.query else self.rows
+
+    @property
+    def left_out(self) -> int:
+        return len(self.rows) - len(self.shown)
 
 
 def read_table(connection: Connection, title: str, name: str, /, **parameters: Any) -> Table:
-    """What the named query `queries/NAME.sql` gives, the first rows of it."""
+    """What the named query `queries/NAME.sql` gives."""
     found = connection.execute(sql.query(name), parameters)
-    columns, rows = list(found.keys()), found.all()
-    left_out = max(len(rows) - ROWS_SHOWN, 0)
-    return Table(title, columns, rows[:ROWS_SHOWN], sql.query(name).text, parameters, sql.description(name), left_out)
+    columns, rows, own = list(found.keys()), found.all(), name.rpartition("/")[2]
+    return Table(title, columns, rows, sql.query(name).text, parameters, sql.description(name), own)
 
 
 def render(template: str, **values: Any) -> str:
@@ -97,7 +102,7 @@ def policy(forms: str = "'none'") -> str:
 
 def script_json(data: Any) -> Markup:
     """JSON for an element of type application/json: no `<` in it can end the element."""
-    text = json.dumps(data, separators=(",", ":"), default=_plain, allow_nan=False)
+    text = json.dumps(data, separators=(",", ":"), default=plain, allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 
@@ -145,10 +150,3 @@ def _environment() -> Environment:
     made.filters |= {"cell": cell, "clauses": clauses, "heading": heading, "json": script_json}
     made.tests["figure"] = is_number
     return made
-
-
-def _plain(value: Any) -> Any:
-    """What JSON has no form for: NumPy's numbers and arrays as Python's, others as text."""
-    if isinstance(value, Decimal):
-        return float(value)
-    return value.tolist() if hasattr(value, "tolist") else str(value)

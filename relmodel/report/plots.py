@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def times(steps: Table) -> Table:
         for r, s in zip(steps.rows, seconds, strict=True)
     ]
     rows = [(*r, bar) for r, bar in zip(steps.rows, bars, strict=True)]
-    return Table(steps.title, [*steps.columns, ""], rows, steps.query, steps.parameters, steps.caption)
+    return replace(steps, columns=[*steps.columns, ""], rows=rows)
 
 
 def _figure(words: str, drawings: Sequence[Any]) -> Markup:

@@ -62,10 +62,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
 
     Raises UsageError where there is no such run.
     """
-    found = store.rows(connection, "report/run", run_id=run)
-    if not found:
-        raise UsageError(f"there is no run {run}: relmodel runs lists those that there are")
-    told = found[0]
+    told = _told(store, connection, run)
     pose = next(iter(store.rows(connection, "report/pose", run_id=run)), None)
     prior = next(iter(store.rows(connection, "report/prior", run_id=run)), None)
     items = read_items(store, connection, run)
@@ -97,6 +94,14 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         sections=_sections(store, connection, run, pictures),
         footer=f"Made by relmodel {relmodel.__version__} from rows of the store {store.name}.",
     )
+
+
+def _told(store: Store, connection: Connection, run: int) -> Any:
+    """The row of a run.  Raises UsageError where there is none."""
+    found = store.rows(connection, "report/run", run_id=run)
+    if not found:
+        raise UsageError(f"there is no run {run}: relmodel runs lists those that there are")
+    return found[0]
 
 
 _NO_MORE = {"running": "This is what it has committed so far.", "finished": "The run ended well."}
@@ -166,63 +171,75 @@ def _layers(drawn: str) -> list[Layer]:
     return there if 'class="model' in drawn else [replace(layer, on=layer.name in kinds) for layer in there]
 
 
+# The tables of the page by the named query that gives each, queries/report/NAME.sql.
+_TITLES = {
+    "checked": "How much was checked",
+    "sizes": "Sizes measured",
+    "states": "Parts and features",
+    "unexplained": "Not in the model",
+    "rules": "Why this verdict",
+    "pose": "Pose and verdict",
+    "prior": "Prior",
+    "corrections": "Base correction",
+    "joints": "Joints",
+    "hypotheses": "Poses considered",
+    "residuals": "Residuals of edge points",
+    "rejected_reasons": "Why image arcs were rejected",
+    "matched": "Matched arcs",
+    "rejected": "Rejected arcs",
+    "load": "Load",
+    "findings": "Findings",
+    "steps": "Steps",
+    "inputs": "Files read",
+    "written": "Rows written",
+    "run": "Parameters, versions and machine",
+}
+_UPRIGHT = ("pose", "prior", "corrections", "load", "run")
+_FOLDED = ("states", "unexplained", "matched", "rejected", "written", "run")
+
+
+def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Table]:
+    """The tables of a run's page by name, those without rows too.  Raises UsageError where there is no such run."""
+    _told(store, connection, run)
+    return {
+        name: replace(
+            read_table(connection, title, f"report/{name}", run_id=run),
+            upright=name in _UPRIGHT,
+            folded=name in _FOLDED,
+        )
+        for name, title in _TITLES.items()
+    }
+
+
 def _sections(
     store: Store, connection: Connection, run: int, pictures: list[RunPicture]
 ) -> list[tuple[str, list[Any]]]:
-    def table(title: str, name: str, **shape: Any) -> Table:
-        return replace(read_table(connection, title, f"report/{name}", run_id=run), **shape)
-
+    tables = run_tables(store, connection, run)
     number = {p.camera: i for i, p in enumerate(pictures)}
-    alien = table("Not in the model", "unexplained", folded=True)
-    matched, rejected = table("Matched arcs", "matched", folded=True), table("Rejected arcs", "rejected", folded=True)
-    inspected: list[tuple[str, list[Any]]] = [
-        (
-            "What is there",
-            [
-                table("How much was checked", "checked"),
-                table("Sizes measured", "sizes"),
-                table("Parts and features", "states", folded=True),
-                replace(alien, marks=_marks(alien, number)),
-            ],
-        ),
+    for name in ("unexplained", "matched", "rejected"):
+        tables[name] = replace(tables[name], marks=_marks(tables[name], number))
+    tables["steps"] = times(tables["steps"])
+
+    def those(*names: str) -> list[Table]:
+        return [tables[name] for name in names if tables[name].rows]
+
+    return [
+        ("What is there", those("checked", "sizes", "states", "unexplained")),
         (
             "Pose",
-            [
-                table("Why this verdict", "rules"),
-                table("Pose and verdict", "pose", upright=True),
-                table("Prior", "prior", upright=True),
-                *pose_plots(store, connection, run),
-                table("Base correction", "corrections", upright=True),
-                table("Joints", "joints"),
-            ],
+            [*those("rules", "pose", "prior"), *pose_plots(store, connection, run), *those("corrections", "joints")],
         ),
-        ("Hypotheses", [table("Poses considered", "hypotheses")]),
+        ("Hypotheses", those("hypotheses")),
         (
             "Evidence",
             [
                 *evidence_plots(store, connection, run),
-                table("Residuals of edge points", "residuals"),
-                table("Why image arcs were rejected", "rejected_reasons"),
-                replace(matched, marks=_marks(matched, number)),
-                replace(rejected, marks=_marks(rejected, number)),
+                *those("residuals", "rejected_reasons", "matched", "rejected"),
             ],
         ),
-    ]
-    others: list[tuple[str, list[Any]]] = [
-        ("What was loaded", [table("Load", "load", upright=True), table("Findings", "findings")]),
-        ("Time", [times(table("Steps", "steps"))]),
-        (
-            "What the run was given and wrote",
-            [
-                table("Files read", "inputs"),
-                table("Rows written", "written", folded=True),
-                table("Parameters, versions and machine", "run", upright=True, folded=True),
-            ],
-        ),
-    ]
-    return [
-        (title, [b for b in blocks if not isinstance(b, Table) or b.rows or b.empty])
-        for title, blocks in [*inspected, *others]
+        ("What was loaded", those("load", "findings")),
+        ("Time", those("steps")),
+        ("What the run was given and wrote", those("inputs", "written", "run")),
     ]
 
 

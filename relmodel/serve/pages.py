@@ -10,13 +10,13 @@ from urllib.parse import quote, urlencode
 
 from sqlalchemy import Connection
 
-from relmodel.cli.output import print_rows
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows
 from relmodel.find.volumes import Box
-from relmodel.report.object import object_page
+from relmodel.printing import print_rows, print_tables
+from relmodel.report.object import object_page, object_tables
 from relmodel.report.page import ROWS_SHOWN, Table, policy, render
-from relmodel.report.run import run_page
+from relmodel.report.run import run_page, run_tables
 from relmodel.serve.questions import finite, first_line, question_names, read_question
 from relmodel.store import Store, sql
 
@@ -62,13 +62,20 @@ def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, 
             name, suffix = path.removesuffix(ending), ending
     listing = _listing(store, connection, "/runs" if name == "/" else name, asked)
     if listing is not None:
-        return _as_file(listing, suffix) if suffix else _as_page(listing, "/runs" if name == "/" else name, asked)
-    if path.startswith("/run/") and path[5:].isdecimal():
-        _takes(asked)
-        return Page(run_page(store, connection, int(path[5:]), AROUND))
-    if path.startswith("/object/"):
-        _takes(asked, "variant")
-        return Page(object_page(store, connection, path[8:], asked.get("variant", ""), AROUND))
+        return _as_file(listing.table, suffix) if suffix else _as_page(listing, "/runs" if name == "/" else name, asked)
+    table = ("table",) if suffix else ()
+    if name.startswith("/run/") and name[5:].isdecimal():
+        _takes(asked, *table)
+        run = int(name[5:])
+        if suffix:
+            return _as_files(run_tables(store, connection, run), suffix, asked)
+        return Page(run_page(store, connection, run, AROUND | {"files": _files(name, asked)}))
+    if name.startswith("/object/"):
+        _takes(asked, "variant", *table)
+        named = name[8:], asked.get("variant", "")
+        if suffix:
+            return _as_files(object_tables(store, connection, *named), suffix, asked)
+        return Page(object_page(store, connection, *named, AROUND | {"files": _files(name, asked)}))
     return None
 
 
@@ -135,10 +142,30 @@ def _table(connection: Connection, title: str, name: str, **parameters: Any) -> 
     return Table(title, list(found.keys()), found.all(), sql.query(name).text, parameters, empty="There are none.")
 
 
-def _as_file(listing: Listing, suffix: str) -> Page:
+def _as_files(tables: Mapping[str, Table], suffix: str, asked: Mapping[str, str]) -> Page:
+    """The tables of a page that has several: the one asked for; else all, of which only JSON has a form."""
+    names = ", ".join(tables)
+    if "table" in asked:
+        if asked["table"] not in tables:
+            raise UsageError(f"there is no table {asked['table']!r} here: there are {names}")
+        return _as_file(tables[asked["table"]], suffix)
+    if suffix == ".csv":
+        raise UsageError(f"a file of CSV holds one table: name it with ?table=, one of {names}")
+    out = io.StringIO()
+    print_tables({name: (t.columns, t.rows) for name, t in tables.items()}, out)
+    return Page(out.getvalue(), _FORMS[suffix][1])
+
+
+def _files(name: str, asked: Mapping[str, str]) -> dict[str, str]:
+    """Where the tables of a page are: all as JSON; one as CSV, but for its name."""
+    given = f"?{urlencode(asked)}" if asked else ""
+    return {"all": f"{quote(name)}.json{given}", "one": f"{quote(name)}.csv?{urlencode({**asked, 'table': ''})}"}
+
+
+def _as_file(table: Table, suffix: str) -> Page:
     form, media = _FORMS[suffix]
     out = io.StringIO()
-    print_rows(listing.table.columns, listing.table.rows, form, out)
+    print_rows(table.columns, table.rows, form, out)
     return Page(out.getvalue(), media)
 
 

@@ -15,8 +15,8 @@ import pytest
 import trimesh
 
 from relmodel.cli.main import main
-from relmodel.cli.output import print_rows
 from relmodel.loading.load import load
+from relmodel.printing import print_rows
 from relmodel.store import Store
 
 EVIL = "a\x1b[31mred\x07\x9b2J\u202eb\x7f"

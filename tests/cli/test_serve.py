@@ -21,10 +21,12 @@ import sqlalchemy as sa
 from relmodel.errors import StoreError, UsageError
 from relmodel.find.find import find_rows
 from relmodel.find.volumes import Box
+from relmodel.printing import plain
 from relmodel.resources import resource_dir
 from relmodel.serve.limits import StoppedError, only_reading
 from relmodel.serve.questions import question_names, read_question
 from relmodel.serve.server import Server
+from relmodel.show.tree import read_tree
 from relmodel.store import Store
 from tests.browser import browser
 from tests.cli.conftest import Inspection
@@ -106,6 +108,72 @@ def test_a_run_and_an_object_have_their_pages(server: Server, inspection: Inspec
     assert "Parts and features" in page(server, "/object/bulkhead", variant=named["variant"])
 
 
+def tables(server: Server, address: str, *named: str, **parameters: str) -> dict[str, list[dict[str, Any]]]:
+    """What the JSON of a page of several tables says; the JSON and CSV of those named say as much."""
+    status, _, text = asked(server, f"{address}.json", **parameters)
+    assert status == 200, text
+    found: dict[str, list[dict[str, Any]]] = json.loads(text)
+    for name in named:
+        assert rows(server, address, table=name, **parameters) == found[name]
+    return found
+
+
+def linked(shown: str, ending: str) -> set[str]:
+    return {a["href"] for tag, a in Page(shown).elements if tag == "a" and ending in a["href"]}
+
+
+def test_the_tables_of_a_run_are_files(server: Server) -> None:
+    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
+    found = tables(server, f"/run/{run}", "matched", "findings")
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        for name in ("rules", "rejected", "steps", "written"):
+            query = (resource_dir("queries") / f"report/{name}.sql").read_text()
+            expected = connection.execute(sa.text(query), {"run_id": run}).all()
+            assert [tuple(r.values()) for r in found[name]] == [tuple(json_of(v) for v in r) for r in expected]
+    assert found["findings"] == []
+    shown = page(server, f"/run/{run}")
+    assert linked(shown, ".json") == {f"/run/{run}.json"}
+    of_tables = linked(shown, ".csv")
+    assert of_tables == {f"/run/{run}.csv?table={name}" for name, its_rows in found.items() if its_rows}
+
+
+def test_the_tables_of_an_object_are_files_with_all_rows(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("relmodel.report.page.ROWS_SHOWN", 10)
+    found = tables(server, "/object/bulkhead", "tree", "object_kinds", variant="A")
+    assert list(found) == ["tree", "object_features", "object_kinds"]
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        tree = read_tree(store, connection, "bulkhead", "A")
+    assert [r["path"] for r in found["tree"] if r["level"] == "part"] == [
+        path for path, part in zip(tree.path, tree.part_id, strict=True) if part >= 0
+    ]
+    assert sum(r["features"] for r in found["object_kinds"]) == len(found["object_features"])
+    shown = page(server, "/object/bulkhead", variant="A")
+    assert f"{len(found['object_features']) - 10} more rows are left out here" in Page(shown).text
+    assert linked(shown, ".json") == {"/object/bulkhead.json?variant=A"}
+    assert linked(shown, ".csv") == {f"/object/bulkhead.csv?variant=A&table={name}" for name in found}
+
+
+def test_pages_of_one_table_are_files_and_say_so(server: Server) -> None:
+    assert rows(server, "/") == rows(server, "/runs")
+    for address, parameters in {
+        "/": {},
+        "/runs": {"kind": "load"},
+        "/objects": {},
+        "/find": {"level": "part", **BOX},
+        "/questions": {},
+        "/question/deep_pockets": {"depth": "30.0"},
+    }.items():
+        shown = page(server, address, **parameters)
+        for suffix in (".json", ".csv"):
+            (link,) = linked(shown, suffix)
+            status, _, text = asked(server, link)
+            assert (status, text) == (200, asked(server, address + suffix, **parameters)[2])
+
+
+def json_of(value: Any) -> Any:
+    return json.loads(json.dumps(value, default=plain))
+
+
 def test_a_box_holds_what_find_finds(server: Server) -> None:
     for level in ("part", "feature"):
         found = rows(server, "/find", level=level, **BOX)
@@ -138,6 +206,11 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
     [
         ("/nothing", {}, 404, "no such page"),
         ("/run/99999", {}, 400, "there is no run 99999"),
+        ("/run/99999.json", {}, 400, "there is no run 99999"),
+        ("/run/1.csv", {}, 400, "name it with ?table=, one of checked, sizes"),
+        ("/run/1.json", {"table": "nothing"}, 400, "there is no table 'nothing' here"),
+        ("/run/1", {"table": "steps"}, 400, "no parameter 'table' here"),
+        ("/object/bulkhead.csv", {"variant": "A"}, 400, "one of tree, object_features, object_kinds"),
         ("/run/x", {}, 404, "no such page"),
         ("/object/none", {}, 400, "there is no object none"),
         ("/question/none", {}, 400, "there is no question"),

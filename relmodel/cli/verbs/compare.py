@@ -9,7 +9,8 @@ from __future__ import annotations
 import argparse
 
 from relmodel.cli.options import store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel compare 3 7 --store cell.duckdb"
 

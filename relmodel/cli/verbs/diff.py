@@ -9,7 +9,8 @@ from __future__ import annotations
 import argparse
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = """relmodel diff A B --object bulkhead --level feature --store cell.duckdb
   relmodel diff bracket:left bracket:right --format csv --store cell.duckdb"""

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
 from relmodel.errors import InputError, UsageError
+from relmodel.printing import print_rows
 
 if TYPE_CHECKING:
     from relmodel.find.volumes import Volume

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from relmodel.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
 from relmodel.errors import UsageError
+from relmodel.printing import print_rows
 
 if TYPE_CHECKING:
     from relmodel.world.correction import Correction

@@ -9,7 +9,8 @@ from __future__ import annotations
 import argparse
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = """relmodel prune runs --older-than 90 --verdict refused --store cell.duckdb
   relmodel prune pictures --run 7 --yes --store cell.duckdb"""

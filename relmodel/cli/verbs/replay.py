@@ -10,7 +10,8 @@ from __future__ import annotations
 import argparse
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel replay 7 --store cell.duckdb"
 

@@ -10,8 +10,9 @@ import argparse
 from pathlib import Path
 
 from relmodel.cli.options import add_format
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
 from relmodel.errors import UsageError
+from relmodel.printing import print_rows
 
 EXAMPLE = """relmodel rig convert camchain.yaml rig.yaml --to rig
   relmodel rig convert stereo.yml camchain.yaml --to kalibr --unit m

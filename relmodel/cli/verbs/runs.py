@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows
+from relmodel.printing import print_rows
 
 STATES = ("running", "finished", "failed", "killed")
 VERDICTS = ("accepted", "ambiguous", "refused")

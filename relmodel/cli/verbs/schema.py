@@ -9,7 +9,8 @@ import argparse
 import os
 
 from relmodel.cli.options import add_format
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = """relmodel schema --store cell.duckdb
   relmodel schema occurrence"""

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel show bulkhead --variant A --picture bulkhead.png --view front --store cell.duckdb"
 

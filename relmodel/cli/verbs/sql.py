@@ -13,8 +13,8 @@ import sys
 from pathlib import Path
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows
 from relmodel.errors import InputError, UsageError
+from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel sql --store cell.duckdb 'SELECT kind, count(*) FROM feature_class GROUP BY kind'"
 

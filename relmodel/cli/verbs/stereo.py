@@ -11,7 +11,8 @@ import argparse
 from pathlib import Path
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows, say
+from relmodel.cli.output import say
+from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel stereo --rig rig.yaml --left L.png --right R.png --method pong --store cell.duckdb"
 

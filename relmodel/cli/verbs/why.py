@@ -9,8 +9,8 @@ from __future__ import annotations
 import argparse
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.cli.output import print_rows
 from relmodel.errors import UsageError
+from relmodel.printing import print_rows
 from relmodel.text import visible
 
 EXAMPLE = """relmodel why 7 --verdict --store cell.duckdb
