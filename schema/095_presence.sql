@@ -104,7 +104,8 @@ CREATE TABLE unexplained (
     unexplained_no INTEGER NOT NULL,
     camera TEXT NOT NULL,
     kind TEXT NOT NULL,
-    image_arc_no INTEGER NOT NULL,
+    image_arc_no INTEGER,
+    region_no INTEGER,
     u0 DOUBLE PRECISION NOT NULL,
     v0 DOUBLE PRECISION NOT NULL,
     u1 DOUBLE PRECISION NOT NULL,
@@ -113,20 +114,22 @@ CREATE TABLE unexplained (
     contrast DOUBLE PRECISION NOT NULL,
     beyond BOOLEAN NOT NULL,
     PRIMARY KEY (run_id, unexplained_no),
-    CHECK (kind IN ('closed', 'curved', 'straight')),
+    CHECK (kind IN ('closed', 'curved', 'straight', 'region')),
+    CHECK ((kind = 'region') = (region_no IS NOT NULL) AND (kind = 'region') = (image_arc_no IS NULL)),
     CHECK (u0 <= u1 AND v0 <= v1 AND length > 0)
 );
-COMMENT ON TABLE unexplained IS 'What a picture shows where the model shows nothing: arcs that form something and belong to no predicted edge; texture is left out.';
+COMMENT ON TABLE unexplained IS 'What a picture shows where the model shows nothing: arcs that form something and belong to no predicted edge, and regions that most of their border surrounds with such; texture is left out.';
 COMMENT ON COLUMN unexplained.run_id IS 'the run';
 COMMENT ON COLUMN unexplained.unexplained_no IS 'ordinal in the run, from 0, the most telling first';
 COMMENT ON COLUMN unexplained.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN unexplained.kind IS 'closed, curved or straight';
-COMMENT ON COLUMN unexplained.image_arc_no IS 'the arc in the extraction of that camera''s picture';
+COMMENT ON COLUMN unexplained.kind IS 'closed, curved or straight, of an arc, or region';
+COMMENT ON COLUMN unexplained.image_arc_no IS 'the arc in the extraction of that camera''s picture; null of a region';
+COMMENT ON COLUMN unexplained.region_no IS 'the region in that extraction; null of an arc';
 COMMENT ON COLUMN unexplained.u0 IS 'least x of it, px';
 COMMENT ON COLUMN unexplained.v0 IS 'least y of it, px';
 COMMENT ON COLUMN unexplained.u1 IS 'greatest x of it, px';
 COMMENT ON COLUMN unexplained.v1 IS 'greatest y of it, px';
-COMMENT ON COLUMN unexplained.length IS 'length, px';
+COMMENT ON COLUMN unexplained.length IS 'length, px; of a region that of its border along unexplained arcs';
 COMMENT ON COLUMN unexplained.contrast IS 'mean height of the step along it, grey levels of 0..255';
 COMMENT ON COLUMN unexplained.beyond IS 'whether most of it lies where the model shows nothing at all';
 

@@ -52,11 +52,13 @@ def read_pictures(store: Store, connection: Connection, run: int) -> list[RunPic
         surfaces[r.camera, int(r.region_no)].append(f"surface {r.surface_no} of {r.path}")
     spread = pose_spread(store, connection, run)
     states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
-    alien = {(r.camera, int(r.image_arc_no)) for r in store.rows(connection, "report/unexplained", run_id=run)}
+    unexplained = store.rows(connection, "report/unexplained", run_id=run)
+    alien = {(r.camera, int(r.image_arc_no)) for r in unexplained if r.image_arc_no is not None}
+    patches = {(r.camera, int(r.region_no)) for r in unexplained if r.region_no is not None}
     out = []
     for number, picture in enumerate(pictures):
         name = picture.camera
-        drawn = [] if picture.extraction_id is None else _regions(store, connection, number, picture, surfaces)
+        drawn = [] if picture.extraction_id is None else _regions(store, connection, number, picture, surfaces, patches)
         if name in model:
             drawn += _model_arcs(number, model[name], course.get(name, []), fates, states)
         if picture.extraction_id is not None:
@@ -162,7 +164,12 @@ def _model_arcs(
 
 
 def _regions(
-    store: Store, connection: Connection, number: int, picture: Any, surfaces: dict[tuple[str, int], list[str]]
+    store: Store,
+    connection: Connection,
+    number: int,
+    picture: Any,
+    surfaces: dict[tuple[str, int], list[str]],
+    alien: set[tuple[str, int]],
 ) -> list[Markup]:
     rows = store.columns(connection, "report/regions", extraction_id=picture.extraction_id)
     region, ring = (np.asarray(rows[c], np.int64) for c in ("region_no", "ring_no"))
@@ -177,7 +184,8 @@ def _regions(
     for no, data in whole.items():
         shown = surfaces.get((picture.camera, no), [])
         title = f"region {no}: " + (", ".join(shown) or "matched to no surface")
-        out.append(_path(f"c{number}-r{no}", "region " + ("met" if shown else "unmet"), data, title))
+        classes = "region " + ("met" if shown else "unmet") + (" unexplained" if (picture.camera, no) in alien else "")
+        out.append(_path(f"c{number}-r{no}", classes, data, title))
     return out
 
 

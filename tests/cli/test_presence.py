@@ -96,8 +96,10 @@ def test_what_the_model_lacks_is_unexplained(answer: Answer) -> None:
     bore = np.array(truth["world_from_object"]) @ [600.0, -58.0, 50.0, 1.0]
     at = (np.linalg.inv(seen) @ bore)[:3]
     u, v = (np.array(truth["cameras"]["left"]["matrix"]) @ at / at[2])[:2] / 2
-    boxes = [(m["box"], m["beyond"]) for m in answer["presence"]["unexplained"] if m["camera"] == "left"]
-    assert any(b[0] - 40 < u < b[2] + 40 and b[1] - 40 < v < b[3] + 40 and beyond for b, beyond in boxes)
+    alien = [m for m in answer["presence"]["unexplained"] if m["camera"] == "left" and m["beyond"]]
+    for region in (False, True):
+        boxes = [m["box"] for m in alien if (m["kind"] == "region") == region]
+        assert any(b[0] - 40 < u < b[2] + 40 and b[1] - 40 < v < b[3] + 40 for b in boxes)
 
 
 def test_counts_add_up_and_the_worst_comes_first(answer: Answer) -> None:

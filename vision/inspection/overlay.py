@@ -22,6 +22,7 @@ from vision.presence.states import (
     Presence,
     pair_with_runs,
 )
+from vision.presence.unexplained import REGION, Unexplained
 
 COLOURS: dict[int, Rgb] = {
     CONFIRMED: (60, 220, 60),
@@ -31,6 +32,7 @@ COLOURS: dict[int, Rgb] = {
     CONTRADICTED: (240, 40, 40),
 }
 BLEND: Rgb = (70, 130, 250)
+UNEXPLAINED: Rgb = (0, 230, 230)
 MOSTLY = 0.5  # share of an edge that is found from which it is drawn as found
 
 
@@ -55,17 +57,28 @@ def draw_model(
 ) -> Bytes:
     """A camera's picture (rows, columns, 3: RGB) with the visible arcs: found ones in green; others in the colour of
     the worst state of a feature or part that they belong to, red contradicted, orange changed, magenta not confirmed,
-    else yellow; edges of blends, which show as shading and not as edges, in blue."""
+    else yellow; edges of blends, which show as shading and not as edges, in blue.  Boxes in cyan: unexplained regions,
+    and unexplained arcs where the model shows something."""
     if name not in found.views or found.best is None:
         return draw(picture.grey, [])
     view = found.views[name]
     segments = _segments(view, rig.cameras[name], found.best.world_from_rig @ rig.rig_from_camera[name])
+    camera = list(rig.cameras).index(name)
     state = np.full(len(view.arcs.kind), UNDECIDABLE)
     if presence is not None:
-        state = _states_of_runs(view, list(rig.cameras).index(name), presence)
+        state = _states_of_runs(view, camera, presence)
     run, blend = view.arcs.run, view.arcs.kind == SMOOTH
     by_state = [Stroke(segments[(state == s)[run] & ~blend[run]], COLOURS[s]) for s in reversed(SEVERITY)]
-    return draw(picture.grey, [Stroke(segments[blend[run]], BLEND), *by_state])
+    boxes = [] if presence is None else [Stroke(_boxes(presence.unexplained, camera), UNEXPLAINED)]
+    return draw(picture.grey, [Stroke(segments[blend[run]], BLEND), *by_state, *boxes])
+
+
+def _boxes(unexplained: Unexplained, camera: int) -> Floats:
+    """Sides (n, 2, 2) px of the boxes of what a camera shows that the model does not account for."""
+    told = (unexplained.camera == camera) & (~unexplained.beyond | (unexplained.kind == REGION))
+    u0, v0, u1, v1 = unexplained.box[told].T
+    corner = np.stack([u0, v0, u1, v0, u1, v1, u0, v1], axis=1).reshape(-1, 4, 2)
+    return np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2, 2)
 
 
 def _states_of_runs(view: View, camera: int, presence: Presence) -> Ints:

@@ -10,6 +10,7 @@ from vision.localisation.stored_scene import StoredScene
 from vision.presence.items import NONE
 from vision.presence.states import QIF, REASONS, STATES, Presence
 from vision.presence.unexplained import KINDS
+from vision.presence.unexplained import NONE as NOTHING
 from vision.presence.variants import VariantEvidence
 
 
@@ -83,7 +84,8 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "unexplained_no": np.arange(len(more.arc)),
             "camera": [it.cameras[c] for c in more.camera],
             "kind": [KINDS[k] for k in more.kind],
-            "image_arc_no": more.arc,
+            "image_arc_no": np.ma.masked_equal(more.arc, NOTHING),
+            "region_no": np.ma.masked_equal(more.region, NOTHING),
             **{name: more.box[:, k] for k, name in enumerate(("u0", "v0", "u1", "v1"))},
             "length": more.length,
             "contrast": more.contrast,

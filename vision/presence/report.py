@@ -18,7 +18,7 @@ from vision.presence.states import (
     UNDECIDABLE,
     Presence,
 )
-from vision.presence.unexplained import KINDS
+from vision.presence.unexplained import KINDS, REGION
 
 # From what to look at first to what needs no look.
 SEVERITY = (CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE, CONFIRMED)
@@ -53,9 +53,15 @@ def summarise(presence: Presence) -> list[str]:
     words += [f"  {_describe_failure(presence, int(row))}" for row in failures[:_MOST_SAID]]
     if len(failures) > _MOST_SAID:
         words.append(f"  and {len(failures) - _MOST_SAID} more")
-    if more := len(presence.unexplained.arc):
-        words.append(f"{more} edge{'s' * (more > 1)} in the pictures that the model does not account for")
+    words += _count_unexplained(presence)
     return words
+
+
+def _count_unexplained(presence: Presence) -> list[str]:
+    regions = int(np.sum(presence.unexplained.kind == REGION))
+    count = {"region": regions, "edge": len(presence.unexplained.kind) - regions}
+    told = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
+    return [f"{' and '.join(told)} in the pictures that the model does not account for"] if told else []
 
 
 def _describe_failure(presence: Presence, row: int) -> str:
@@ -139,7 +145,8 @@ def describe(presence: Presence) -> dict[str, Any]:
             {
                 "camera": presence.cameras[more.camera[k]],
                 "kind": KINDS[more.kind[k]],
-                "image_arc_no": int(more.arc[k]),
+                "image_arc_no": None if more.kind[k] == REGION else int(more.arc[k]),
+                "region_no": int(more.region[k]) if more.kind[k] == REGION else None,
                 "box": [round(float(v), 1) for v in more.box[k]],
                 "length": round(float(more.length[k]), 1),
                 "contrast": round(float(more.contrast[k]), 1),

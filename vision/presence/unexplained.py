@@ -1,4 +1,11 @@
-"""What a picture shows where the model shows nothing: arcs that form something and belong to no predicted edge."""
+"""What a picture shows where the model shows nothing: arcs and regions that form something and that no predicted edge
+accounts for.
+
+A region is unexplained where most of its border runs along such arcs: a bolt, a plug, a patch or a part that the model
+does not have.  Its border is then an edge of clear contrast and no edge of the model, so it is of another brightness
+than the surface that it lies on.  Texture, highlights and shading have no such arcs around them, and shadows of the
+structure begin at predicted edges.
+"""
 
 from __future__ import annotations
 
@@ -17,19 +24,22 @@ from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.presence.parameters import UnexplainedParameters
 
-KINDS = ("closed", "curved", "straight")
-CLOSED, CURVED, STRAIGHT = range(3)
+KINDS = ("closed", "curved", "straight", "region")
+CLOSED, CURVED, STRAIGHT, REGION = range(4)
+NONE = -1  # arc of a region, region of an arc
 
 
 @dataclass(frozen=True)
 class Unexplained:
-    """Arcs of the pictures, the most telling first, as columns: camera: number in the rig; arc: in its picture; kind:
-    index of KINDS; box (n, 4): least x, y, greatest x, y, px of the picture; length px; contrast grey; beyond: whether
-    most of it lies where the model shows nothing at all."""
+    """Arcs and regions of the pictures, the most telling first, as columns: camera: number in the rig; kind: index of
+    KINDS; arc, region: in its picture, NONE of the other; box (n, 4): least x, y, greatest x, y, px of the picture;
+    length px, of a region of the border that is unexplained; contrast grey, mean along it; beyond: whether most of it
+    lies where the model shows nothing at all."""
 
     camera: Ints
-    arc: Ints
     kind: Ints
+    arc: Ints
+    region: Ints
     box: Floats
     length: Floats
     contrast: Floats
@@ -45,30 +55,81 @@ def find_unexplained(
     views: Mapping[str, ViewArcs],
     p: UnexplainedParameters,
 ) -> Unexplained:
-    """Closed curves, long straight edges and curved ones that no predicted edge or blend accounts for, at a pose.
-    Brush texture, shades and highlights are left out, as extraction tells them."""
+    """Closed curves, long straight edges, curved ones and regions that no predicted edge or blend accounts for, at a
+    pose.  Brush texture, shades and highlights are left out, as extraction tells them."""
     pieces = []
     for number, (name, camera) in enumerate(rig.cameras.items()):
         picture, index = pictures[name], indexes[number]
         explained = lie_on(index, views[name].samples, p.reach_px, p.min_cosine)
-        arcs, owner = picture.arcs, picture.elements.arc
-        rows = np.flatnonzero(
-            _form_something(arcs, index, p) & (_share(explained, owner, len(arcs)) < p.most_explained)
-        )
+        share = _share(explained, picture.elements.arc, len(picture.arcs))
+        free = _are_edges(picture.arcs, index, p) & (share < p.most_explained)
         pose = world_from_rig @ rig.rig_from_camera[name]
-        members = np.flatnonzero(np.isin(owner, rows))
-        beyond = np.zeros(len(owner), bool)
-        beyond[members] = _see_nothing(scene, camera, pose, index.edges.position[members])
-        kind = np.where(arcs.closed, CLOSED, np.where(arcs.kind == LINE, STRAIGHT, CURVED))
-        pieces.append(
-            (
-                np.full(len(rows), number), rows, kind[rows], _boxes(picture, rows), arcs.length[rows],
-                arcs.contrast[rows], _share(beyond, owner, len(arcs))[rows] > 0.5,
+        pieces += [
+            (np.full(len(found[0]), number), *found)
+            for found in (
+                _find_arcs(scene, camera, pose, picture, index, free, p),
+                _find_regions(scene, camera, pose, picture, free, p),
             )
-        )  # fmt: skip
+        ]
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
-    order = np.argsort(-columns[4] * columns[5], kind="stable")
+    order = np.argsort(-columns[5] * columns[6], kind="stable")
     return Unexplained(*(column[order] for column in columns))
+
+
+_Columns = tuple[Ints, Ints, Ints, Floats, Floats, Floats, Bools]  # of Unexplained, but for the camera
+
+
+def _find_arcs(
+    scene: Scene, camera: Camera, pose: Floats, picture: Primitives, index: EdgeIndex, free: Bools,
+    p: UnexplainedParameters,
+) -> _Columns:  # fmt: skip
+    """Of the `free` arcs those long enough to form something."""
+    arcs, owner = picture.arcs, picture.elements.arc
+    rows = np.flatnonzero(free & (arcs.length >= np.where(arcs.closed, p.least_closed_px, p.least_px)))
+    members = np.flatnonzero(np.isin(owner, rows))
+    beyond = np.zeros(len(owner), bool)
+    beyond[members] = _see_nothing(scene, camera, pose, index.edges.position[members])
+    kind = np.where(arcs.closed, CLOSED, np.where(arcs.kind == LINE, STRAIGHT, CURVED))
+    return (
+        kind[rows], rows, np.full(len(rows), NONE), _boxes(picture, rows), arcs.length[rows], arcs.contrast[rows],
+        _share(beyond, owner, len(arcs))[rows] > 0.5,
+    )  # fmt: skip
+
+
+def _find_regions(
+    scene: Scene, camera: Camera, pose: Floats, picture: Primitives, free: Bools, p: UnexplainedParameters
+) -> _Columns:
+    """Regions most of whose border runs along `free` arcs, the border of the picture left out."""
+    regions, count = picture.regions, len(picture.regions)
+    ring = np.repeat(np.arange(len(regions.ring_region)), np.diff(regions.ring_offsets))
+    after = np.arange(1, len(ring) + 1)
+    after[regions.ring_offsets[1:] - 1] = regions.ring_offsets[:-1]
+    way = (regions.outline[after] - regions.outline).astype(float)
+    middle, owner = regions.outline + 0.5 * way, regions.ring_region[ring]
+    size = np.array(picture.shape[::-1])
+    inside = ((middle >= p.rim_px) & (middle <= size - 1 - p.rim_px)).all(axis=1)
+    around = np.bincount(owner, np.linalg.norm(way, axis=1) * inside, count)
+
+    along, arc = regions.border_region, regions.border_arc
+    own = regions.border_length * free[arc]
+    bordered = np.bincount(along, regions.border_length, count)
+    unexplained = np.bincount(along, own, count)
+    rows = np.flatnonzero(
+        (regions.area >= p.least_area_px)
+        & (unexplained >= np.maximum(p.least_border * bordered, p.least_closed_px))
+        & (bordered > p.least_border * around)
+        & (regions.saturated_share < p.most_highlight)
+    )
+    contrast = np.bincount(along, own * picture.arcs.contrast[arc], count) / np.maximum(unexplained, 1e-9)
+    of = np.flatnonzero(np.isin(owner, rows))
+    length = np.linalg.norm(way[of], axis=1)
+    beyond = np.bincount(owner[of], length * _see_nothing(scene, camera, pose, camera.undistort(middle[of])), count)
+    total = np.bincount(owner[of], length, count)
+    box = np.stack([regions.x0, regions.y0, regions.x1, regions.y1], axis=1)
+    return (
+        np.full(len(rows), REGION), np.full(len(rows), NONE), rows, box[rows], unexplained[rows], contrast[rows],
+        beyond[rows] > 0.5 * total[rows],
+    )  # fmt: skip
 
 
 def lie_on(index: EdgeIndex, seen: VisibleArcs, reach_px: float, min_cosine: float) -> Bools:
@@ -84,10 +145,12 @@ def lie_on(index: EdgeIndex, seen: VisibleArcs, reach_px: float, min_cosine: flo
     return np.asarray(np.isfinite(distance) & (across > min_cosine))
 
 
-def _form_something(arcs: ArcColumns, index: EdgeIndex, p: UnexplainedParameters) -> Bools:
-    long = arcs.length >= np.where(arcs.closed, p.least_closed_px, p.least_px)
+def _are_edges(arcs: ArcColumns, index: EdgeIndex, p: UnexplainedParameters) -> Bools:
+    """Which arcs are no texture, shading or highlight, and of clear contrast."""
     real = (arcs.texture < p.most_texture) & (arcs.highlight < p.most_highlight)
-    return np.asarray(long & real & (arcs.contrast > p.least_contrast * index.texture))
+    # In a picture without texture most elements are edges of the part.
+    clear = min(p.least_contrast * index.texture, p.clear_share * index.edges.grey_range)
+    return np.asarray(real & (arcs.contrast > clear))
 
 
 def _share(of: Bools, owner: Ints, count: int) -> Floats:
