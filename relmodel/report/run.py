@@ -247,7 +247,11 @@ def _marks(table: Table, number: dict[str, int]) -> list[str]:
     """Ids of the arcs and regions of each row in the pictures."""
     columns = list(table.columns)
     camera = columns.index("camera")
-    arcs = [(kind, columns.index(c)) for kind, c in (("i", "image_arc_no"), ("m", "view_arc_no"), ("r", "region_no")) if c in columns]
+    arcs = [
+        (kind, columns.index(c))
+        for kind, c in (("i", "image_arc_no"), ("m", "view_arc_no"), ("r", "region_no"))
+        if c in columns
+    ]
     return [
         " ".join(f"c{number[r[camera]]}-{kind}{r[i]}" for kind, i in arcs if r[i] is not None)
         if r[camera] in number
