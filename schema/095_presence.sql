@@ -146,7 +146,7 @@ CREATE TABLE variant_evidence (
     UNIQUE (run_id, object_no, object_variant_id),
     CHECK (against >= 0 AND against <= decided)
 );
-COMMENT ON TABLE variant_evidence IS 'What the pictures say at the pose found of each loaded variant of an inspected object, where it was asked for.';
+COMMENT ON TABLE variant_evidence IS 'What the pictures say at the pose found of each loaded variant of an inspected object, where something is not as the model says or it was asked for.';
 COMMENT ON COLUMN variant_evidence.run_id IS 'the run';
 COMMENT ON COLUMN variant_evidence.rank_no IS 'ordinal in the run, from 0: by object, the likeliest variant first';
 COMMENT ON COLUMN variant_evidence.object_no IS 'the object of the run''s world in whose place the variant is weighed';

@@ -38,7 +38,7 @@ def folder(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) ->
     (folder / "world.yaml").write_text(yaml.safe_dump(world))
     assert main(["world", str(folder / "world.yaml"), "--store", str(folder / "cell.duckdb")]) == 0
     options = halve("pair_04", folder).options(world=world["world"], crops=folder / "crops")
-    (folder / "answer.json").write_text(json.dumps(inspected(str(folder / "cell.duckdb"), "--variants", *options)))
+    (folder / "answer.json").write_text(json.dumps(inspected(str(folder / "cell.duckdb"), *options)))
     return folder
 
 
@@ -148,7 +148,7 @@ def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store
     assert diameter["changed"]
 
 
-def test_the_pictures_are_said_to_show_the_other_variant(answer: Answer, store: Store) -> None:
+def test_the_pictures_are_said_unasked_to_show_the_other_variant(answer: Answer, store: Store) -> None:
     first, second = answer["variants"]
     assert (first["variant"], first["placed"], second["variant"], second["placed"]) == ("B", False, "A", True)
     assert first["log_odds"] - second["log_odds"] > 20

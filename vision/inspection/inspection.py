@@ -31,7 +31,7 @@ from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
 from vision.inspection.record import Inspected, record_inspection
-from vision.inspection.variants import weigh_variants
+from vision.inspection.variants import is_to_be_weighed, weigh_variants
 from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
@@ -72,7 +72,7 @@ class Inspection:
     base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
     the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
-    variants: evidence for each loaded variant of the inspected objects, where it was asked for, the likeliest first.
+    variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
     selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
     """
@@ -140,7 +140,7 @@ def inspect(
     carrier: Carrier | None = None,
     keep_images: bool = True,
     full_audit: bool = True,
-    variants: bool = False,
+    variants: bool | None = None,
     overlay: str | Path | None = None,
     crops: str | Path | None = None,
     parameters: InspectionParameters = DEFAULTS,
@@ -148,13 +148,14 @@ def inspect(
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
     rig, prior: files, the rig in any format of `read_rig`; needs: how exactly the pose is needed, else as the prior
-    file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how the
-    object stands that carries the rig, which is found by the rig's content; variants: whether to weigh all loaded
-    variants of the inspected objects at the pose found; overlay: a picture of the model drawn over the images, to be
-    written; crops: a folder for pictures of what is not as the model says, worst first; full_audit: whether the rows
-    that explain the decisions are kept, and not the decisions alone.  The run records the parameters,
-    defaults included.  Raises InputError for bad inputs, UsageError where several objects carry the rig and `carrier`
-    does not choose; the run then ended as failed, and the store is otherwise as it was.
+    file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how
+    the object stands that carries the rig, which is found by the rig's content; variants: whether to weigh all
+    loaded variants of the inspected objects at the pose found, None where something is not as the model says and
+    they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for pictures
+    of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions are kept,
+    and not the decisions alone. The run records the parameters, defaults included. Raises InputError for bad
+    inputs, UsageError where several objects carry the rig and `carrier` does not choose; the run then ended as
+    failed, and the store is otherwise as it was.
     """
     if overlay is not None:
         check_writable(overlay)
@@ -185,7 +186,7 @@ class _Call:
     carrier: Carrier
     keep_images: bool
     full_audit: bool
-    variants: bool
+    variants: bool | None
     overlay: str | Path | None
     crops: str | Path | None
 
@@ -269,8 +270,9 @@ def _inspect(
         )
     run.step("presence")
     ranked: list[VariantEvidence] = []
-    if call.variants and presence is not None:
-        ranked = weigh_variants(store, stored, selection, cameras, primitives, found, presence, parameters)
+    if presence is not None and is_to_be_weighed(presence, call.variants):
+        most = None if call.variants else parameters.most_variants
+        ranked = weigh_variants(store, stored, selection, cameras, primitives, found, presence, parameters, most)
         run.step("variants")
     if call.overlay is not None:
         draw_overlay(call.overlay, pictures, cameras, found, presence)

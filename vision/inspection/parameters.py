@@ -22,6 +22,9 @@ class InspectionParameters:
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
     matching: MatchingParameters = field(default_factory=MatchingParameters)
     presence: PresenceParameters = field(default_factory=PresenceParameters)
+    most_variants: int = 5
+    """other loaded variants that are weighed unasked where something is not as the model says: each takes about as long
+    as presence, a second or less"""
 
 
 DEFAULTS = InspectionParameters()

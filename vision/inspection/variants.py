@@ -9,8 +9,14 @@ from vision.extraction.primitives import Primitives
 from vision.inspection.parameters import InspectionParameters
 from vision.localisation.localise import Localisation
 from vision.localisation.stored_scene import StoredScene, read_variant_scene
+from vision.presence.report import rank_failures
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence, assess_variant, rank, weigh_variant
+
+
+def is_to_be_weighed(presence: Presence, asked: bool | None) -> bool:
+    """Whether variants are weighed: as asked, where nothing was said if a part or feature is not as the model says."""
+    return bool(len(rank_failures(presence))) if asked is None else asked
 
 
 def weigh_variants(
@@ -22,13 +28,18 @@ def weigh_variants(
     found: Localisation,
     presence: Presence,
     parameters: InspectionParameters,
+    most: int | None = None,
 ) -> list[VariantEvidence]:
-    """The evidence at the best pose for each loaded variant of the world's inspected objects."""
+    """The evidence at the best pose for each loaded variant of the world's inspected objects; nothing where there are
+    none but those that it has, or more than `most`."""
     assert found.best is not None
     among = selection.occurrence_id.tolist()
     out = []
     with store.read() as connection:
         rows = [dict(row._mapping) for row in store.rows(connection, "variants_in_world", world_id=stored.world_id)]
+    others = sum(not row["placed"] for row in rows)
+    if most is not None and not 1 <= others <= most:
+        return []
     for row in rows:
         if row["placed"]:
             out.append(weigh_variant(row, presence))

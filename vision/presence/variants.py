@@ -104,9 +104,8 @@ def tell_variants(ranked: list[VariantEvidence]) -> list[str]:
             )
         else:
             words.append(
-                f"the pictures show {name}, not {placed.variant or '(unnamed)'}, which the world has there: "
-                f"{best.log_odds - placed.log_odds:.0f} nats of evidence more; of {placed.of} parts and features "
-                f"{placed.against} are not as {placed.variant or '(unnamed)'} has them, of {best.of} "
-                f"{best.against} are not as {best.variant or '(unnamed)'} has them"
+                f"the pictures show {name}, not {placed.variant or '(unnamed)'}, which the world has there: it "
+                f"explains them better by {best.log_odds - placed.log_odds:.0f} nats of evidence, and {best.against} "
+                f"of {best.of} parts and features are not as it has them, against {placed.against} of {placed.of}"
             )
     return words

@@ -67,7 +67,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stereo-gate", action="store_true", help="let the model at the prior bound the depths of stereo"
     )
     parser.add_argument(
-        "--variants", action="store_true", help="weigh every loaded variant of the inspected objects at the pose found"
+        "--variants",
+        action=argparse.BooleanOptionalAction,
+        help="weigh every loaded variant of the inspected objects at the pose found, or none (default: where something "
+        "is not as the model says, and they are few)",
     )
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
