@@ -113,7 +113,7 @@ def _find_regions(
     along, arc = regions.border_region, regions.border_arc
     own = regions.border_length * free[arc]
     bordered = np.bincount(along, regions.border_length, count)
-    unexplained = np.bincount(along, own, count)
+    unexplained = np.bincount(along, own, count).astype(float)
     rows = np.flatnonzero(
         (regions.area >= p.least_area_px)
         & (unexplained >= np.maximum(p.least_border * bordered, p.least_closed_px))
