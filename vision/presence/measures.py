@@ -56,7 +56,8 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
     off = np.abs(value - nominal)
     # A web's other side is hardly ever seen: its thickness is told, not judged.
     judged = (np.array(what) != "thickness") | (np.array(items.kind)[item] == "rib")
-    judged &= (np.array(what) != "offset") | (sigma < p.least_sure_mm)
+    # Whether a single surface lies elsewhere is known from where it was sought.
+    judged &= np.array(what) != "offset"
     changed = judged & (off > p.changed_sigma * sigma) & (off > p.changed_mm)
     return Measures(item, what, nominal, value, sigma, changed)
 

@@ -1,9 +1,11 @@
-"""Surfaces whose edges are found beside their place: by how much each has moved along its own normals.
+"""Surfaces that lie beside their place: by how much each has moved along its own normals.
 
 A surface that moves outward by d carries its edges along on the surfaces that it meets: a wall is thicker, a bore is
-wider, a floor lies deeper.  So every edge element beside an edge says by how much one of its two surfaces would have to
-move; the displacement on which the edges of a surface agree in all cameras is weighed against what chance agrees on.
-Elements that belong to predicted edges of other surfaces say nothing.
+wider, a floor lies deeper.  So an edge lies where the displacements of its two surfaces put it together, and the
+displacements are sought together: that surface whose displacement the pictures speak for most is moved first, for it
+explains edges of its neighbours too, which then need not move.  What speaks for a displacement are the shares of edges
+found there against those found in place, edge by edge (`runs.compute_log_odds`), so that one long shadow beside one
+edge says no more than that edge can.  Elements that belong to predicted edges of other surfaces say nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.parameters import MovedParameters, RunParameters
-from vision.presence.runs import compute_log_odds
+from vision.presence.runs import Runs, compute_log_odds
 from vision.presence.samples import Beside, Samples
 from vision.presence.support import Support
 
@@ -33,95 +35,182 @@ class Pulls:
 
 @dataclass(frozen=True)
 class Moved:
-    """Surfaces sought beside their place, as columns: surface; mm: the displacement outward on which their edges agree
-    best; log_odds: of there against chance, by camera (m, c); found: share of the edges found there, by camera (m, c);
-    weight_px: of the edges that tell, by camera (m, c); rival: log odds of the best other displacement."""
+    """The scene's surfaces (s,) where the pictures put them together.
 
-    surface: Ints
+    mm: displacement outward, zero in place; log_odds: of that against in place with the others where they are, for all
+    the displacements tried; by_camera (s, c): likewise, what each camera alone says.
+    """
+
     mm: Floats
     log_odds: Floats
-    found: Floats
-    weight_px: Floats
-    rival: Floats
+    by_camera: Floats
 
 
-def collect_pulls(samples: Samples, beside: Beside, support: Support, blends: Bools, p: MovedParameters) -> Pulls:
-    """All displacements within reach that elements speak for which no edges of other surfaces take.
+def find_usable(samples: Samples, beside: Beside, support: Support, blends: Bools, p: MovedParameters) -> Bools:
+    """Which elements beside samples (m, 2) may be edges of the sample's either surface that has moved: they do not
+    belong to an edge of other surfaces.
 
     blends: which elements lie on a predicted blend: its shine is no edge that has moved.
     """
-    pieces = []
     free = (np.abs(beside.offset) <= p.own_px) | ~blends[beside.element]
+    owner = support.owner
+    surface = samples.surface[beside.sample]
+    own = (samples.surface[owner][:, None, :] == surface[:, :, None]).any(axis=2)
+    return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
+
+
+def collect_pulls(
+    samples: Samples, beside: Beside, support: Support, usable: Bools, mm: Floats, p: MovedParameters
+) -> Pulls:
+    """All displacements within reach that usable elements speak for; mm (s,): where the other surfaces lie."""
+    other = displace(samples, mm)
+    pieces = []
     for side in (0, 1):
-        surface = samples.surface[beside.sample, side]
         rate = samples.px_per_mm[beside.sample, side]
-        told = (surface >= 0) & (np.abs(rate) >= p.min_px_per_mm) & (support.weight[beside.sample] > 0)
-        owner = support.owner
-        own = (owner < 0) | (samples.surface[owner] == surface[:, None]).any(axis=1)
-        row = np.flatnonzero(told & own & free)
-        mm = beside.offset[row] / rate[row]
-        near = np.abs(mm) <= p.reach_mm
-        row, mm = row[near], mm[near]
-        pieces.append((row, beside.sample[row], np.full(len(row), side), surface[row], mm))
+        row = np.flatnonzero(usable[:, side] & (np.abs(rate) >= p.min_px_per_mm) & (support.weight[beside.sample] > 0))
+        away = (beside.offset[row] - other[beside.sample[row], side]) / rate[row]
+        near = np.abs(away) <= p.reach_mm
+        row, away = row[near], away[near]
+        sample = beside.sample[row]
+        pieces.append((row, sample, np.full(len(row), side), samples.surface[sample, side], away))
     return Pulls(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
 
 def seek_moved(
     samples: Samples,
+    beside: Beside,
     support: Support,
-    pulls: Pulls,
-    sought: Ints,
+    runs: Runs,
+    usable: Bools,
+    count: int,
     cameras: int,
     p: MovedParameters,
-    runs: RunParameters,
+    run_parameters: RunParameters,
     reach_px: float,
 ) -> Moved:
-    """Where the edges of the surfaces `sought` (m,), ascending, agree best, clear of their own place."""
-    grid = np.arange(-p.reach_mm, p.reach_mm + 0.5 * p.step_mm, p.step_mm)
-    cells, count = len(grid), len(sought)
-    shape = (count, cameras, cells)
-    # What could be seen at each displacement: edges that stay within reach of the search.
-    which = np.searchsorted(sought, samples.surface)
-    wanted = (np.append(sought, -2)[np.minimum(which, count)] == samples.surface) & (support.weight[:, None] > 0)
-    wanted &= np.abs(samples.px_per_mm) >= p.min_px_per_mm
-    sample, side = np.nonzero(wanted)
-    reached = np.abs(grid)[None] * np.abs(samples.px_per_mm[sample, side])[:, None] <= reach_px - p.tolerance_px
-    at = (which[sample, side] * cameras + samples.camera[sample])[:, None] * cells + np.arange(cells)
-    weight = np.broadcast_to(support.weight[sample][:, None], reached.shape)
-    seen = np.bincount(at[reached], weight[reached], count * cameras * cells).reshape(shape).astype(float)
+    """Where the surfaces of a scene of `count` lie together."""
+    search = _Search(samples, beside, support, runs, usable, count, cameras, p, run_parameters, reach_px)
+    mm, log_odds, by_camera = np.zeros(count), np.zeros(count), np.zeros((count, cameras))
+    stale = search.sought
+    for _ in range(p.rounds):
+        best, odds, cameras_odds = search.weigh(stale, mm)
+        log_odds[stale], by_camera[stale] = odds, cameras_odds
+        agree = cameras_odds.min(axis=1, initial=np.inf) >= 0
+        wanted = mm.copy()
+        wanted[stale] = np.where((odds >= p.least_log_odds) & agree, best, 0.0)
+        # Of neighbours that would move, the surest does.
+        gain = np.where(wanted != mm, np.maximum(log_odds, 1e-9), 0.0)
+        strongest = np.zeros(count)
+        for a, b in (search.pairs, search.pairs[::-1]):
+            np.maximum.at(strongest, a, gain[b])
+        changed = (gain > strongest) | ((gain > 0) & (gain == strongest))
+        if not changed.any():
+            break
+        mm = np.where(changed, wanted, mm)
+        touched = np.zeros(count, bool)
+        touched[changed] = True
+        for a, b in (search.pairs, search.pairs[::-1]):
+            touched[a[changed[b]]] = True
+        stale = search.sought[touched[search.sought]]
+    log_odds[mm == 0] = np.minimum(log_odds[mm == 0], 0.0)
+    return Moved(mm, log_odds, by_camera)
 
-    index = np.minimum(np.searchsorted(sought, pulls.surface), max(count - 1, 0))
-    rows = np.flatnonzero(sought[index] == pulls.surface) if count else np.zeros(0, np.int64)
-    half = p.tolerance_px / np.abs(samples.px_per_mm[pulls.sample[rows], pulls.side[rows]])
-    low = np.ceil((pulls.mm[rows] - half - grid[0]) / p.step_mm).clip(0, cells).astype(np.int64)
-    high = np.floor((pulls.mm[rows] + half - grid[0]) / p.step_mm).clip(-1, cells - 1).astype(np.int64)
-    length = np.maximum(high - low + 1, 0)
-    row = np.repeat(rows, length)
-    cell = np.arange(len(row)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
-    # Each sample counts once at a displacement, however many elements speak for it.
-    key = np.unique((pulls.sample[row] * 2 + pulls.side[row]) * cells + cell)
-    sample, side, cell = key // (2 * cells), key // cells % 2, key % cells
-    at = (which[sample, side] * cameras + samples.camera[sample]) * cells + cell
-    found = np.bincount(at, support.weight[sample], count * cameras * cells).reshape(shape)
-    share = np.minimum(found / np.maximum(seen, 1e-9), 1.0)
 
-    chance = np.clip(np.median(share, axis=2, keepdims=True), runs.least_chance, runs.most_chance)
-    n = seen / runs.stretch_px
-    odds = compute_log_odds(share, n, np.broadcast_to(chance, shape), np.full(shape, p.shows), runs)
-    odds = np.where(seen > 0, odds, 0.0)
-    total = odds.sum(axis=1) - np.abs(grid) / p.usual_mm
-    told = np.broadcast_to(support.weight[:, None], wanted.shape)[wanted]
-    moves = np.bincount(which[wanted], told * np.abs(samples.px_per_mm)[wanted], count)
-    rate = moves / np.maximum(np.bincount(which[wanted], told, count), 1e-9)
-    clear = np.abs(grid)[None] >= np.maximum(p.least_mm, p.least_px / np.maximum(rate[:, None], 1e-9))
-    away = np.where(clear, total, -np.inf)
-    best = np.argmax(away, axis=1) if count else np.zeros(0, np.int64)
-    every = np.arange(count)
-    # Neighbours within the tolerance may be as good: the middle of all that are nearly so.
-    level = (away >= away[every, best][:, None] - p.plateau) & (
-        np.abs(grid[None] - grid[best][:, None]) <= p.distinct_mm
-    )
-    best = np.rint((level * np.arange(cells)).sum(axis=1) / np.maximum(level.sum(axis=1), 1)).astype(np.int64)
-    apart = np.abs(grid[None] - grid[best][:, None]) > p.distinct_mm
-    rival = np.where(clear & apart, total, -np.inf).max(axis=1) if count else np.zeros(0)
-    return Moved(sought, grid[best], odds[every, :, best], share[every, :, best], seen[every, :, best], rival)
+def displace(samples: Samples, mm: Floats) -> Floats:
+    """Px (n, 2) by which the other surface's displacement moves each sample, for either of its surfaces."""
+    away = np.append(mm, 0.0)[samples.surface] * samples.px_per_mm
+    return np.ascontiguousarray(away[:, ::-1])
+
+
+class _Search:
+    """What the weighing of displacements needs, prepared once."""
+
+    def __init__(
+        self,
+        samples: Samples,
+        beside: Beside,
+        support: Support,
+        runs: Runs,
+        usable: Bools,
+        count: int,
+        cameras: int,
+        p: MovedParameters,
+        run_parameters: RunParameters,
+        reach_px: float,
+    ) -> None:
+        self.samples, self.beside, self.support, self.runs = samples, beside, support, runs
+        self.usable, self.count, self.cameras, self.p, self.run_parameters = usable, count, cameras, p, run_parameters
+        half = round(p.reach_mm / p.step_mm)
+        self.penalty = np.log(2 * p.reach_mm / p.distinct_mm)
+        self.grid = p.step_mm * np.arange(-half, half + 1)
+        self.limits = np.array([reach_px - max(p.tolerance_px), p.hidden_px])
+        told = (samples.surface >= 0) & (support.weight[:, None] > 0)
+        told &= np.abs(samples.px_per_mm) >= p.min_px_per_mm
+        sample, side = np.nonzero(told)
+        surface, run = samples.surface[sample, side], samples.run[sample]
+        order = np.lexsort((sample, run, surface))
+        self.sample, self.side = sample[order].astype(np.int64), side[order].astype(np.int64)
+        surface, run = surface[order], run[order]
+        first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
+        self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
+        self.surface, self.run = surface[first], run[first]
+        rate = np.abs(samples.px_per_mm[self.sample, self.side])
+        weight = support.weight[self.sample]
+        told_px = np.bincount(surface, weight, count)
+        self.rate = np.bincount(surface, weight * rate, count) / np.maximum(told_px, 1e-9)
+        self.sought = np.flatnonzero(told_px >= p.least_told_px)
+        both = np.unique(samples.surface[(samples.surface >= 0).all(axis=1)], axis=0)
+        both = both[both[:, 0] != both[:, 1]]
+        self.pairs = both[:, 0], both[:, 1]
+
+    def weigh(self, surface: Ints, mm: Floats) -> tuple[Floats, Floats, Floats]:
+        """The best displacement (m,) of surfaces, away from their place, with its log odds (m,) against in place, and
+        by camera (m, c)."""
+        from vision.presence import moved_kernels
+
+        cells = len(self.grid)
+        number = np.full(self.count, -1)
+        number[surface] = np.arange(len(surface))
+        groups = np.flatnonzero(number[self.surface] >= 0)
+        renumbered = np.full(len(self.surface), -1)
+        renumbered[groups] = np.arange(len(groups))
+        rows = np.flatnonzero(renumbered[self.group] >= 0)
+        seen, found = np.zeros((len(groups), cells)), np.zeros((len(self.p.tolerance_px), len(groups), cells))
+        moved_kernels.count_found(
+            self.sample[rows], self.side[rows], renumbered[self.group[rows]],
+            np.ascontiguousarray(self.samples.px_per_mm), displace(self.samples, mm), self.support.weight,
+            self.beside.first, self.beside.offset, self.usable, self.grid, np.array(self.p.tolerance_px), self.limits,
+            seen, found,
+        )  # fmt: skip
+        # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
+        run, one = self.run[groups], np.ones((1, cells))
+        chance, shows = self.runs.chance[run][:, None] * one, self.runs.shows[run][:, None] * one
+        stretches, widest = seen / self.run_parameters.stretch_px, max(self.p.tolerance_px)
+        odds = np.logaddexp.reduce(
+            [
+                np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
+                + compute_log_odds(
+                    px / np.maximum(seen, 1e-9), stretches,
+                    np.maximum(chance * tolerance / widest, self.run_parameters.least_chance), shows,
+                    self.run_parameters,
+                )
+                for px, tolerance, likely in zip(found, self.p.tolerance_px, self.p.drawn, strict=True)
+            ]
+        )  # fmt: skip
+        at = number[self.surface[groups]] * self.cameras + self.runs.camera[run]
+        if getattr(self,"debug",False):
+            self.kept=(run,odds,seen,found)
+        by_camera = np.zeros((len(surface) * self.cameras, cells))
+        whole = np.bincount(renumbered[self.group[rows]], self.support.weight[self.sample[rows]], len(groups))
+        np.add.at(by_camera, at, np.where(seen >= self.p.least_seen * whole[:, None], odds, 0.0))
+        by_camera = by_camera.reshape(len(surface), self.cameras, cells)
+        still = cells // 2
+        by_camera -= by_camera[:, :, still : still + 1]
+        total = by_camera.sum(axis=1) - np.abs(self.grid) / self.p.usual_mm - self.penalty
+        clear = np.abs(self.grid)[None] >= np.maximum(
+            self.p.least_mm, self.p.least_px / np.maximum(self.rate[surface], 1e-9)[:, None]
+        )
+        total = np.where(clear, total, -np.inf)
+        best = np.argmax(total, axis=1) if len(surface) else np.zeros(0, np.int64)
+        every = np.arange(len(surface))
+        return self.grid[best], total[every, best], by_camera[every, :, best]

@@ -95,32 +95,36 @@ class MovedParameters:
 
     reach_mm: float = 12.0
     """mm either way"""
-    step_mm: float = 0.5
+    step_mm: float = 0.25
     """mm between the displacements tried"""
-    tolerance_px: float = 1.0
-    """px within which an edge is found at a displacement: the rims of shadows wander by more"""
+    tolerance_px: tuple[float, ...] = (0.4, 1.2)
+    """px within which an edge is found at a displacement, of one that is drawn well and of one that is drawn roughly"""
+    least_seen: float = 0.5
+    """share of an edge that must be in sight at a displacement, clear of what belongs to others, to tell anything"""
+    drawn: tuple[float, ...] = (0.75, 0.25)
+    """shares of the edges that are drawn so"""
+    distinct_mm: float = 1.0
+    """mm by which two displacements are different ones"""
+    hidden_px: float = 2.0
+    """px within which what belongs to an edge of other surfaces hides another"""
     own_px: float = 2.0
     """px from an edge's place within which what lies on a blend may still be the edge"""
     usual_mm: float = 6.0
     """mm by which what has moved has moved, in the mean: the nearer of two is the likelier"""
     min_px_per_mm: float = 0.25
     """px by which an edge must move in the picture for each mm to tell anything"""
-    least_mm: float = 1.0
+    least_mm: float = 0.75
     """mm: less is no change that edges tell from rounding and burr"""
-    least_px: float = 2.5
+    least_px: float = 0.8
     """px: less is not clear of the edge's own place"""
-    most_found: float = 0.6
-    """share of a surface's edges found in place from which it is not sought beside"""
-    least_found: float = 0.6
-    """share of its edges that each camera must find there"""
-    least_log_odds: float = 3.0
+    least_told_px: float = 40.0
+    """px of edges that can be told from others, at least"""
+    least_log_odds: float = 1.5
     """log odds of moved against in place, for all the displacements tried"""
-    distinct_mm: float = 2.0
-    """mm by which two displacements are different ones"""
-    plateau: float = 0.3
-    """log odds within which displacements are as good as the best"""
-    shows: float = 0.8
-    """probability that an edge shows where it has moved to"""
+    rounds: int = 6
+    """times that displacements are weighed anew after some surfaces moved"""
+    sure_sigma: float = 4.0
+    """standard deviations by which the measured displacement must differ from none"""
 
 
 @dataclass(frozen=True)
@@ -151,6 +155,8 @@ class SizeParameters:
     """mean square of the normals along the second direction that they span, there"""
     least_px: float = 40.0
     """px of edges from which a displacement is measured"""
+    least_found: float = 0.6
+    """share of a surface's edges that must be found where it is measured"""
 
 
 @dataclass(frozen=True)
@@ -177,9 +183,6 @@ class StateParameters:
     """log odds that they add: so many times more often are surfaces covered that are there than such that are not"""
     changed_sigma: float = 5.0
     """standard deviations by which a diameter must differ, or a bore lie aside, to be another"""
-    least_sure_mm: float = 0.25
-    """mm: standard deviation of an offset up to which it is judged: others hang on edges that are soft, as in corners,
-    or hardly move in the picture with the surface"""
     changed_mm: float = 0.8
     """mm likewise: less lies within what small bores and burrs err"""
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.moved import Pulls, seek_moved
+from vision.presence.moved import Pulls, collect_pulls, seek_moved
 from vision.presence.parameters import PresenceParameters, SizeParameters
 from vision.presence.runs import Runs
-from vision.presence.samples import Samples
+from vision.presence.samples import Beside, Samples
 from vision.presence.sizes import Offsets, measure_offsets
 from vision.presence.support import Support
 
@@ -37,38 +37,34 @@ class Surfaces:
 
 
 def assess_surfaces(
-    samples: Samples, support: Support, runs: Runs, pulls: Pulls, cameras: int, count: int, p: PresenceParameters
+    samples: Samples,
+    beside: Beside,
+    support: Support,
+    runs: Runs,
+    usable: Bools,
+    cameras: int,
+    count: int,
+    p: PresenceParameters,
 ) -> Surfaces:
-    """Surfaces of a scene of `count` by the edges that the samples are of."""
-    own, weight, supported = (
-        _by_surface(runs, values, count) for values in (runs.log_odds, runs.weight_px, runs.weight_px * runs.found)
-    )
-    measurable = weight >= p.sizes.least_px
-    weak = measurable & (supported < p.moved.most_found * weight)
-    sought = np.flatnonzero(weak)
-    beside = seek_moved(samples, support, pulls, sought, cameras, p.moved, p.runs, p.samples.reach_px)
-    log_odds = np.zeros(count)
-    log_odds[sought] = beside.log_odds.sum(axis=1) - own[sought] - np.log(2 * p.moved.reach_mm / p.moved.step_mm)
-    # Each camera that sees enough of it must agree.
-    agree = np.where(beside.weight_px >= p.sizes.least_px, beside.found, 1.0).min(axis=1, initial=1.0)
-    moved = np.zeros(count, bool)
-    moved[sought] = (log_odds[sought] >= p.moved.least_log_odds) & (agree >= p.moved.least_found)
-
-    start = np.zeros(count)
-    start[sought[moved[sought]]] = beside.mm[moved[sought]]
-    there = np.flatnonzero(measurable)
-    offsets = _measure(samples, support, pulls, there, start[there], p.sizes)
+    """Surfaces of a scene of `count` by the edges that the samples are of; usable: as `find_usable` gives."""
+    weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
+    sought = seek_moved(samples, beside, support, runs, usable, count, cameras, p.moved, p.runs, p.samples.reach_px)
+    there = np.flatnonzero(weight >= p.sizes.least_px)
+    pulls = collect_pulls(samples, beside, support, usable, sought.mm, p.moved)
+    offsets = _measure(samples, support, pulls, there, sought.mm[there], p.sizes)
     # What is found in place, or was sought and found beside it, or bends around and is found all around.
-    found = offsets.weight_px >= p.moved.least_found * weight[there]
-    sure = (offsets.weight_px >= p.sizes.least_px) & (moved[there] | ~weak[there] | (offsets.closed & found))
+    found = offsets.weight_px >= p.sizes.least_found * weight[there]
+    in_place = supported[there] >= p.sizes.least_found * weight[there]
+    beside_place = sought.mm[there] != 0
+    sure = (offsets.weight_px >= p.sizes.least_px) & (beside_place | in_place | (offsets.closed & found))
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)
     mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
     shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
-    moved &= np.isfinite(mm)
+    moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
     inward, normal = _bend(samples, count)
-    return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, normal)
+    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, normal)
 
 
 def _measure(

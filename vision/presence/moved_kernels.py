@@ -1,0 +1,57 @@
+"""Kernel that counts what is found along edges at each displacement of a surface."""
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.compiled import kernel
+
+
+@kernel(
+    "void(i8[::1], i8[::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[::1], i8[::1], f8[::1], b1[:, ::1], f8[::1], f8[::1],"
+    " f8[::1], f8[:, ::1], f8[:, :, ::1])"
+)
+def count_found(
+    sample: Ints,
+    side: Ints,
+    group: Ints,
+    rate: Floats,
+    other: Floats,
+    weight: Floats,
+    first: Ints,
+    offset: Floats,
+    usable: Bools,
+    grid: Floats,
+    tolerance: Floats,
+    limits: Floats,
+    seen: Floats,
+    found: Floats,
+) -> None:
+    """Px of edges `seen` (groups, cells) and, within each tolerance, `found` (tolerances, groups, cells) where a
+    surface is displaced by each of `grid` (mm).
+
+    sample, side, group: what belongs to a group's surface, one row a sample; rate (n, 2): px along the normal for each
+    mm of either surface; other (n, 2): px by which the other surface's displacement moves the sample; weight (n,): px;
+    first (n + 1,), offset: the elements beside samples; usable (elements, 2): for either surface; tolerance: px within
+    which an edge is found, softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
+    """
+    reach, hidden = limits[0], limits[1]
+    for row in range(len(sample)):
+        i, k, into = sample[row], side[row], group[row]
+        for cell in range(len(grid)):
+            target = other[i, k] + rate[i, k] * grid[cell]
+            if abs(target) > reach:
+                continue
+            own = alien = np.inf
+            for element in range(first[i], first[i + 1]):
+                away = abs(offset[element] - target)
+                if usable[element, k]:
+                    own = min(own, away)
+                else:
+                    alien = min(alien, away)
+            if alien < min(own, hidden):
+                continue
+            seen[into, cell] += weight[i]
+            for wide in range(len(tolerance)):
+                beyond = 2 * max(own / tolerance[wide] - 1, 0.0)
+                if beyond < 4.0:
+                    found[wide, into, cell] += weight[i] * np.exp(-0.5 * beyond**2)
