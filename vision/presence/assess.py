@@ -18,7 +18,7 @@ from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
 from vision.presence.items import list_items
-from vision.presence.moved import find_usable
+from vision.presence.moved import Edges, find_usable
 from vision.presence.parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
 from vision.presence.runs import weigh_runs
@@ -62,8 +62,8 @@ def assess(
             for name, index in zip(rig.cameras, indexes, strict=True)
         ]
     )
-    usable = find_usable(samples, beside, support, blends, p.moved)
-    surfaces = assess_surfaces(samples, beside, support, runs, usable, len(rig.cameras), len(stored.surface_no), p)
+    edges = Edges(samples, beside, support, runs, find_usable(samples, beside, support, blends, p.moved))
+    surfaces = assess_surfaces(edges, len(rig.cameras), len(stored.surface_no), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     return decide(items, stored.radius, runs, surfaces, regions, unexplained, list(rig.cameras), p.states)

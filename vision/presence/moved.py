@@ -15,10 +15,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.parameters import MovedParameters, RunParameters
+from vision.presence.parameters import MovedParameters, PresenceParameters
 from vision.presence.runs import Runs, compute_log_odds
 from vision.presence.samples import Beside, Samples
 from vision.presence.support import Support
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The predicted edges with what the pictures show beside them; usable: as `find_usable` gives."""
+
+    samples: Samples
+    beside: Beside
+    support: Support
+    runs: Runs
+    usable: Bools
 
 
 @dataclass(frozen=True)
@@ -59,15 +70,14 @@ def find_usable(samples: Samples, beside: Beside, support: Support, blends: Bool
     return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
 
 
-def collect_pulls(
-    samples: Samples, beside: Beside, support: Support, usable: Bools, mm: Floats, p: MovedParameters
-) -> Pulls:
+def collect_pulls(edges: Edges, mm: Floats, p: MovedParameters) -> Pulls:
     """All displacements within reach that usable elements speak for; mm (s,): where the other surfaces lie."""
-    other = displace(samples, mm)
-    pieces = []
+    samples, beside = edges.samples, edges.beside
+    other, pieces = displace(samples, mm), []
     for side in (0, 1):
         rate = samples.px_per_mm[beside.sample, side]
-        row = np.flatnonzero(usable[:, side] & (np.abs(rate) >= p.min_px_per_mm) & (support.weight[beside.sample] > 0))
+        told = edges.usable[:, side] & (edges.support.weight[beside.sample] > 0)
+        row = np.flatnonzero(told & (np.abs(rate) >= p.min_px_per_mm))
         away = (beside.offset[row] - other[beside.sample[row], side]) / rate[row]
         near = np.abs(away) <= p.reach_mm
         row, away = row[near], away[near]
@@ -76,44 +86,29 @@ def collect_pulls(
     return Pulls(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
 
-def seek_moved(
-    samples: Samples,
-    beside: Beside,
-    support: Support,
-    runs: Runs,
-    usable: Bools,
-    count: int,
-    cameras: int,
-    p: MovedParameters,
-    run_parameters: RunParameters,
-    reach_px: float,
-) -> Moved:
+def seek_moved(edges: Edges, count: int, cameras: int, p: PresenceParameters) -> Moved:
     """Where the surfaces of a scene of `count` lie together."""
-    search = _Search(samples, beside, support, runs, usable, count, cameras, p, run_parameters, reach_px)
+    search = _Search(edges, count, cameras, p)
     mm, log_odds, by_camera = np.zeros(count), np.zeros(count), np.zeros((count, cameras))
+    one, other = search.neighbours
     stale = search.sought
-    for _ in range(p.rounds):
-        best, odds, cameras_odds = search.weigh(stale, mm)
-        log_odds[stale], by_camera[stale] = odds, cameras_odds
-        agree = cameras_odds.min(axis=1, initial=np.inf) >= 0
+    for _ in range(p.moved.rounds):
+        best, log_odds[stale], by_camera[stale] = search.weigh(stale, mm)
+        told = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera[stale].min(axis=1, initial=np.inf) >= 0)
         wanted = mm.copy()
-        wanted[stale] = np.where((odds >= p.least_log_odds) & agree, best, 0.0)
-        # Of neighbours that would move, the surest does.
+        wanted[stale] = np.where(told, best, 0.0)
+        # Of neighbours that would move, or move back, the surest does.
         gain = np.where(wanted != mm, np.maximum(log_odds, 1e-9), 0.0)
         strongest = np.zeros(count)
-        for a, b in (search.pairs, search.pairs[::-1]):
-            np.maximum.at(strongest, a, gain[b])
-        changed = (gain > strongest) | ((gain > 0) & (gain == strongest))
-        if not changed.any():
+        np.maximum.at(strongest, one, gain[other])
+        changes = (gain > 0) & (gain >= strongest)
+        if not changes.any():
             break
-        mm = np.where(changed, wanted, mm)
-        touched = np.zeros(count, bool)
-        touched[changed] = True
-        for a, b in (search.pairs, search.pairs[::-1]):
-            touched[a[changed[b]]] = True
+        mm = np.where(changes, wanted, mm)
+        touched = changes.copy()
+        touched[one[changes[other]]] = True
         stale = search.sought[touched[search.sought]]
-    log_odds[mm == 0] = np.minimum(log_odds[mm == 0], 0.0)
-    return Moved(mm, log_odds, by_camera)
+    return Moved(mm, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)), by_camera)
 
 
 def displace(samples: Samples, mm: Floats) -> Floats:
@@ -123,27 +118,14 @@ def displace(samples: Samples, mm: Floats) -> Floats:
 
 
 class _Search:
-    """What the weighing of displacements needs, prepared once."""
+    """What the weighing of displacements needs, prepared once; neighbours: pairs of surfaces that meet, both ways."""
 
-    def __init__(
-        self,
-        samples: Samples,
-        beside: Beside,
-        support: Support,
-        runs: Runs,
-        usable: Bools,
-        count: int,
-        cameras: int,
-        p: MovedParameters,
-        run_parameters: RunParameters,
-        reach_px: float,
-    ) -> None:
-        self.samples, self.beside, self.support, self.runs = samples, beside, support, runs
-        self.usable, self.count, self.cameras, self.p, self.run_parameters = usable, count, cameras, p, run_parameters
+    def __init__(self, edges: Edges, count: int, cameras: int, parameters: PresenceParameters) -> None:
+        p, samples, support = parameters.moved, edges.samples, edges.support
+        self.edges, self.count, self.cameras, self.p, self.run_parameters = edges, count, cameras, p, parameters.runs
         half = round(p.reach_mm / p.step_mm)
-        self.penalty = np.log(2 * p.reach_mm / p.distinct_mm)
         self.grid = p.step_mm * np.arange(-half, half + 1)
-        self.limits = np.array([reach_px - max(p.tolerance_px), p.hidden_px])
+        self.limits = np.array([parameters.samples.reach_px - max(p.tolerance_px), p.hidden_px])
         told = (samples.surface >= 0) & (support.weight[:, None] > 0)
         told &= np.abs(samples.px_per_mm) >= p.min_px_per_mm
         sample, side = np.nonzero(told)
@@ -159,58 +141,53 @@ class _Search:
         told_px = np.bincount(surface, weight, count)
         self.rate = np.bincount(surface, weight * rate, count) / np.maximum(told_px, 1e-9)
         self.sought = np.flatnonzero(told_px >= p.least_told_px)
-        both = np.unique(samples.surface[(samples.surface >= 0).all(axis=1)], axis=0)
-        both = both[both[:, 0] != both[:, 1]]
-        self.pairs = both[:, 0], both[:, 1]
+        both = samples.surface[(samples.surface >= 0).all(axis=1)]
+        both = np.unique(np.concatenate([both, both[:, ::-1]]), axis=0)
+        self.neighbours = tuple(both[both[:, 0] != both[:, 1]].T)
 
     def weigh(self, surface: Ints, mm: Floats) -> tuple[Floats, Floats, Floats]:
         """The best displacement (m,) of surfaces, away from their place, with its log odds (m,) against in place, and
         by camera (m, c)."""
-        from vision.presence import moved_kernels
-
-        cells = len(self.grid)
+        p, cells, runs = self.p, len(self.grid), self.edges.runs
         number = np.full(self.count, -1)
         number[surface] = np.arange(len(surface))
         groups = np.flatnonzero(number[self.surface] >= 0)
-        renumbered = np.full(len(self.surface), -1)
-        renumbered[groups] = np.arange(len(groups))
-        rows = np.flatnonzero(renumbered[self.group] >= 0)
-        seen, found = np.zeros((len(groups), cells)), np.zeros((len(self.p.tolerance_px), len(groups), cells))
-        moved_kernels.count_found(
-            self.sample[rows], self.side[rows], renumbered[self.group[rows]],
-            np.ascontiguousarray(self.samples.px_per_mm), displace(self.samples, mm), self.support.weight,
-            self.beside.first, self.beside.offset, self.usable, self.grid, np.array(self.p.tolerance_px), self.limits,
-            seen, found,
-        )  # fmt: skip
-        # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
-        run, one = self.run[groups], np.ones((1, cells))
-        chance, shows = self.runs.chance[run][:, None] * one, self.runs.shows[run][:, None] * one
-        stretches, widest = seen / self.run_parameters.stretch_px, max(self.p.tolerance_px)
-        odds = np.logaddexp.reduce(
-            [
-                np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
-                + compute_log_odds(
-                    px / np.maximum(seen, 1e-9), stretches,
-                    np.maximum(chance * tolerance / widest, self.run_parameters.least_chance), shows,
-                    self.run_parameters,
-                )
-                for px, tolerance, likely in zip(found, self.p.tolerance_px, self.p.drawn, strict=True)
-            ]
-        )  # fmt: skip
-        at = number[self.surface[groups]] * self.cameras + self.runs.camera[run]
-        if getattr(self,"debug",False):
-            self.kept=(run,odds,seen,found)
+        odds = self._weigh_edges(groups, mm)
         by_camera = np.zeros((len(surface) * self.cameras, cells))
-        whole = np.bincount(renumbered[self.group[rows]], self.support.weight[self.sample[rows]], len(groups))
-        np.add.at(by_camera, at, np.where(seen >= self.p.least_seen * whole[:, None], odds, 0.0))
+        np.add.at(by_camera, number[self.surface[groups]] * self.cameras + runs.camera[self.run[groups]], odds)
         by_camera = by_camera.reshape(len(surface), self.cameras, cells)
-        still = cells // 2
-        by_camera -= by_camera[:, :, still : still + 1]
-        total = by_camera.sum(axis=1) - np.abs(self.grid) / self.p.usual_mm - self.penalty
-        clear = np.abs(self.grid)[None] >= np.maximum(
-            self.p.least_mm, self.p.least_px / np.maximum(self.rate[surface], 1e-9)[:, None]
-        )
-        total = np.where(clear, total, -np.inf)
-        best = np.argmax(total, axis=1) if len(surface) else np.zeros(0, np.int64)
+        by_camera -= by_camera[:, :, cells // 2, None]
+        clear = np.maximum(p.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
+        penalty = np.log(2 * p.reach_mm / p.distinct_mm) + np.abs(self.grid) / p.usual_mm
+        total = np.where(np.abs(self.grid) >= clear[:, None], by_camera.sum(axis=1) - penalty, -np.inf)
+        best = total.argmax(axis=1) if len(surface) else np.zeros(0, np.int64)
         every = np.arange(len(surface))
         return self.grid[best], total[every, best], by_camera[every, :, best]
+
+    def _weigh_edges(self, groups: Ints, mm: Floats) -> Floats:
+        """Log odds (groups, cells) of an edge being there against not, where its surface is displaced."""
+        from vision.presence import moved_kernels
+
+        p, edges, runs, cells = self.p, self.edges, self.edges.runs, len(self.grid)
+        group = np.full(len(self.surface), -1)
+        group[groups] = np.arange(len(groups))
+        group = group[self.group]
+        rows = np.flatnonzero(group >= 0)
+        sample, group = self.sample[rows], group[rows]
+        seen, found = np.zeros((len(groups), cells)), np.zeros((len(p.tolerance_px), len(groups), cells))
+        moved_kernels.count_found(
+            sample, self.side[rows], group, np.ascontiguousarray(edges.samples.px_per_mm),
+            displace(edges.samples, mm), edges.support.weight, edges.beside.first, edges.beside.offset, edges.usable,
+            self.grid, np.array(p.tolerance_px), self.limits, seen, found,
+        )  # fmt: skip
+        # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
+        run, one, widest = self.run[groups], np.ones((1, cells)), max(p.tolerance_px)
+        chance, shows = runs.chance[run][:, None] * one, runs.shows[run][:, None] * one
+        stretches, least = seen / self.run_parameters.stretch_px, self.run_parameters.least_chance
+        odds = []
+        for px, tolerance, likely in zip(found, p.tolerance_px, p.drawn, strict=True):
+            share, by_chance = px / np.maximum(seen, 1e-9), np.maximum(chance * tolerance / widest, least)
+            placed = np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
+            odds.append(placed + compute_log_odds(share, stretches, by_chance, shows, self.run_parameters))
+        whole = np.bincount(group, edges.support.weight[sample], len(groups))
+        return np.where(seen >= p.least_seen * whole[:, None], np.logaddexp.reduce(odds), 0.0)

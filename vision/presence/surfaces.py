@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.moved import Pulls, collect_pulls, seek_moved
+from vision.presence.moved import Edges, Pulls, collect_pulls, seek_moved
 from vision.presence.parameters import PresenceParameters, SizeParameters
 from vision.presence.runs import Runs
-from vision.presence.samples import Beside, Samples
+from vision.presence.samples import Samples
 from vision.presence.sizes import Offsets, measure_offsets
 from vision.presence.support import Support
 
@@ -36,21 +36,13 @@ class Surfaces:
     normal: Floats
 
 
-def assess_surfaces(
-    samples: Samples,
-    beside: Beside,
-    support: Support,
-    runs: Runs,
-    usable: Bools,
-    cameras: int,
-    count: int,
-    p: PresenceParameters,
-) -> Surfaces:
-    """Surfaces of a scene of `count` by the edges that the samples are of; usable: as `find_usable` gives."""
+def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameters) -> Surfaces:
+    """Surfaces of a scene of `count` by their edges."""
+    samples, support, runs = edges.samples, edges.support, edges.runs
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
-    sought = seek_moved(samples, beside, support, runs, usable, count, cameras, p.moved, p.runs, p.samples.reach_px)
+    sought = seek_moved(edges, count, cameras, p)
     there = np.flatnonzero(weight >= p.sizes.least_px)
-    pulls = collect_pulls(samples, beside, support, usable, sought.mm, p.moved)
+    pulls = collect_pulls(edges, sought.mm, p.moved)
     offsets = _measure(samples, support, pulls, there, sought.mm[there], p.sizes)
     # What is found in place, or was sought and found beside it, or bends around and is found all around.
     found = offsets.weight_px >= p.sizes.least_found * weight[there]

@@ -8,11 +8,12 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.moved import Pulls, collect_pulls, seek_moved
-from vision.presence.parameters import MovedParameters, PresenceParameters
+from vision.presence.moved import Edges, collect_pulls, find_usable, seek_moved
+from vision.presence.parameters import PresenceParameters
+from vision.presence.runs import Runs
 from vision.presence.samples import Samples, find_beside
 from vision.presence.sizes import measure_offsets
-from vision.presence.support import Support, measure_support
+from vision.presence.support import measure_support
 
 P = PresenceParameters()
 
@@ -24,7 +25,23 @@ def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
     return centre + radius * outward, outward
 
 
-def bore(true_radius: float, aside: Floats, noise: float) -> tuple[Samples, Support, Pulls]:
+def look(samples: Samples, index: EdgeIndex) -> Edges:
+    """What elements show along samples, of edges that mostly show where chance finds little."""
+    beside = find_beside(samples, [index], np.zeros(1), P.samples)
+    support = measure_support(samples, beside, P.support)
+    blends = np.zeros(len(index.edges.position), bool)
+    count = samples.run_count
+    head = np.unique(samples.run, return_index=True)[1]
+    weight = np.bincount(samples.run, support.weight, count)
+    zero, whole = np.zeros(count), np.zeros(count, np.int64)
+    runs = Runs(
+        whole, whole, whole, samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8, zero, zero,
+        np.zeros((count, 1)),
+    )  # fmt: skip
+    return Edges(samples, beside, support, runs, find_usable(samples, beside, support, blends, P.moved))
+
+
+def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
     """A bore of 40 mm radius at (100, 100), 1.2 px a mm, seen with another radius and place; px."""
     scale, centre = 1.2, np.array([100.0, 100.0])
     pixel, outward = ring(40 * scale, centre, 300)
@@ -46,15 +63,14 @@ def bore(true_radius: float, aside: Floats, noise: float) -> tuple[Samples, Supp
     there, facing = ring(true_radius * scale, centre + scale * aside, 420)
     there = there + rng.normal(size=(420, 1)) * noise * facing
     index = EdgeIndex(edge_points(there, facing))
-    beside = find_beside(samples, [index], np.zeros(1), P.samples)
-    support = measure_support(samples, beside, P.support)
-    return samples, support, collect_pulls(samples, beside, support, np.zeros(420, bool), P.moved)
+    return look(samples, index)
 
 
 @pytest.mark.parametrize(("radius", "aside"), [(40.0, (0.0, 0.0)), (40.6, (0.4, -0.3)), (39.2, (-0.5, 0.2))])
 def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[float, float]) -> None:
-    samples, support, pulls = bore(radius, np.array(aside), noise=0.15)
-    found = measure_offsets(samples, support, pulls, np.array([0]), np.zeros(1), np.zeros((1, 3)), P.sizes)
+    edges = bore(radius, np.array(aside), noise=0.15)
+    pulls = collect_pulls(edges, np.zeros(2), P.moved)
+    found = measure_offsets(edges.samples, edges.support, pulls, np.array([0]), np.zeros(1), np.zeros((1, 3)), P.sizes)
     assert found.closed[0]
     assert 40 - found.mm[0] == pytest.approx(radius, abs=3 * found.sigma[0])
     assert 40 - found.mm[0] == pytest.approx(radius, abs=0.1)
@@ -63,25 +79,42 @@ def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[floa
 
 
 def test_a_bore_of_another_size_is_sought_and_found() -> None:
-    samples, support, pulls = bore(34.0, np.zeros(2), noise=0.15)
-    assert not support.found.any()
-    sought = np.array([0])
-    moved = seek_moved(samples, support, pulls, sought, 1, P.moved, P.runs, P.samples.reach_px)
-    assert moved.mm[0] == pytest.approx(6.0, abs=P.moved.step_mm)
-    assert moved.log_odds.sum() > 3
-    assert moved.found[0, 0] > 0.95
-    found = measure_offsets(samples, support, pulls, sought, moved.mm, np.zeros((1, 3)), P.sizes)
+    edges = bore(34.0, np.zeros(2), noise=0.15)
+    assert not edges.support.found.any()
+    moved = seek_moved(edges, 2, 1, P)
+    assert moved.mm == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
+    pulls = collect_pulls(edges, moved.mm, P.moved)
+    found = measure_offsets(edges.samples, edges.support, pulls, np.array([0]), moved.mm[:1], np.zeros((1, 3)), P.sizes)
     assert found.mm[0] == pytest.approx(6.0, abs=3 * found.sigma[0])
 
 
 def test_texture_moves_nothing() -> None:
-    """Elements all over the place, no ring among them: the best displacement is no better than chance."""
-    samples, support, _ = bore(40.0, np.zeros(2), noise=0.15)
+    """Elements all over the place, no ring among them: no displacement is surer than in place."""
+    edges = bore(40.0, np.zeros(2), noise=0.15)
     rng = np.random.default_rng(7)
     angle = rng.uniform(0, 2 * np.pi, 3000)
     index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    beside = find_beside(samples, [index], np.zeros(1), P.samples)
-    support = measure_support(samples, beside, P.support)
-    pulls = collect_pulls(samples, beside, support, np.zeros(3000, bool), P.moved)
-    moved = seek_moved(samples, support, pulls, np.array([0]), 1, MovedParameters(), P.runs, P.samples.reach_px)
-    assert moved.log_odds.sum() < 1
+    assert not seek_moved(look(edges.samples, index), 2, 1, P).mm.any()
+
+
+@pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
+def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
+    """A floor, 0, between four walls, 1 to 4, seen obliquely: each wall has an edge on the floor and one on the top, 5.
+    A floor that moves takes its edges along by .5 px a mm; each of them alone would as well be a wall that has moved
+    by half as much, but the walls' upper edges stay."""
+    line, rows = np.arange(30.0, 171.0), []
+    for wall, y in enumerate((30.0, 70.0, 110.0, 150.0), start=1):
+        for floor, place in ((0, y), (5, y + 20)):
+            rows.append((np.stack([line, np.full_like(line, place)], axis=1), floor, wall))
+    pixel = np.concatenate([row[0] for row in rows])
+    count, run = len(line), np.repeat(np.arange(8), len(line))
+    surface = np.repeat([row[1:] for row in rows], count, axis=0)
+    direction = np.tile([1.0, 0.0], (len(pixel), 1))
+    samples = samples_at(pixel, direction, surface, run)
+    samples.px_per_mm[:] = [0.5, 1.0]
+    offset = np.where(surface[:, 0] == 0, 0.5 * deeper, 0.0)[:, None] * [0.0, 1.0]
+    rng = np.random.default_rng(2)
+    there = pixel + offset + rng.normal(size=(len(pixel), 1)) * [0.0, 0.1]
+    index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
+    moved = seek_moved(look(samples, index), 6, 1, P)
+    assert moved.mm == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
