@@ -124,7 +124,7 @@ class _Search:
         p, samples, support = parameters.moved, edges.samples, edges.support
         self.edges, self.count, self.cameras, self.p, self.run_parameters = edges, count, cameras, p, parameters.runs
         half = round(p.reach_mm / p.step_mm)
-        self.grid = p.step_mm * np.arange(-half, half + 1)
+        self.grid = p.step_mm * np.arange(-half, half + 1, dtype=np.float64)
         self.limits = np.array([parameters.samples.reach_px - max(p.tolerance_px), p.hidden_px])
         told = (samples.surface >= 0) & (support.weight[:, None] > 0)
         told &= np.abs(samples.px_per_mm) >= p.min_px_per_mm
@@ -153,9 +153,8 @@ class _Search:
         number[surface] = np.arange(len(surface))
         groups = np.flatnonzero(number[self.surface] >= 0)
         odds = self._weigh_edges(groups, mm)
-        by_camera = np.zeros((len(surface) * self.cameras, cells))
-        np.add.at(by_camera, number[self.surface[groups]] * self.cameras + runs.camera[self.run[groups]], odds)
-        by_camera = by_camera.reshape(len(surface), self.cameras, cells)
+        by_camera = np.zeros((len(surface), self.cameras, cells))
+        np.add.at(by_camera, (number[self.surface[groups]], runs.camera[self.run[groups]]), odds)
         by_camera -= by_camera[:, :, cells // 2, None]
         clear = np.maximum(p.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
         penalty = np.log(2 * p.reach_mm / p.distinct_mm) + np.abs(self.grid) / p.usual_mm
@@ -176,7 +175,7 @@ class _Search:
         sample, group = self.sample[rows], group[rows]
         seen, found = np.zeros((len(groups), cells)), np.zeros((len(p.tolerance_px), len(groups), cells))
         moved_kernels.count_found(
-            sample, self.side[rows], group, np.ascontiguousarray(edges.samples.px_per_mm),
+            sample, self.side[rows], group, np.ascontiguousarray(edges.samples.px_per_mm, np.float64),
             displace(edges.samples, mm), edges.support.weight, edges.beside.first, edges.beside.offset, edges.usable,
             self.grid, np.array(p.tolerance_px), self.limits, seen, found,
         )  # fmt: skip

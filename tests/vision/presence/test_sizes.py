@@ -32,7 +32,7 @@ def look(samples: Samples, index: EdgeIndex) -> Edges:
     blends = np.zeros(len(index.edges.position), bool)
     count = samples.run_count
     head = np.unique(samples.run, return_index=True)[1]
-    weight = np.bincount(samples.run, support.weight, count)
+    weight = np.bincount(samples.run, support.weight, count).astype(float)
     zero, whole = np.zeros(count), np.zeros(count, np.int64)
     runs = Runs(
         whole, whole, whole, samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8, zero, zero,
