@@ -133,6 +133,30 @@ COMMENT ON COLUMN unexplained.length IS 'length, px; of a region that of its bor
 COMMENT ON COLUMN unexplained.contrast IS 'mean height of the step along it, grey levels of 0..255';
 COMMENT ON COLUMN unexplained.beyond IS 'whether most of it lies where the model shows nothing at all';
 
+CREATE TABLE seen_through (
+    run_id BIGINT NOT NULL,
+    item_no INTEGER NOT NULL,
+    camera TEXT NOT NULL,
+    image_region_no INTEGER NOT NULL,
+    pixels DOUBLE PRECISION NOT NULL,
+    grey DOUBLE PRECISION NOT NULL,
+    behind_grey DOUBLE PRECISION NOT NULL,
+    behind_sigma DOUBLE PRECISION NOT NULL,
+    stopped BOOLEAN NOT NULL,
+    PRIMARY KEY (run_id, item_no, camera),
+    CHECK (pixels > 0 AND behind_sigma > 0)
+);
+COMMENT ON TABLE seen_through IS 'Holes through which the model shows nothing, and the one region of a picture that fills them: what lies behind the object, or what stops them.';
+COMMENT ON COLUMN seen_through.run_id IS 'the run';
+COMMENT ON COLUMN seen_through.item_no IS 'the item';
+COMMENT ON COLUMN seen_through.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN seen_through.image_region_no IS 'the region in the extraction of that camera''s picture';
+COMMENT ON COLUMN seen_through.pixels IS 'its area, px';
+COMMENT ON COLUMN seen_through.grey IS 'its mean grey, 0..255';
+COMMENT ON COLUMN seen_through.behind_grey IS 'mean grey of the other regions where the model shows nothing, the nearer the more';
+COMMENT ON COLUMN seen_through.behind_sigma IS 'standard deviation of one such region from that';
+COMMENT ON COLUMN seen_through.stopped IS 'whether all cameras together tell that something else is seen than what lies behind';
+
 CREATE TABLE variant_evidence (
     run_id BIGINT NOT NULL,
     rank_no INTEGER NOT NULL,
@@ -161,6 +185,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('presence_camera', 'localisation', 'primary'),
     ('measured_size', 'localisation', 'primary'),
     ('unexplained', 'localisation', 'primary'),
+    ('seen_through', 'localisation', 'primary'),
     ('variant_evidence', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
@@ -169,5 +194,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('presence_camera', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('measured_size', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']),
+    ('seen_through', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('variant_evidence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('variant_evidence', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']);

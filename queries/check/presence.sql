@@ -4,6 +4,8 @@ WITH total AS (
     SELECT c.run_id, c.item_no, sum(c.log_odds) AS log_odds, sum(c.told_px) AS told_px, sum(c.supported_px) AS supported_px
     FROM presence_camera AS c
     GROUP BY c.run_id, c.item_no
+), stopped AS (
+    SELECT DISTINCT t.run_id, t.item_no FROM seen_through AS t WHERE t.stopped
 )
 SELECT s.run_id, s.item_no, 'cameras do not add up' AS problem
 FROM presence AS s
@@ -14,7 +16,10 @@ WHERE t.run_id IS NULL OR abs(t.log_odds - s.log_odds) > 1e-6 * (1 + abs(s.log_o
 UNION ALL
 SELECT s.run_id, s.item_no, 'state against the evidence'
 FROM presence AS s
-WHERE (s.state = 'confirmed' AND s.log_odds <= 0) OR (s.state IN ('contradicted', 'not_confirmed') AND s.log_odds >= 0)
+LEFT JOIN stopped AS h ON h.run_id = s.run_id AND h.item_no = s.item_no
+WHERE (s.state = 'confirmed' AND s.log_odds <= 0)
+    OR (s.state IN ('contradicted', 'not_confirmed') AND s.log_odds >= 0 AND h.run_id IS NULL)
+    OR (h.run_id IS NOT NULL AND s.state <> 'contradicted')
     OR (s.state = 'changed' AND s.moved_mm IS NULL AND NOT EXISTS (
         SELECT 1 FROM measured_size AS m WHERE m.run_id = s.run_id AND m.item_no = s.item_no AND m.changed
     ))

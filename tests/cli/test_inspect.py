@@ -66,6 +66,7 @@ WRITTEN = [
     "presence",
     "presence_camera",
     "measured_size",
+    "seen_through",
 ]
 
 # What differs between two runs of the same: which run it was, when, and how long it took.

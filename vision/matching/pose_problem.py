@@ -7,10 +7,8 @@ may be one thing of the model, so a label may be taken more than once.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 
@@ -19,6 +17,7 @@ from relmodel.columns import Columns
 from relmodel.matching.problem import NONE
 from relmodel.store.database import Database
 from vision.extraction.primitives import Primitives
+from vision.extraction.region_lookup import find_regions_at
 from vision.localisation.coverage import SurfaceMap
 from vision.matching.joins import ProblemRows, Solved, put_relations, solve_rows
 from vision.matching.parameters import PoseProblemParameters
@@ -202,7 +201,7 @@ def _price_arcs(pairs: Pairs, p: PoseProblemParameters) -> Ints:
 def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: PoseProblemParameters) -> SurfacePairs:
     """Regions and the surfaces that they lie on, counted on the places of the surface map."""
     count = max(len(view.surface), 1)
-    region = _region_at(picture, seen.pixel.reshape(-1, 2))
+    region = find_regions_at(picture, seen.pixel.reshape(-1, 2))
     number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
     number[view.surface] = np.arange(len(view.surface))
     surface, area = number[seen.surface.ravel()], seen.area.ravel()
@@ -222,20 +221,6 @@ def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: Po
 
 def _price_regions(pairs: SurfacePairs, p: PoseProblemParameters) -> Ints:
     return np.rint(p.spill_price * (1.0 - pairs.region_share)).astype(np.int64)
-
-
-def _region_at(picture: Primitives, pixel: Floats) -> Ints:
-    """The region (n,) at pixels (n, 2), -1 for none: outlines are filled, holes left out, the innermost wins."""
-    regions, (rows, columns) = picture.regions, picture.shape
-    drawn = np.full((rows, columns), -1, np.int32)
-    rings = [regions.outline[a:b].astype(np.int32) for a, b in itertools.pairwise(regions.ring_offsets.tolist())]
-    outer = np.flatnonzero(np.diff(regions.ring_region, prepend=-1) != 0)
-    # What lies in a hole is a region of its own, smaller than the one around it.
-    for ring in outer[np.argsort(-regions.area[regions.ring_region[outer]], kind="stable")].tolist():
-        cv2.fillPoly(drawn, [rings[ring]], int(regions.ring_region[ring]))
-    x, y = np.rint(pixel).astype(np.int64).T
-    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
-    return np.where(inside, drawn[np.where(inside, y, 0), np.where(inside, x, 0)], -1)
 
 
 def _strike_covered(pairs: Pairs, p: PoseProblemParameters) -> None:

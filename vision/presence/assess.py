@@ -8,6 +8,7 @@ import numpy as np
 
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
+from vision.localisation.coverage import map_surfaces
 from vision.localisation.evidence import collect_edge_points
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parameters import LocalisationParameters
@@ -19,6 +20,7 @@ from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
 from vision.presence.items import list_items
 from vision.presence.moved import Edges, find_usable
+from vision.presence.openings import look_through
 from vision.presence.parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
 from vision.presence.runs import weigh_runs
@@ -55,7 +57,11 @@ def assess(
     support = measure_support(samples, beside, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
-    items = list_items(stored, rig, pose.world_from_rig, parts, localisation)
+    seen = [
+        map_surfaces(stored.scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
+        for name, camera in rig.cameras.items()
+    ]
+    items = list_items(stored, parts, seen)
     blends = np.concatenate(
         [
             lie_on(index, _blends(views[name]), p.unexplained.reach_px, p.unexplained.min_cosine)
@@ -66,7 +72,8 @@ def assess(
     surfaces = assess_surfaces(edges, len(rig.cameras), len(stored.surface_no), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
-    return decide(items, stored.radius, runs, surfaces, regions, unexplained, list(rig.cameras), p.states)
+    openings = look_through(items, samples, [pictures[name] for name in rig.cameras], seen, p.openings)
+    return decide(items, stored.radius, runs, surfaces, regions, openings, unexplained, list(rig.cameras), p.states)
 
 
 def _blends(view: ViewArcs) -> VisibleArcs:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.cameras.cameras import Rig
-from vision.localisation.coverage import count_visible
-from vision.localisation.parameters import LocalisationParameters
+from vision.localisation.coverage import SurfaceMap
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.localisation.stored_scene import StoredScene
 
@@ -44,18 +43,17 @@ class Items:
         return len(self.path)
 
 
-def list_items(
-    stored: StoredScene, rig: Rig, world_from_rig: Floats, parts: PartsInView, p: LocalisationParameters
-) -> Items:
-    """All that is in view of inspected objects at a pose."""
+def list_items(stored: StoredScene, parts: PartsInView, seen: Sequence[SurfaceMap]) -> Items:
+    """All that is in view of inspected objects; seen: by camera."""
     scene, rows = stored.scene, stored.features
     occurrence = np.searchsorted(stored.occurrence_id, parts.occurrence_id)
     kept = np.flatnonzero(scene.inspected[occurrence])
     occurrence, feature_no = occurrence[kept], parts.feature_no[kept]
     visible = np.zeros(len(stored.surface_no))
-    for name, camera in rig.cameras.items():
-        visible += count_visible(scene, camera, world_from_rig @ rig.rig_from_camera[name], p)
-    seen = np.flatnonzero((visible > 0) & scene.inspected[scene.surface_occurrence])
+    for shown in seen:
+        somewhere = shown.surface >= 0
+        visible += np.bincount(shown.surface[somewhere], shown.area[somewhere], len(visible))
+    faces = np.flatnonzero((visible > 0) & scene.inspected[scene.surface_occurrence])
 
     # Surfaces of a feature stand together; those of a part are of its occurrence.
     shape, number = (np.asarray(rows[name], np.int64) for name in ("shape_id", "feature_no"))
@@ -80,21 +78,21 @@ def list_items(
         kind[row] = str(rows["kind"][mine][0])
         value = rows["thickness"][mine][0]
         thickness[row] = np.nan if value is None else float(value)
-    faces = zip(scene.surface_occurrence[seen].tolist(), stored.surface_no[seen].tolist(), strict=True)
-    none = np.full(len(seen), NONE)
+    named = zip(scene.surface_occurrence[faces].tolist(), stored.surface_no[faces].tolist(), strict=True)
+    none = np.full(len(faces), NONE)
     return Items(
-        level=["part" if f == PART else "feature" for f in feature_no] + ["surface"] * len(seen),
-        occurrence=np.concatenate([occurrence, scene.surface_occurrence[seen]]),
+        level=["part" if f == PART else "feature" for f in feature_no] + ["surface"] * len(faces),
+        occurrence=np.concatenate([occurrence, scene.surface_occurrence[faces]]),
         feature_no=np.concatenate([np.where(feature_no == PART, NONE, feature_no), none]),
-        surface_no=np.concatenate([np.full(len(kept), NONE), stored.surface_no[seen]]),
-        path=[parts.path[k] for k in kept] + [f"{stored.paths[o]}/face {n}" for o, n in faces],
-        kind=kind + [""] * len(seen),
-        visible_px=np.concatenate([parts.visible[kept], visible[seen]]),
-        thickness=np.concatenate([thickness, np.full(len(seen), np.nan)]),
+        surface_no=np.concatenate([np.full(len(kept), NONE), stored.surface_no[faces]]),
+        path=[parts.path[k] for k in kept] + [f"{stored.paths[o]}/face {n}" for o, n in named],
+        kind=kind + [""] * len(faces),
+        visible_px=np.concatenate([parts.visible[kept], visible[faces]]),
+        thickness=np.concatenate([thickness, np.full(len(faces), np.nan)]),
         member=np.concatenate(
-            [np.repeat(np.arange(len(kept)), [len(s) for s in surfaces]), len(kept) + np.arange(len(seen))]
+            [np.repeat(np.arange(len(kept)), [len(s) for s in surfaces]), len(kept) + np.arange(len(faces))]
         ),
-        surface=np.concatenate([*surfaces, seen]),
+        surface=np.concatenate([*surfaces, faces]),
         inset=np.array([name in insets for name in names], bool),
     )
 

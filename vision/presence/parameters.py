@@ -160,6 +160,30 @@ class SizeParameters:
 
 
 @dataclass(frozen=True)
+class OpeningParameters:
+    """What is seen through holes, against what lies behind the object elsewhere."""
+
+    least_px: float = 150.0
+    """px of a region to count"""
+    least_share: float = 0.9
+    """share of a region that must lie where the model shows nothing, for it to be what lies behind"""
+    least_filled: float = 0.75
+    """share of an opening that one region must fill, for it to be what is seen through it"""
+    least_others: int = 3
+    """other regions of what lies behind, at least, to compare with"""
+    most_px: float = 5000.0
+    """px from which a region counts no more than others do"""
+    near_px: float = 200.0
+    """px at which another region counts half: what lies behind is lit unevenly"""
+    floor_grey: float = 6.0
+    """grey levels, 0..255, by which regions of one thing differ at least, one standard deviation"""
+    camera_sigma: float = 2.0
+    """standard deviations by which each camera must see another thing"""
+    stopped_sigma: float = 4.0
+    """standard deviations by which all must together"""
+
+
+@dataclass(frozen=True)
 class StateParameters:
     """From evidence to states."""
 
@@ -228,6 +252,7 @@ class PresenceParameters:
     runs: RunParameters = field(default_factory=RunParameters)
     moved: MovedParameters = field(default_factory=MovedParameters)
     sizes: SizeParameters = field(default_factory=SizeParameters)
+    openings: OpeningParameters = field(default_factory=OpeningParameters)
     states: StateParameters = field(default_factory=StateParameters)
     unexplained: UnexplainedParameters = field(default_factory=UnexplainedParameters)
 

@@ -75,6 +75,22 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "changed": sizes.changed,
         },
     )
+    holes = it.openings
+    run.append(
+        connection,
+        "seen_through",
+        {
+            "run_id": run.id,
+            "item_no": holes.item,
+            "camera": [it.cameras[c] for c in holes.camera],
+            "image_region_no": holes.region,
+            "pixels": holes.pixels,
+            "grey": holes.grey,
+            "behind_grey": holes.behind,
+            "behind_sigma": holes.sigma,
+            "stopped": holes.stopped,
+        },
+    )
     more = it.unexplained
     run.append(
         connection,

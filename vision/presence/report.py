@@ -92,6 +92,17 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "changed": bool(sizes.changed[k]),
             }
         )
+    through: list[list[dict[str, Any]]] = [[] for _ in range(len(items))]
+    for k, row in enumerate(presence.openings.item.tolist()):
+        through[row].append(
+            {
+                "camera": presence.cameras[presence.openings.camera[k]],
+                "grey": round(float(presence.openings.grey[k]), 1),
+                "behind": round(float(presence.openings.behind[k]), 1),
+                "sigma": round(float(presence.openings.sigma[k]), 2),
+                "stopped": bool(presence.openings.stopped[k]),
+            }
+        )
     level = np.array(items.level)
     count = {
         name: np.bincount(presence.state[level == name], minlength=len(STATES))
@@ -138,6 +149,7 @@ def describe(presence: Presence) -> dict[str, Any]:
                     "log_odds": round(float(presence.moved_log_odds[row]), 3),
                 },
                 "measured": measured[row],
+                "seen_through": through[row],
             }
             for row in range(len(items))
         ],

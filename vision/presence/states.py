@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.items import Items
 from vision.presence.measures import Measures, measure_items
+from vision.presence.openings import Openings
 from vision.presence.parameters import StateParameters
 from vision.presence.regions import RegionSupport
 from vision.presence.runs import Runs
@@ -30,8 +31,9 @@ REASONS = (
     "little contrast is expected of its edges",
     "some of its edges are found, some are not",
     "a region of the picture is it",
+    "something else shows through it than lies behind",
 )
-FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION = range(len(REASONS))
+FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED = range(len(REASONS))
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,7 @@ class Presence:
     moved_sigma_mm: Floats
     moved_log_odds: Floats
     measures: Measures
+    openings: Openings
     unexplained: Unexplained
 
 
@@ -76,12 +79,13 @@ def decide(
     runs: Runs,
     surfaces: Surfaces,
     regions: RegionSupport,
+    openings: Openings,
     unexplained: Unexplained,
     cameras: list[str],
     p: StateParameters,
 ) -> Presence:
-    """States of items by the evidence of runs, surfaces and regions; radius (s,): of the scene's cylinders, nan for
-    others."""
+    """States of items by the evidence of runs, surfaces, regions and openings; radius (s,): of the scene's cylinders,
+    nan for others."""
     evidence = gather_evidence(items, runs, len(cameras))
     evidence, by_region = _add_regions(evidence, items, regions, p)
     measures = measure_items(items, radius, surfaces, p)
@@ -111,9 +115,13 @@ def decide(
     settle(few, UNDECIDABLE, SHORT)
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
+    stopped = np.zeros(len(items), bool)
+    stopped[openings.item[openings.stopped]] = True
+    settle(stopped, CONTRADICTED, STOPPED)
     return Presence(
-        items, runs, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, unexplained
-    )
+        items, runs, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, openings,
+        unexplained,
+    )  # fmt: skip
 
 
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
