@@ -8,6 +8,7 @@ exit status.  These modules import nothing heavy before `run`, so that help answ
 from __future__ import annotations
 
 import argparse
+import logging
 import os
 import signal
 import sys
@@ -57,7 +58,7 @@ VERBS = (
 
 UNFORESEEN = 4
 INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
-_INTERRUPTED = "interrupted: what it had not finished is undone, and the store is as it was"
+_INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -86,6 +87,7 @@ def _interrupts() -> Iterator[list[int]]:
 
     def note(number: int, _: FrameType | None) -> None:
         came.append(number)
+        logging.disable()  # libraries log what broke off in them; it is said in a sentence here
         raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():  # which alone has handlers
@@ -96,6 +98,7 @@ def _interrupts() -> Iterator[list[int]]:
         yield came
     finally:
         signal.signal(signal.SIGINT, before)
+        logging.disable(logging.NOTSET)
 
 
 def _tell(args: argparse.Namespace, error: Exception) -> int:

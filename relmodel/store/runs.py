@@ -119,12 +119,13 @@ class Run:
         """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
         run = store.patiently(lambda: cls._begun(store, kind, parameters, inputs or {}, packages))
         try:
-            journal.record(store, "run_event", run.id, 0)
             try:
+                journal.record(store, "run_event", run.id, 0)
                 yield run
             except BaseException as error:
                 if not run._count.ended:
-                    run.fail(str(error) or type(error).__name__)
+                    interrupted = isinstance(error, KeyboardInterrupt)
+                    run.fail("interrupted" if interrupted else str(error) or type(error).__name__)
                 raise
             if not run._count.ended:
                 run.finish()

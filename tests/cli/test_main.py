@@ -99,7 +99,7 @@ def test_interrupt_ends_without_traceback(
 
     monkeypatch.setattr(Store, "create", interrupted)
     assert main(["init", "--store", str(tmp_path / "a.duckdb")]) == 130
-    said = "relmodel init: interrupted: what it had not finished is undone, and the store is as it was\n"
+    said = "relmodel init: interrupted: what was finished before is kept, and the store is otherwise as it was\n"
     assert capsys.readouterr().err == said
 
 

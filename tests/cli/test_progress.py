@@ -22,6 +22,7 @@ import trimesh
 from relmodel.cli.main import main, parser
 from relmodel.progress import Progress
 
+INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 LONG = ("load", "world", "export", "diff", "index")
 
 
@@ -99,7 +100,7 @@ def test_help_shows_examples_that_are_taken(verb: str, capsys: pytest.CaptureFix
         assert parser().parse_args(words[1:]).verb == verb
 
 
-def content(store: Path) -> dict[str, object]:
+def content(store: Path) -> dict[str, list[str]]:
     """Rows of all tables but those that say what was run."""
     with duckdb.connect(str(store), read_only=True) as connection:
         names = [row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
@@ -149,7 +150,7 @@ def test_an_interrupt_leaves_the_store_as_it_was(
             break
         assert status == 130
         said = capsys.readouterr().err
-        assert said == f"relmodel {verb}: interrupted: what it had not finished is undone, and the store is as it was\n"
+        assert said == f"relmodel {verb}: {INTERRUPTED}\n"
         assert content(store) == was
         interrupted += 1
     assert interrupted
@@ -172,5 +173,5 @@ def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_tem
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate()
     assert process.returncode == 130
-    assert said == "relmodel load: interrupted: what it had not finished is undone, and the store is as it was\n"
+    assert said == f"relmodel load: {INTERRUPTED}\n"
     assert content(store) == was
