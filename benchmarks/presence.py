@@ -32,21 +32,24 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Rig
 from vision.extraction.extract import extract
+from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.matched_views import match_views
-from vision.localisation.localise import localise
+from vision.localisation.localise import Localisation, localise
 from vision.localisation.parameters import DEFAULTS as LOCALISATION
 from vision.localisation.parts_in_view import find_parts_in_view
 from vision.localisation.scene import Scene
 from vision.localisation.stored_scene import StoredScene
 from vision.matching.parameters import MatchingParameters
+from vision.matching.pose_problem import MatchedView
 from vision.matching.workspace import open_workspace
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
 
 MATCHING = MatchingParameters()
+Matched = dict[str, MatchedView]
 FOUND_MM = 2.0  # error of the pose at the target up to which what is said at it counts
 LEAST_PX = 200  # pixels from which an item, or a change in one camera, counts as seen
 LEAST_MM = 1.5  # of a change of size or place, to count
@@ -146,13 +149,7 @@ def _count_differing(shown: Scene, model: Scene, trial: Trial, placed: Floats, c
         x, y = np.meshgrid(np.arange(0.0, camera.width, SAMPLED_PX), np.arange(0.0, camera.height, SAMPLED_PX))
         pixel = camera.undistort(np.stack([x.ravel(), y.ravel()], axis=1))
         rays = np.concatenate([camera.normalise(pixel), np.ones((len(pixel), 1))], axis=1) @ pose[:3, :3].T
-        points = []
-        for scene in (shown, model):
-            hit = scene.rays.nearest(pose[:3, 3], rays)
-            corner = scene.vertices[scene.triangles[np.maximum(hit, 0)]]
-            normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-            depth = np.einsum("ni,ni->n", normal, corner[:, 0] - pose[:3, 3]) / np.einsum("ni,ni->n", normal, rays)
-            points.append(np.where((hit >= 0)[:, None], pose[:3, 3] + depth[:, None] * rays, 1e6))
+        points = [meet(scene, pose[:3, 3], rays) for scene in (shown, model)]
         differs = np.linalg.norm(points[0] - points[1], axis=1) > 0.1
         local = [apply(inverse(placed), p[differs]) for p in points]
         for k, change in enumerate(changes):
@@ -163,6 +160,15 @@ def _count_differing(shown: Scene, model: Scene, trial: Trial, placed: Floats, c
                         own |= ((p > np.array(box[:3]) - MARGIN_MM) & (p < np.array(box[3:]) + MARGIN_MM)).all(axis=1)
             most[k] = max(most[k], int(own.sum()) * SAMPLED_PX**2)
     return most
+
+
+def meet(scene: Scene, centre: Floats, rays: Floats) -> Floats:
+    """Points (n, 3) that rays meet first, far away where they meet nothing."""
+    hit = scene.rays.nearest(centre, rays)
+    corner = scene.vertices[scene.triangles[np.maximum(hit, 0)]]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    depth = np.einsum("ni,ni->n", normal, corner[:, 0] - centre) / np.einsum("ni,ni->n", normal, rays)
+    return np.where((hit >= 0)[:, None], centre + depth[:, None] * rays, 1e6)
 
 
 def run(folder: Path, renders: Path | None, only: list[str]) -> None:
@@ -187,13 +193,7 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     """What is said of a trial's items, each with its box in the part's frame, and of its changes; kept: where the
     extractions, the pose and the match of the views are, or are put."""
     trial = case.trial
-    if not kept.exists():
-        extracted = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
-        located = localise(stored.scene, trial.rig, extracted, trial.pictures, trial.prior)
-        with open_workspace() as workspace:
-            match = match_views(workspace, stored.scene, trial.rig, located, extracted, LOCALISATION, MATCHING)
-        kept.write_bytes(pickle.dumps((extracted, located, match)))
-    pictures, found, matched = pickle.loads(kept.read_bytes())
+    pictures, found, matched = locate(trial, stored, kept)
     pose = found.best.world_from_rig
     parts = find_parts_in_view(stored, trial.rig, pose, LOCALISATION)
     began = time.process_time()
@@ -218,6 +218,18 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
         "items": said["items"],
         "unexplained": said["unexplained"],
     }
+
+
+def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Primitives], Localisation, Matched]:
+    """Extractions, pose and matched views of a trial, from the file `kept` or put there."""
+    if not kept.exists():
+        extracted = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
+        located = localise(stored.scene, trial.rig, extracted, trial.pictures, trial.prior)
+        with open_workspace() as workspace:
+            match = match_views(workspace, stored.scene, trial.rig, located, extracted, LOCALISATION, MATCHING)
+        kept.write_bytes(pickle.dumps((extracted, located, match)))
+    pictures, found, matched = pickle.loads(kept.read_bytes())
+    return pictures, found, matched
 
 
 def _measure_boxes(scene: Scene, presence: Presence, placed: Floats) -> Floats:

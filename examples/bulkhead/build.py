@@ -83,8 +83,9 @@ def _text(text: str) -> Shape:
     return TCollection_HAsciiString(text)
 
 
-def write_step(design: Design, shapes: dict[str, Shape], path: Path) -> None:
-    """Write the assembly as AP242 without pcurves, with names, colours, materials and a fixed header."""
+def write_step(design: Design, shapes: dict[str, Shape], path: Path, missing: frozenset[str] = frozenset()) -> None:
+    """Write the assembly as AP242 without pcurves, with names, colours, materials and a fixed header; components of the
+    root that are `missing` are left out."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
@@ -116,6 +117,8 @@ def write_step(design: Design, shapes: dict[str, Shape], path: Path) -> None:
     root = tool.NewShape()
     name(root, ROOT)
     for component_name, product, origin, turn in placements(design):
+        if component_name in missing:
+            continue
         name(tool.AddComponent(root, labels[product], _location(origin, turn)), component_name)
     tool.UpdateAssemblies()
 

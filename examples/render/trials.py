@@ -55,6 +55,7 @@ Meshes = Callable[[Any], dict[str, Any]]  # of the renderer's module
 LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")
 SAMPLES = 16
+STREAMS = 20  # of draws for a changed part, until one fits
 MOST_WHITE = 0.4  # of the left picture of a bulkhead, however far it is overexposed
 MOST_BESIDE_PX = 3000  # fringes of what lies behind a change take some hundreds
 PERCENTILE = 95.5
@@ -129,12 +130,8 @@ def changed_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     components = variant("A")
     model, rows = Built(variant_a(), components, Caster(components)), variant_features("A")
 
-    for stream in range(20):
-        view = first_credible(
-            partial(draw_bulkhead_view, trial.seed, trial.size, rows, structured=True),
-            lambda view: part_share(model.caster, view) > 0.45,
-            first=100 * stream,
-        )
+    for stream in range(STREAMS):
+        view = drawn_view(trial, model, rows, stream)
         try:
             variation = drawn_changes(trial, model, view, stream)
             rendered = build(variation)
@@ -156,6 +153,34 @@ def changed_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     }
     scene = bulkhead_scene(trial, rendered.components)
     write_trial(trial, folder, head, view, rendered.components, rendered.caster, scene, pictures)
+
+
+def drawn_view(trial: Trial, model: Built, rows: list[dict[str, Any]], stream: int) -> Shot:
+    """A view of a part that is to be changed."""
+    return first_credible(
+        partial(draw_bulkhead_view, trial.seed, trial.size, rows, structured=True),
+        lambda view: part_share(model.caster, view) > 0.45,
+        first=100 * stream,
+    )
+
+
+def draw_again(trial: Trial, told: list[dict[str, Any]]) -> Variation:
+    """The variation that a changed trial shows, by the changes that its truth tells.
+
+    Raises ValueError where no draw has them.
+    """
+    components = variant("A")
+    model, rows = Built(variant_a(), components, Caster(components)), variant_features("A")
+    wanted = [(row["name"], row["change"], row["amount"]) for row in told if row["name"]]
+    for stream in range(STREAMS):
+        try:
+            variation = drawn_changes(trial, model, drawn_view(trial, model, rows, stream), stream)
+        except (ValueError, RuntimeError):
+            continue
+        drawn = [(c.name, c.change, json.loads(json.dumps(c.amount))) for c in variation.changes]
+        if drawn == wanted:
+            return variation
+    raise ValueError(f"no draw of {trial.name} has the changes that its truth tells")
 
 
 def drawn_changes(trial: Trial, model: Built, view: Shot, stream: int) -> Variation:
