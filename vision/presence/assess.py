@@ -18,6 +18,7 @@ from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
+from vision.presence.displaced import measure_displacements
 from vision.presence.items import list_items
 from vision.presence.moved import Edges, find_usable
 from vision.presence.openings import look_through
@@ -73,7 +74,13 @@ def assess(
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     openings = look_through(items, samples, [pictures[name] for name in rig.cameras], seen, p.openings)
-    return decide(items, stored.radius, runs, surfaces, regions, openings, unexplained, list(rig.cameras), p.states)
+    displacements = measure_displacements(
+        stored, rig, pose.world_from_rig, indexes, samples, beside, support, p.displaced
+    )
+    cameras = list(rig.cameras)
+    return decide(
+        items, stored.radius, runs, surfaces, regions, openings, displacements, unexplained, cameras, p.states
+    )
 
 
 def _blends(view: ViewArcs) -> VisibleArcs:

@@ -14,9 +14,10 @@ from vision.presence.surfaces import Surfaces
 
 @dataclass(frozen=True)
 class Measures:
-    """Measured sizes of items, as columns: item; what: diameter, thickness, offset (how far outward a surface lies) or
-    shift (how far aside the middle of a bore lies); nominal, value, sigma: mm; changed: whether it is surely
-    another."""
+    """Measured sizes of items, as columns: item; what: diameter, thickness, offset (how far outward a surface lies),
+    shift (how far aside the middle of a bore lies), of parts that lie elsewhere displacement, dx, dy, dz (mm along the
+    world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`; changed: whether it is surely another.
+    """
 
     item: Ints
     what: list[str]
@@ -24,6 +25,20 @@ class Measures:
     value: Floats
     sigma: Floats
     changed: Bools
+
+
+def unit_of(what: str) -> str:
+    """The unit of a measured size."""
+    return "deg" if what == "turn" else "mm"
+
+
+def join(a: Measures, b: Measures) -> Measures:
+    """The rows of both."""
+    return Measures(
+        np.concatenate([a.item, b.item]),
+        [*a.what, *b.what],
+        *(np.concatenate([getattr(a, name), getattr(b, name)]) for name in ("nominal", "value", "sigma", "changed")),
+    )
 
 
 def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StateParameters) -> Measures:

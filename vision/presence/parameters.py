@@ -184,6 +184,51 @@ class OpeningParameters:
 
 
 @dataclass(frozen=True)
+class DisplacedParameters:
+    """Parts that are sought beside their place, each as one piece."""
+
+    least_px: float = 60.0
+    """px of edges that a piece shows"""
+    most_share: float = 0.3
+    """share of all edges in view from which the pose hangs on the piece itself"""
+    start_mm: float = 3.0
+    """mm along either axis of its plane from its place: where else the least squares start"""
+    reach_px: tuple[float, ...] = (4.0, 3.0, 2.0, 2.0, 1.5, 1.5)
+    """px along the normals within which elements count, a step of least squares each"""
+    plane_mm: float = 5.0
+    """mm: standard deviation of where in its plane a piece may lie"""
+    seated_mm: float = 0.3
+    """mm: likewise out of the plane, of what sits on its neighbour"""
+    rise_mm: float = 3.0
+    """mm: likewise, of what does not"""
+    turn: float = radians(6.0)
+    """rad: likewise of its turn about the plane's normal"""
+    scale_px: float = 0.7
+    """px: scale of the robust loss (Geman and McClure)"""
+    sigma_px: float = 0.5
+    """px: standard deviation of a stretch of an edge: rounding, burr and response"""
+    stretch_px: float = 20.0
+    """px of an edge that count as one measurement"""
+    shows: float = 0.8
+    """probability that an edge shows"""
+    least_chance: float = 0.05
+    """share of windows beside edges where chance finds something, at least"""
+    least_log_odds: float = 3.0
+    """log odds of there against in place, and of out of the plane against in it"""
+    found_px: float = 1.0
+    """px within which an edge is found at a place"""
+    least_found: float = 0.4
+    """share of its edges that must be found there: of bolts that have moved .4 to .8 are"""
+    least_gain: float = 0.3
+    """by how much that must exceed the share found in place: of clips in small pictures, whose edges lie close
+    together, .15 to .25 more are found beside the place of such as have not moved"""
+    least_mm: float = 1.0
+    """mm: less is no displacement"""
+    least_sigma: float = 5.0
+    """standard deviations likewise"""
+
+
+@dataclass(frozen=True)
 class StateParameters:
     """From evidence to states."""
 
@@ -253,6 +298,7 @@ class PresenceParameters:
     moved: MovedParameters = field(default_factory=MovedParameters)
     sizes: SizeParameters = field(default_factory=SizeParameters)
     openings: OpeningParameters = field(default_factory=OpeningParameters)
+    displaced: DisplacedParameters = field(default_factory=DisplacedParameters)
     states: StateParameters = field(default_factory=StateParameters)
     unexplained: UnexplainedParameters = field(default_factory=UnexplainedParameters)
 

@@ -8,6 +8,7 @@ from sqlalchemy import Connection
 from relmodel.store import Run
 from vision.localisation.stored_scene import StoredScene
 from vision.presence.items import NONE
+from vision.presence.measures import unit_of
 from vision.presence.states import QIF, REASONS, STATES, Presence
 from vision.presence.unexplained import KINDS
 from vision.presence.unexplained import NONE as NOTHING
@@ -71,7 +72,7 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "nominal": sizes.nominal,
             "value": sizes.value,
             "sigma": sizes.sigma,
-            "unit": ["mm"] * len(sizes.item),
+            "unit": [unit_of(what) for what in sizes.what],
             "changed": sizes.changed,
         },
     )

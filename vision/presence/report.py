@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Ints
+from vision.presence.measures import unit_of
 from vision.presence.states import (
     CHANGED,
     CONFIRMED,
@@ -67,9 +68,14 @@ def _count_unexplained(presence: Presence) -> list[str]:
 def _describe_failure(presence: Presence, row: int) -> str:
     state, path = STATES[presence.state[row]].replace("_", " "), presence.items.path[row]
     sizes, mine = presence.measures, np.flatnonzero(presence.measures.item == row)
+    told = {sizes.what[k]: (sizes.value[k], sizes.sigma[k]) for k in mine.tolist()}
+    if "displacement" in told:
+        far, sigma = told["displacement"]
+        along = ", ".join(f"{told[name][0]:.1f}" for name in ("dx", "dy", "dz"))
+        return f"{path}: {state}, it lies {far:.2f} mm from its place, sigma {sigma:.2g}: by {along} along x, y, z"
     for k in mine[sizes.changed[mine]].tolist():
-        told = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
-        return f"{path}: {state}, {sizes.what[k]} {told}"
+        words = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
+        return f"{path}: {state}, {sizes.what[k]} {words}"
     if np.isfinite(presence.moved_mm[row]) and presence.state[row] == CHANGED:
         far, sigma = presence.moved_mm[row], presence.moved_sigma_mm[row]
         return f"{path}: {state}, a face of it lies {abs(far):.2f} mm {'out' if far > 0 else 'in'}, sigma {sigma:.2g}"
@@ -88,7 +94,7 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "nominal": round(float(sizes.nominal[k]), 4),
                 "value": round(float(sizes.value[k]), 4),
                 "sigma": round(float(sizes.sigma[k]), 4),
-                "unit": "mm",
+                "unit": unit_of(sizes.what[k]),
                 "changed": bool(sizes.changed[k]),
             }
         )

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.displaced import Displacements, tell_displacements
 from vision.presence.items import Items
-from vision.presence.measures import Measures, measure_items
+from vision.presence.measures import Measures, join, measure_items
 from vision.presence.openings import Openings
 from vision.presence.parameters import StateParameters
 from vision.presence.regions import RegionSupport
@@ -80,6 +81,7 @@ def decide(
     surfaces: Surfaces,
     regions: RegionSupport,
     openings: Openings,
+    displacements: Displacements,
     unexplained: Unexplained,
     cameras: list[str],
     p: StateParameters,
@@ -88,7 +90,8 @@ def decide(
     nan for others."""
     evidence = gather_evidence(items, runs, len(cameras))
     evidence, by_region = _add_regions(evidence, items, regions, p)
-    measures = measure_items(items, radius, surfaces, p)
+    displaced = tell_displacements(items, displacements)
+    measures = join(measure_items(items, radius, surfaces, p), displaced)
     moved = _most_moved(items, surfaces)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
     edge, told = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
@@ -110,6 +113,7 @@ def decide(
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     settle(moved.surface >= 0, CHANGED, BESIDE)
     settle(resized, CHANGED, RESIZED)
+    settle(np.isin(np.arange(len(items)), displaced.item), CHANGED, BESIDE)
     few = (told < p.least_px) & ~by_region
     settle(by_region & (state == CONFIRMED) & (share < p.mostly), CONFIRMED, REGION)
     settle(few, UNDECIDABLE, SHORT)

@@ -1,0 +1,103 @@
+"""Where displaced parts lie, by simulated edges of two cameras, against where they were put."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from relmodel.arrays import Floats
+from tests.vision.localisation.scenes import box_scene
+from vision.cameras.cameras import Camera, Rig
+from vision.localisation.evidence import EdgePoints
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.scene import Scene
+from vision.localisation.stored_scene import StoredScene
+from vision.localisation.views import find_view_arcs
+from vision.presence.displaced import Displacements, find_pieces, measure_displacements
+from vision.presence.parameters import PresenceParameters
+from vision.presence.samples import Samples, find_beside
+from vision.presence.support import measure_support
+
+P = PresenceParameters()
+CAMERA = Camera(800, 600, np.array([[900.0, 0, 400], [0, 900, 300], [0, 0, 1]]))
+# Both look down from a metre above, 150 mm apart.
+RIG_POSE = np.array([[1.0, 0, 0, -40], [0, -1, 0, 30], [0, 0, -1, 1000], [0, 0, 0, 1]])
+BESIDE = np.eye(4)
+BESIDE[0, 3] = 150.0
+RIG = Rig({"left": CAMERA, "right": CAMERA}, {"left": np.eye(4), "right": BESIDE})
+
+
+def scene(shift: Floats) -> Scene:
+    """A plate of 500 by 400 mm, and on it two blocks, the second moved."""
+    block = np.array([60.0, 40.0, 20.0])
+    plate = (np.array([-250.0, -200.0, -30.0]), np.array([500.0, 400.0, 30.0]))
+    return box_scene(
+        [plate, (np.array([-150.0, -100.0, 0.0]), block), (np.array([80.0, 50.0, 0.0]) + shift, block + 10)]
+    )
+
+
+def measured(shift: Floats, missing: bool = False) -> Displacements:
+    """What is measured where the second block is moved, or missing, and the model has it in place."""
+    model, there = scene(np.zeros(3)), scene(shift)
+    rng = np.random.default_rng(11)
+    indexes, pieces = [], []
+    for number, name in enumerate(RIG.cameras):
+        pose = RIG_POSE @ RIG.rig_from_camera[name]
+        seen = find_view_arcs(there, CAMERA, pose).samples
+        normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
+        keep = there.arc_occurrence[seen.arc] != 2 if missing else np.ones(len(seen.arc), bool)
+        place = seen.pixel + 0.15 * normal * rng.normal(size=(len(normal), 1))
+        count, bounds = int(keep.sum()), (np.zeros(2), np.array([800.0, 600.0]))
+        indexes.append(
+            EdgeIndex(EdgePoints(place[keep], normal[keep], np.full(count, 40.0), np.full(count, 0.1), *bounds, 200.0))
+        )
+        view = find_view_arcs(model, CAMERA, pose)
+        n = len(view.samples.arc)
+        surface = np.stack([6 * model.arc_occurrence[view.samples.arc], np.full(n, -1)], axis=1)
+        pieces.append(
+            Samples(
+                camera=np.full(n, number), run=view.run, view_run=view.run, kind=np.zeros(n, np.int8),
+                arc=view.samples.arc, surface=surface, kin=surface, point=view.samples.point,
+                pixel=view.samples.pixel, direction=view.samples.direction, normal=np.zeros((n, 2, 3)),
+                px_per_mm=np.zeros((n, 2)), length_px=view.samples.length_px, pose_sigma=np.zeros(n),
+                front=np.full(n, 2), inside=np.ones(n, bool),
+            )
+        )  # fmt: skip
+    samples = Samples(*(np.concatenate([getattr(s, name) for s in pieces]) for name in Samples.__dataclass_fields__))
+    beside = find_beside(samples, indexes, np.zeros(2), P.samples)
+    stored = SimpleNamespace(scene=model, paths=["it/plate", "it/block", "it/moved"])
+    support = measure_support(samples, beside, P.support)
+    return measure_displacements(
+        cast(StoredScene, stored), RIG, RIG_POSE, indexes, samples, beside, support, P.displaced
+    )
+
+
+@pytest.mark.parametrize("shift", [(3.0, -2.0, 0.0), (-4.0, 0.5, 0.0), (0.0, 2.5, 0.0)])
+def test_a_part_that_has_moved_is_told_by_how_much(shift: tuple[float, float, float]) -> None:
+    found = measured(np.array(shift))
+    assert found.occurrence[found.moved].tolist() == [2]
+    (row,) = np.flatnonzero(found.moved)
+    np.testing.assert_allclose(found.shift[row], shift, atol=0.3)
+    assert (np.abs(found.shift[row] - shift) < 4 * found.shift_sigma[row]).all()
+    assert found.distance[row] == pytest.approx(np.linalg.norm(shift), abs=0.3)
+    assert abs(found.turn[row]) < np.radians(1)
+
+
+def test_parts_in_place_have_not_moved() -> None:
+    found = measured(np.zeros(3))
+    assert 0 not in found.occurrence  # the pose hangs on the plate
+    assert not found.moved.any()
+    assert (found.distance < 0.3).all()
+
+
+def test_a_missing_part_lies_nowhere() -> None:
+    assert not measured(np.zeros(3), missing=True).moved.any()
+
+
+def test_the_parts_of_an_assembly_are_one_piece() -> None:
+    one = find_pieces(["it/body", "it/clip/plate", "it/clip/bolt", "it/bolt", "other"])
+    assert one[1] == one[2]
+    assert len(np.unique(one)) == 4
