@@ -194,6 +194,7 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     extractions, the pose and the match of the views are, or are put."""
     trial = case.trial
     pictures, found, matched = locate(trial, stored, kept)
+    assert found.best is not None
     pose = found.best.world_from_rig
     parts = find_parts_in_view(stored, trial.rig, pose, LOCALISATION)
     began = time.process_time()

@@ -22,12 +22,13 @@ import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
 from OCP.Message import Message
 
-from benchmarks.presence import FOUND_MM, LOCALISATION, SAMPLED_PX, Case, locate, meet
+from benchmarks.presence import FOUND_MM, SAMPLED_PX, Case, locate, meet
 from benchmarks.trials import Models, Trial, rendered
 from examples.bulkhead import solids
 from examples.bulkhead.build import write_step
 from examples.render.trials import draw_again, plug, read_list
 from vision.inspection.demonstration import measure_pose_error
+from vision.localisation.parameters import DEFAULTS as LOCALISATION
 from vision.localisation.scene import Scene
 from vision.presence.parameters import DEFAULTS as PRESENCE
 from vision.presence.variants import assess_variant
@@ -97,7 +98,8 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
     pictures, found, _ = locate(trial, models.stored(trial.model), kept)
     assert found.best is not None
     case = Case(trial, models.sources[trial.model][1], [])
-    began, rows = time.process_time(), []
+    rows: list[dict[str, Any]] = []
+    began = time.process_time()
     for number, (variant, model) in enumerate(names.items()):
         row = {"object_no": 0, "name": "object", "variant": variant, "object_variant_id": number, "placed": False}
         told = assess_variant(row, models.stored(model), trial.rig, pictures, found.best, LOCALISATION, PRESENCE)
