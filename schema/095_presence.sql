@@ -99,6 +99,29 @@ COMMENT ON COLUMN measured_size.sigma IS 'its standard deviation';
 COMMENT ON COLUMN measured_size.unit IS 'mm, of a turn deg';
 COMMENT ON COLUMN measured_size.changed IS 'whether it is surely another than the model''s';
 
+CREATE TABLE measured_distance (
+    run_id BIGINT NOT NULL,
+    distance_no INTEGER NOT NULL,
+    item_no INTEGER NOT NULL,
+    other_item_no INTEGER NOT NULL,
+    nominal DOUBLE PRECISION NOT NULL,
+    value DOUBLE PRECISION NOT NULL,
+    sigma DOUBLE PRECISION NOT NULL,
+    changed BOOLEAN NOT NULL,
+    PRIMARY KEY (run_id, distance_no),
+    CHECK (item_no < other_item_no),
+    CHECK (sigma > 0 AND nominal > 0)
+);
+COMMENT ON TABLE measured_distance IS 'Distances between the axes of measured holes and bosses that stand beside each other in one plane.';
+COMMENT ON COLUMN measured_distance.run_id IS 'the run';
+COMMENT ON COLUMN measured_distance.distance_no IS 'ordinal in the run, from 0';
+COMMENT ON COLUMN measured_distance.item_no IS 'one feature';
+COMMENT ON COLUMN measured_distance.other_item_no IS 'the other';
+COMMENT ON COLUMN measured_distance.nominal IS 'the model''s, mm';
+COMMENT ON COLUMN measured_distance.value IS 'the measured one, mm';
+COMMENT ON COLUMN measured_distance.sigma IS 'its standard deviation, mm';
+COMMENT ON COLUMN measured_distance.changed IS 'whether it is surely another than the model''s';
+
 CREATE TABLE unexplained (
     run_id BIGINT NOT NULL,
     unexplained_no INTEGER NOT NULL,
@@ -184,6 +207,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('presence', 'localisation', 'primary'),
     ('presence_camera', 'localisation', 'primary'),
     ('measured_size', 'localisation', 'primary'),
+    ('measured_distance', 'localisation', 'primary'),
     ('unexplained', 'localisation', 'primary'),
     ('seen_through', 'localisation', 'primary'),
     ('variant_evidence', 'localisation', 'primary');
@@ -193,6 +217,8 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('presence', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
     ('presence_camera', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('measured_size', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
+    ('measured_distance', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
+    ('measured_distance', 1, ARRAY['run_id', 'other_item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']),
     ('seen_through', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('variant_evidence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),

@@ -175,6 +175,7 @@ def _layers(drawn: str) -> list[Layer]:
 _TITLES = {
     "checked": "How much was checked",
     "sizes": "Sizes measured",
+    "distances": "Distances measured",
     "states": "Parts and features",
     "unexplained": "Not in the model",
     "rules": "Why this verdict",
@@ -195,7 +196,7 @@ _TITLES = {
     "run": "Parameters, versions and machine",
 }
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
-_FOLDED = ("states", "unexplained", "matched", "rejected", "written", "run")
+_FOLDED = ("states", "distances", "unexplained", "matched", "rejected", "written", "run")
 
 
 def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Table]:
@@ -224,7 +225,7 @@ def _sections(
         return [tables[name] for name in names if tables[name].rows]
 
     return [
-        ("What is there", those("checked", "sizes", "states", "unexplained")),
+        ("What is there", those("checked", "sizes", "distances", "states", "unexplained")),
         (
             "Pose",
             [*those("rules", "pose", "prior"), *pose_plots(store, connection, run), *those("corrections", "joints")],

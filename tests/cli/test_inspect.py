@@ -66,6 +66,7 @@ WRITTEN = [
     "presence",
     "presence_camera",
     "measured_size",
+    "measured_distance",
     "seen_through",
 ]
 

@@ -19,6 +19,7 @@ from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
 from vision.presence.displaced import measure_displacements
+from vision.presence.distances import measure_distances
 from vision.presence.items import list_items
 from vision.presence.moved import Edges, find_usable
 from vision.presence.openings import look_through
@@ -77,9 +78,19 @@ def assess(
     displacements = measure_displacements(
         stored, rig, pose.world_from_rig, indexes, samples, beside, support, p.displaced
     )
-    cameras = list(rig.cameras)
+    distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     return decide(
-        items, stored.radius, runs, surfaces, regions, openings, displacements, unexplained, cameras, p.states
+        items,
+        stored.radius,
+        runs,
+        surfaces,
+        regions,
+        openings,
+        displacements,
+        distances,
+        unexplained,
+        list(rig.cameras),
+        p.states,
     )
 
 

@@ -229,6 +229,24 @@ class DisplacedParameters:
 
 
 @dataclass(frozen=True)
+class DistanceParameters:
+    """Distances between the axes of holes and bosses."""
+
+    neighbours: int = 3
+    """nearest ones of each that distances are told to"""
+    min_cosine: float = cos(radians(0.5))
+    """cosine of the angle up to which axes are parallel"""
+    same_level_mm: float = 10.0
+    """mm along the axes within which two are in one plane"""
+    least_mm: float = 1.0
+    """mm: what is nearer has the same axis"""
+    changed_sigma: float = 5.0
+    """standard deviations by which a distance must differ to be another"""
+    changed_mm: float = 0.8
+    """mm likewise"""
+
+
+@dataclass(frozen=True)
 class StateParameters:
     """From evidence to states."""
 
@@ -299,6 +317,7 @@ class PresenceParameters:
     sizes: SizeParameters = field(default_factory=SizeParameters)
     openings: OpeningParameters = field(default_factory=OpeningParameters)
     displaced: DisplacedParameters = field(default_factory=DisplacedParameters)
+    distances: DistanceParameters = field(default_factory=DistanceParameters)
     states: StateParameters = field(default_factory=StateParameters)
     unexplained: UnexplainedParameters = field(default_factory=UnexplainedParameters)
 

@@ -76,6 +76,21 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "changed": sizes.changed,
         },
     )
+    apart = it.distances
+    run.append(
+        connection,
+        "measured_distance",
+        {
+            "run_id": run.id,
+            "distance_no": np.arange(len(apart.item_a)),
+            "item_no": apart.item_a,
+            "other_item_no": apart.item_b,
+            "nominal": apart.nominal,
+            "value": apart.value,
+            "sigma": apart.sigma,
+            "changed": apart.changed,
+        },
+    )
     holes = it.openings
     run.append(
         connection,

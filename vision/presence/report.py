@@ -109,6 +109,7 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "stopped": bool(presence.openings.stopped[k]),
             }
         )
+    apart = presence.distances
     level = np.array(items.level)
     count = {
         name: np.bincount(presence.state[level == name], minlength=len(STATES))
@@ -158,6 +159,17 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "seen_through": through[row],
             }
             for row in range(len(items))
+        ],
+        "distances": [
+            {
+                "from": items.path[apart.item_a[k]],
+                "to": items.path[apart.item_b[k]],
+                "nominal": round(float(apart.nominal[k]), 4),
+                "value": round(float(apart.value[k]), 4),
+                "sigma": round(float(apart.sigma[k]), 4),
+                "changed": bool(apart.changed[k]),
+            }
+            for k in range(len(apart.item_a))
         ],
         "unexplained": [
             {

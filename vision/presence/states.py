@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.displaced import Displacements, tell_displacements
+from vision.presence.distances import Distances
 from vision.presence.items import Items
 from vision.presence.measures import Measures, join, measure_items
 from vision.presence.openings import Openings
@@ -70,6 +71,7 @@ class Presence:
     moved_sigma_mm: Floats
     moved_log_odds: Floats
     measures: Measures
+    distances: Distances
     openings: Openings
     unexplained: Unexplained
 
@@ -82,6 +84,7 @@ def decide(
     regions: RegionSupport,
     openings: Openings,
     displacements: Displacements,
+    distances: Distances,
     unexplained: Unexplained,
     cameras: list[str],
     p: StateParameters,
@@ -123,8 +126,8 @@ def decide(
     stopped[openings.item[openings.stopped]] = True
     settle(stopped, CONTRADICTED, STOPPED)
     return Presence(
-        items, runs, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, openings,
-        unexplained,
+        items, runs, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, distances,
+        openings, unexplained,
     )  # fmt: skip
 
 
