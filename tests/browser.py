@@ -93,6 +93,11 @@ class Browser:
         """Ask pages to be `light` or `dark`."""
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
 
+    def wide(self, pixels: int, media: str = "screen") -> None:
+        """Show pages in a window so wide, or as on paper so wide (media `print`)."""
+        self.call("Emulation.setEmulatedMedia", media=media)
+        self.call("Emulation.setDeviceMetricsOverride", width=pixels, height=1000, deviceScaleFactor=1, mobile=False)
+
     def picture(self) -> bytes:
         """What the window shows, as PNG."""
         return base64.b64decode(self.call("Page.captureScreenshot")["data"])

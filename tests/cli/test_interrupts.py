@@ -59,5 +59,7 @@ def test_an_interrupt_leaves_the_store_as_it_was(
     assert now == was or commits > 1
     with duckdb.connect(str(store), read_only=True) as connection:
         ended = connection.sql("SELECT kind, state, message FROM run_summary ORDER BY run_id DESC LIMIT 1").fetchall()
-    assert ended == [(verb, "failed", "interrupted")]
+    ((kind, state, message),) = ended
+    assert (kind, state) == (verb, "failed")
+    assert message in ("interrupted", "Query interrupted")  # the latter where DuckDB was at work
     assert main(["check", "--store", str(store)]) == 0

@@ -124,3 +124,12 @@ def test_a_browser_shows_both_without_complaint(target: str, tmp_path: Path) -> 
             shown.run("document.querySelector('[data-item]').click()")
             assert shown.run("document.querySelectorAll('[aria-pressed=true]').length") == 1
             shown.until(lambda: shown.covered() > 0.02)
+            shown.wide(420)
+            assert shown.run("document.documentElement.scrollWidth") <= 420
+            shown.wide(718, "print")  # A4 between the margins that browsers leave
+            right = "Math.max(...[...document.querySelectorAll('table')].map(t => t.getBoundingClientRect().right))"
+            assert shown.run(right) <= 718
+            assert shown.run(
+                "[...document.querySelectorAll('details.sql, .hint, #filter')].every(e => !e.offsetHeight)"
+            )
+            shown.wide(1400)

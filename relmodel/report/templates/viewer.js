@@ -52,7 +52,7 @@ function makeViewer(canvas, scene, picked) {
 
   function eyeAndMatrix() {
     const aspect = canvas.width / canvas.height;
-    let eye, right, above, back, slope = 0.414;
+    let eye, right, above, back, slope = 0.414 / Math.min(1, aspect);  // of the height; the narrower side is the one that counts
     if (through) {
       const m = through.m;
       eye = [m[3] - middle[0], m[7] - middle[1], m[11] - middle[2]];
@@ -134,7 +134,7 @@ function makeViewer(canvas, scene, picked) {
     if (!through) whole();
     redraw();
   }
-  function whole() { target = [0, 0, 0]; distance = 1.7 * scene.radius / Math.min(1, canvas.clientWidth / canvas.clientHeight); from(unit(scene.from)); }
+  function whole() { target = [0, 0, 0]; distance = 1.7 * scene.radius; from(unit(scene.from)); }
   function from(back) { pitch = Math.asin(Math.max(-1, Math.min(1, dot(back, up)))); yaw = Math.atan2(dot(back, across), dot(back, ahead)); }
   function pick(event) {
     const box = canvas.getBoundingClientRect(), pixel = new Uint8Array(4), scale = canvas.width / box.width;
