@@ -64,7 +64,8 @@ _INTERRUPTED = "interrupted: what was finished before is kept, and the store is 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
     input, 4 an error that nobody foresaw, 130 interrupted."""
-    args = parser().parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    args = parser(words[0] if words else "").parse_args(words)
     # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
@@ -118,8 +119,9 @@ def _tell(args: argparse.Namespace, error: Exception) -> int:
     return UNFORESEEN
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of the whole command line."""
+def parser(verb: str = "") -> argparse.ArgumentParser:
+    """The parser of the whole command line, or of one verb of it alone: to make those of all takes longer than most
+    verbs."""
     top = argparse.ArgumentParser(
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
@@ -128,21 +130,21 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"relmodel {__version__}")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for name in VERBS:
+    for name in [verb] if verb in VERBS else VERBS:
         module = import_module(f"relmodel.cli.verbs.{name}")
         words = _words(module)
-        verb = verbs.add_parser(
+        one = verbs.add_parser(
             name,
             help=words[0].lower() + words[1:].partition("\n")[0].rstrip("."),
             description=words,
             epilog=f"example:\n  {module.EXAMPLE}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        add_store(verb)
-        add_quiet(verb)
-        add_debug(verb)
-        module.add_arguments(verb)
-        verb.set_defaults(run=module.run)
+        add_store(one)
+        add_quiet(one)
+        add_debug(one)
+        module.add_arguments(one)
+        one.set_defaults(run=module.run)
     return top
 
 

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -34,12 +35,17 @@ T = TypeVar("T")
 def package_versions(*names: str) -> dict[str, str]:
     """Versions of relmodel and of the installed packages among `names`."""
     found = {"relmodel": relmodel.__version__, "python": platform.python_version()}
-    for name in names:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            continue
-    return found
+    installed = {name: _installed_version(name) for name in names}
+    return found | {name: version for name, version in installed.items() if version is not None}
+
+
+@cache
+def _installed_version(name: str) -> str | None:
+    """Version of an installed package; asked once, for it reads files."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
 
 
 def digest_inputs(paths: Mapping[str, str | Path]) -> dict[str, tuple[str, str]]:
