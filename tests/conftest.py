@@ -82,6 +82,14 @@ def folder_of_files_read(tmp_path_factory: pytest.TempPathFactory) -> None:
     os.environ["RELMODEL_TESTS_READ"] = str(folder / "step")
 
 
+@pytest.fixture
+def reads_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files are read in this process, by whatever loads them: a child takes a second to begin, STEP files longer."""
+    from tests.reading import read_here
+
+    monkeypatch.setattr("relmodel.readers.child.read_in_child", read_here)
+
+
 @pytest.fixture(scope="session")
 def duckdb_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A DuckDB store with nothing in it, to be copied: making the schema takes longer."""

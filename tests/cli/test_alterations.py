@@ -15,7 +15,7 @@ from tests.cli.conftest import Inspection
 
 
 def test_alterations_are_noticed(inspection: Inspection, tmp_path: Path) -> None:
-    found = measure(Path(inspection.store), inspection.answer["run"], 8, 3, tmp_path)
+    found = measure(Path(inspection.store), inspection.answer["run"], 4, 3, tmp_path)
     assert [one for one in found if one.noticed_by == "nobody"] == []
 
 

@@ -68,16 +68,15 @@ def test_all_tables_are_equal(both: tuple[Path, Path]) -> None:
         ).fetchall()
         names = dict(tables)
         assert names["new"] == names["old"]
-        filled = 0
-        for table in names["old"]:
-            there, lost, made = connection.execute(
-                f'SELECT (SELECT count(*) FROM old."{table}"), '  # noqa: S608
-                f'(SELECT count(*) FROM (FROM old."{table}" EXCEPT ALL FROM new."{table}")), '
-                f'(SELECT count(*) FROM (FROM new."{table}" EXCEPT ALL FROM old."{table}"))'
-            ).fetchall()[0]
-            assert (table, lost, made) == (table, 0, 0)
-            filled += there > 0
-        assert filled > 50
+        rows = {}
+        for name in names:  # how many, and a sum over all of the digests of whole rows, in whatever order they lie
+            digests = (
+                f"SELECT '{table}', count(*), sum(hash(t)::HUGEINT) FROM {name}.\"{table}\" AS t"  # noqa: S608
+                for table in names[name]
+            )
+            rows[name] = connection.execute(" UNION ALL ".join(digests) + " ORDER BY 1").fetchall()
+        assert rows["new"] == rows["old"]
+        assert sum(count > 0 for _, count, _ in rows["old"]) > 50
         rules = connection.execute(
             "SELECT database_name, count(*), count(DISTINCT constraint_text) FROM duckdb_constraints() GROUP BY 1"
         ).fetchall()
@@ -109,9 +108,9 @@ def test_views_and_macros_answer_as_before(both: tuple[Path, Path]) -> None:
     assert all(answers[0][-len(QUESTIONS) :])
 
 
-def test_the_store_is_sound_and_can_be_written_to(both: tuple[Path, Path]) -> None:
+@pytest.mark.usefixtures("reads_here")
+def test_the_store_can_be_written_to_and_is_sound(both: tuple[Path, Path]) -> None:
     store = str(both[1])
-    assert main(["check", "--store", store]) == 0
     box = Path(store).with_name("corner.stl")
     trimesh.creation.box(extents=[11, 12, 13]).export(box)
     assert main(["load", str(box), "--object", "corner", "--unit", "mm", "--store", store]) == 0

@@ -424,6 +424,7 @@ def test_database_that_fails_in_use_is_one_sentence(fresh_store: str) -> None:
         assert not isinstance(mistake.value, StoreError)
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_journal_that_cannot_be_written_is_one_sentence(
     duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -22,7 +22,6 @@ from relmodel.cli.main import VERBS, main, parser
 from relmodel.find.find import in_volumes
 from relmodel.store import Store
 from tests.cli.conftest import DEMO, Inspection, Pair
-from tests.reading import load
 
 CHECKOUT = Path(__file__).parents[2]
 PAGES = sorted([CHECKOUT / "README.md", CHECKOUT / "examples/README.md", *(CHECKOUT / "docs").rglob("*.md")])
@@ -110,10 +109,20 @@ RUN_HERE = [page for page in PAGES if shell_blocks(page.read_text()) and page.st
 
 
 @pytest.fixture
-def demonstrated(inspection: Inspection, pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The folder at hand has the store that the demonstration leaves, the examples, and files of one's own."""
+def demonstrated(
+    inspection: Inspection, pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reads_here: None
+) -> None:
+    """The folder at hand has the store that the demonstration leaves, the examples, with the first pair of half the
+    size, and files of one's own."""
     (tmp_path / "demo").mkdir()
-    (tmp_path / "examples").symlink_to(CHECKOUT / "examples")
+    (tmp_path / "examples/demo").mkdir(parents=True)
+    for file in [*(CHECKOUT / "examples").iterdir(), *(CHECKOUT / "examples/demo").iterdir()]:
+        link = tmp_path / file.relative_to(CHECKOUT)
+        if not link.exists():
+            link.symlink_to(file)
+    for name, file in (("left.png", pair.left), ("right.png", pair.right), ("rig.yaml", pair.rig_file)):
+        (tmp_path / f"examples/demo/pair_00_{name}").unlink()
+        (tmp_path / f"examples/demo/pair_00_{name}").symlink_to(file)
     for suffix in ("", ".journal"):
         shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
     for name, shipped in {
@@ -131,7 +140,6 @@ def demonstrated(inspection: Inspection, pair: Pair, tmp_path: Path, monkeypatch
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
-    monkeypatch.setattr("relmodel.loading.load.load", load)
 
 
 @pytest.fixture
@@ -264,7 +272,7 @@ def test_python_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
             assert capsys.readouterr().out or "print" not in block
     assert said["answer"].verdict == "accepted"
     picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
-    assert (picture.format, picture.width) == ("PNG", 1600)
+    assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
     assert "accepted" in said["answer"]._repr_html_()
 
 

@@ -53,6 +53,7 @@ def calls(duckdb_template: Path, tmp_path: Path) -> dict[str, list[str]]:
     }
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_progress_stands_on_a_terminal_alone(
     calls: dict[str, list[str]],
     tmp_path: Path,
@@ -111,6 +112,7 @@ def content(store: Path) -> dict[str, list[str]]:
         }
 
 
+@pytest.mark.usefixtures("reads_here")  # the test after it interrupts a child
 @pytest.mark.parametrize("verb", LONG)
 def test_an_interrupt_leaves_the_store_as_it_was(
     verb: str,

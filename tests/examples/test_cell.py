@@ -16,6 +16,7 @@ from relmodel.world.kinematics import mounted_rig
 from vision.cameras.files import read_rig
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_the_cell_loads_and_its_arms_see_the_bulkhead(tmp_path: Path) -> None:
     pytest.importorskip("OCP")
     target = str(tmp_path / "cell.duckdb")

@@ -173,6 +173,7 @@ def test_a_recogniser_never_costs_a_load(
         assert not [found for found in check(store) if found.rows]
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_one_line_says_what_was_found_and_show_lists_it(
     duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -78,6 +78,7 @@ def test_one_that_is_refused_leaves_the_others(duckdb_template: Path, tmp_path: 
             assert sorted(statuses) == ["added", "added", "added", "added", "refused", "refused"]
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_several_files_on_the_command_line(
     duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -101,6 +102,7 @@ def test_several_files_on_the_command_line(
     assert main(["load", files[0], files[0], *target]) == 2
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_an_occluder_on_the_command_line_stays_triangles(
     duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
