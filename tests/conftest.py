@@ -85,9 +85,14 @@ def folder_of_files_read(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture
 def reads_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files are read in this process, by whatever loads them: a child takes a second to begin, STEP files longer."""
+    from relmodel.model.model import Model
+    from relmodel.readers import ReadOptions
     from tests.reading import read_here
 
-    monkeypatch.setattr("relmodel.readers.child.read_in_child", read_here)
+    def read_as_a_child(path: Path, options: ReadOptions) -> Model:
+        return read_here(path.resolve(), options)
+
+    monkeypatch.setattr("relmodel.readers.child.read_in_child", read_as_a_child)
 
 
 @pytest.fixture(scope="session")
