@@ -93,7 +93,7 @@ class RunParameters:
 class MovedParameters:
     """Surfaces whose edges are sought beside their place."""
 
-    reach_mm: float = 12.0
+    reach_mm: float = 15.0
     """mm either way"""
     step_mm: float = 0.25
     """mm between the displacements tried"""
@@ -111,7 +111,7 @@ class MovedParameters:
     """px from an edge's place within which what lies on a blend may still be the edge"""
     usual_mm: float = 6.0
     """mm by which what has moved has moved, in the mean: the nearer of two is the likelier"""
-    min_px_per_mm: float = 0.25
+    min_px_per_mm: float = 0.15
     """px by which an edge must move in the picture for each mm to tell anything"""
     least_mm: float = 0.75
     """mm: less is no change that edges tell from rounding and burr"""
