@@ -73,7 +73,8 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
     judged = (np.array(what) != "thickness") | (np.array(items.kind)[item] == "rib")
     # Whether a single surface lies elsewhere is known from where it was sought.
     judged &= np.array(what) != "offset"
-    changed = judged & (off > p.changed_sigma * sigma) & (off > p.changed_mm)
+    least = np.where(np.array(what) == "thickness", p.changed_wall_mm, p.changed_mm)
+    changed = judged & (off > p.changed_sigma * sigma) & (off > least)
     return Measures(item, what, nominal, value, sigma, changed)
 
 

@@ -52,7 +52,7 @@ def look_through(
         count, labels = cv2.connectedComponents(empty, connectivity=4, ltype=cv2.CV_32S)
         place = np.asarray(labels, np.int64)
         opening, region, filled = _find_regions(picture, shown, place, count, p)
-        item = _find_holes(items, samples.take(samples.camera == camera), shown, place, count)[opening]
+        item = _find_holes(items, samples.take(samples.camera == camera), shown, place, count, p)[opening]
         grey, behind, sigma = _compare(picture, region, opening, p)
         kept = (item != _NONE) & (filled >= p.least_filled) & np.isfinite(sigma)
         pieces.append(
@@ -87,8 +87,10 @@ def _find_regions(
     return opening[behind], region[behind], (pixels / np.maximum(whole[opening], 1e-9))[behind]
 
 
-def _find_holes(items: Items, samples: Samples, shown: SurfaceMap, place: Ints, count: int) -> Ints:
-    """The item (places,) that each place is seen through, by the rims beside it; -1 for none, as on the border."""
+def _find_holes(
+    items: Items, samples: Samples, shown: SurfaceMap, place: Ints, count: int, p: OpeningParameters
+) -> Ints:
+    """The item (places,) that each place is seen through, by the edges beside it; -1 for none, as beside the object."""
     bore = np.isin(np.array(items.kind), KINDS)[items.member]
     order = np.argsort(items.surface[bore], kind="stable")
     surface, member = items.surface[bore][order], items.member[bore][order]
@@ -107,10 +109,8 @@ def _find_holes(items: Items, samples: Samples, shown: SurfaceMap, place: Ints, 
         own = (surface[at] == samples.surface[:, side]) & (beside > 0)
         np.add.at(votes, (member[at[own]], beside[own]), samples.length_px[own])
     best = votes.argmax(axis=0)
-    told = votes[best, np.arange(count)] > 0
-    outside = np.pad(shown.area > 0, 1)
-    rim = ~(outside[:-2, 1:-1] & outside[2:, 1:-1] & outside[1:-1, :-2] & outside[1:-1, 2:])
-    told[np.unique(place[rim])] = False
+    around = np.bincount(beside, samples.length_px, count)
+    told = votes[best, np.arange(count)] >= p.least_rimmed * np.maximum(around, 1e-9)
     out[told] = best[told]
     return out
 
@@ -127,6 +127,8 @@ def _compare(picture: Primitives, region: Ints, opening: Ints, p: OpeningParamet
     total = np.maximum(weight.sum(axis=1), 1e-9)
     behind = weight @ grey / total
     variance = (weight * (grey[None] - behind[:, None]) ** 2).sum(axis=1) / total
+    # The fewer others there are, the more what is usual counts.
     others = elsewhere.sum(axis=1)
+    variance = (others * variance + p.usual_others * p.usual_grey**2) / (others + p.usual_others)
     sigma = np.hypot(np.sqrt(variance * (1 + 1 / np.maximum(others, 1))), p.floor_grey)
     return grey, behind, np.where(others >= p.least_others, sigma, np.nan)

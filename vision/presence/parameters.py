@@ -169,13 +169,19 @@ class OpeningParameters:
     """share of a region that must lie where the model shows nothing, for it to be what lies behind"""
     least_filled: float = 0.75
     """share of an opening that one region must fill, for it to be what is seen through it"""
-    least_others: int = 3
+    least_rimmed: float = 0.7
+    """share of the edges around an opening that must be the hole's"""
+    least_others: int = 2
     """other regions of what lies behind, at least, to compare with"""
+    usual_grey: float = 12.0
+    """grey levels by which regions of what lies behind differ, one standard deviation"""
+    usual_others: float = 1.5
+    """regions as which that counts"""
     most_px: float = 5000.0
     """px from which a region counts no more than others do"""
     near_px: float = 200.0
     """px at which another region counts half: what lies behind is lit unevenly"""
-    floor_grey: float = 6.0
+    floor_grey: float = 5.0
     """grey levels, 0..255, by which regions of one thing differ at least, one standard deviation"""
     camera_sigma: float = 2.0
     """standard deviations by which each camera must see another thing"""
@@ -268,10 +274,12 @@ class StateParameters:
     """share of a surface's visible area that regions must cover to speak for it"""
     region_log_odds: float = 3.0
     """log odds that they add: so many times more often are surfaces covered that are there than such that are not"""
-    changed_sigma: float = 5.0
-    """standard deviations by which a diameter must differ, or a bore lie aside, to be another"""
+    changed_sigma: float = 4.0
+    """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to be another"""
     changed_mm: float = 0.8
     """mm likewise: less lies within what small bores and burrs err"""
+    changed_wall_mm: float = 1.5
+    """mm likewise of a thickness: both of its sides err"""
 
 
 @dataclass(frozen=True)
