@@ -119,7 +119,7 @@ class MovedParameters:
     """px: less is not clear of the edge's own place"""
     least_told_px: float = 40.0
     """px of edges that can be told from others, at least"""
-    least_log_odds: float = 1.5
+    least_log_odds: float = 1.0
     """log odds of moved against in place, for all the displacements tried"""
     rounds: int = 6
     """times that displacements are weighed anew after some surfaces moved"""
