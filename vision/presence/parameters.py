@@ -274,6 +274,8 @@ class StateParameters:
     """share of a surface's visible area that regions must cover to speak for it"""
     region_log_odds: float = 3.0
     """log odds that they add: so many times more often are surfaces covered that are there than such that are not"""
+    least_moved_share: float = 0.05
+    """share of an item's edges that a surface must have to speak for it"""
     changed_sigma: float = 4.0
     """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to be another"""
     changed_mm: float = 0.8

@@ -95,7 +95,7 @@ def decide(
     evidence, by_region = _add_regions(evidence, items, regions, p)
     displaced = tell_displacements(items, displacements)
     measures = join(measure_items(items, radius, surfaces, p), displaced)
-    moved = _most_moved(items, surfaces)
+    moved = _most_moved(items, surfaces, evidence.told_px.sum(axis=1), p.least_moved_share)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
     edge, told = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(told, 1e-9)
@@ -214,11 +214,15 @@ class _Moved:
     log_odds: Floats
 
 
-def _most_moved(items: Items, surfaces: Surfaces) -> _Moved:
-    """Of each feature and surface its surface that has moved most surely; -1 and nan for none, and for parts."""
+def _most_moved(items: Items, surfaces: Surfaces, told_px: Floats, least_share: float) -> _Moved:
+    """Of each feature and surface its surface that has moved most surely; -1 and nan for none, and for parts.
+
+    told_px (n,): of items: a surface with less than a share of that says nothing of the item, as one face of a body.
+    """
     count = len(items)
     part = np.array([level == "part" for level in items.level])
-    rows = np.flatnonzero(surfaces.moved[items.surface] & ~part[items.member])
+    much = surfaces.told_px[items.surface] >= least_share * told_px[items.member]
+    rows = np.flatnonzero(surfaces.moved[items.surface] & ~part[items.member] & much)
     order = rows[np.lexsort((surfaces.log_odds[items.surface[rows]], items.member[rows]))]
     surface = np.full(count, -1)
     surface[items.member[order]] = items.surface[order]  # the last of each item is the surest

@@ -22,8 +22,8 @@ class Surfaces:
     moved: whether the edges are found beside their place and not there; log_odds: of that against being in place, zero
     where it was not sought; mm: how far outward the surface lies from where the model has it, nan where it was not
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
-    that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; span (s, 3): mean of
-    its unit normals.
+    that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; normal (s, 3): mean
+    of its unit normals; told_px: of its edges that can be told from others.
     """
 
     moved: Bools
@@ -34,6 +34,7 @@ class Surfaces:
     shift_sigma: Floats
     inward: Bools
     normal: Floats
+    told_px: Floats
 
 
 def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameters) -> Surfaces:
@@ -56,7 +57,7 @@ def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameter
     shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
     moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
     inward, normal = _bend(samples, count)
-    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, normal)
+    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, normal, weight)
 
 
 def _measure(
