@@ -29,7 +29,7 @@ def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str,
     parts = [placed(int(r.shape_id), r.path, pose_matrix(r), "seen" if r.in_view else "plain") for r in rows]
     lines, views = _cameras(store, connection, run, priors[0])
     part_of = {int(r.id): i for i, r in enumerate(rows)}
-    return scene(shapes, parts, lines, views, eye=pose_matrix(priors[0])[:3, 3]), part_of
+    return scene(shapes, parts, lines, views, back=-pose_matrix(priors[0])[:3, 2]), part_of
 
 
 def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tuple[list[Lines], list[dict[str, Any]]]:

@@ -69,12 +69,12 @@ def scene(
     lines: Sequence[Lines] = (),
     views: Sequence[dict[str, Any]] = (),
     up: Sequence[float] = (0, 0, 1),
-    eye: Floats | None = None,
+    back: Floats | None = None,
 ) -> dict[str, Any] | None:
     """What the script draws; None where there is no part to draw.
 
-    `parts` name their shapes by identity; it looks at those first that are not plain, from above the side on which
-    `eye` (3,) lies, mm.
+    `parts` name their shapes by identity; it looks at those first that are not plain, from above the side to which
+    `back` (3,) points, a unit vector.
     """
     ordinal = {s["id"]: i for i, s in enumerate(shapes)}
     drawn = [p | {"shape": ordinal[p["shape"]]} for p in parts if p["shape"] in ordinal]
@@ -84,11 +84,7 @@ def scene(
     boxes = np.array([_box(shapes[p["shape"]], p["m"]) for p in shown])
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + 1e-3
-    ahead = (
-        np.roll(np.asarray(up, float), 1)
-        if eye is None
-        else (eye - middle) / max(float(np.linalg.norm(eye - middle)), 1e-9)
-    )
+    ahead = np.roll(np.asarray(up, float), 1) if back is None else back
     aside = np.cross(up, ahead)
     return {
         "shapes": [{k: v for k, v in s.items() if k != "id"} for s in shapes],

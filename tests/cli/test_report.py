@@ -255,18 +255,24 @@ def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
     assert all(path.endswith(EVIL) for path in paths)
 
 
-def test_a_refused_run_says_why(inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path) -> None:
+def test_a_refused_run_says_why(
+    inspection: Inspection, pair: Pair, copy_store: Callable[[str], str], tmp_path: Path
+) -> None:
     store = changed(
         copy_store(inspection.store),
         "UPDATE pose SET verdict = 'refused', reason = 'too little evidence'",
         "DELETE FROM part_in_view",
         "DELETE FROM image_blob",
     )
-    found = Page(written(store, tmp_path))
+    page = written(store, tmp_path)
+    found = Page(page)
     text = found.text
     assert text.index("Refused") < text.index("too little evidence") < text.index("Pictures")
     assert found.with_class("verdict", "bad")
     assert text.count("the bytes of this picture were not kept") == 2
+    # The model is seen from the side of the cameras, though nothing says which parts they show.
+    seen_from = np.asarray(data_of(page)["scene"]["from"])
+    assert -seen_from @ np.asarray(pair.prior["world_from_rig"])[:3, 2] > 0.8 * np.linalg.norm(seen_from)
     assert found.with_class("arc", "rejected")
 
 
