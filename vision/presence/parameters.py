@@ -190,6 +190,36 @@ class OpeningParameters:
 
 
 @dataclass(frozen=True)
+class TurnedParameters:
+    """Parts that are sought at any turn."""
+
+    least_px: float = 300.0
+    """px of edges that a part shows in place: bolts look alike at any turn"""
+    most_in_place: float = 0.25
+    """share of a part's edges found in place from which it is not sought turned"""
+    max_cosine: float = cos(radians(20))
+    """cosine of the angle between two faces up to which their edge shows"""
+    step_degrees: float = 5.0
+    """degrees between turns"""
+    reach_mm: float = 8.0
+    """mm aside: the middle that it is turned about is not known"""
+    step_mm: float = 4.0
+    """mm between places"""
+    near_px: float = 1.2
+    """px: how far elements may lie, one standard deviation"""
+    least_score: float = 0.5
+    """mean nearness of its edges, 0 to 1: .57 to .71 of clips that are turned"""
+    least_gain: float = 0.12
+    """by how much that must exceed the best without a turn"""
+    least_found: float = 0.3
+    """share of its edges that must be found at the turn, once fitted"""
+    sigma_mm: float = 1.0
+    """mm: what the place errs by edges that are taken to be in view and are hidden; 2.4 once of five clips"""
+    sigma: float = radians(0.3)
+    """rad: likewise of the turn"""
+
+
+@dataclass(frozen=True)
 class DisplacedParameters:
     """Parts that are sought beside their place, each as one piece."""
 
@@ -232,6 +262,7 @@ class DisplacedParameters:
     """mm: less is no displacement"""
     least_sigma: float = 5.0
     """standard deviations likewise"""
+    turned: TurnedParameters = field(default_factory=TurnedParameters)
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,11 @@ def _describe_failure(presence: Presence, row: int) -> str:
     if "displacement" in told:
         far, sigma = told["displacement"]
         along = ", ".join(f"{told[name][0]:.1f}" for name in ("dx", "dy", "dz"))
-        return f"{path}: {state}, it lies {far:.2f} mm from its place, sigma {sigma:.2g}: by {along} along x, y, z"
+        turn, turn_sigma = told["turn"]
+        turned = f", turned by {turn:.0f} degrees, sigma {turn_sigma:.1g}" if abs(turn) > 5 * turn_sigma else ""
+        return (
+            f"{path}: {state}, it lies {far:.2f} mm from its place, sigma {sigma:.2g}: by {along} along x, y, z{turned}"
+        )
     for k in mine[sizes.changed[mine]].tolist():
         words = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
         return f"{path}: {state}, {sizes.what[k]} {words}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
+from relmodel.geometry.transforms import rotation_matrix
 from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Camera, Rig
 from vision.localisation.evidence import EdgePoints
@@ -16,8 +18,9 @@ from vision.localisation.measurements import EdgeIndex
 from vision.localisation.scene import Scene
 from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import find_view_arcs
-from vision.presence.displaced import Displacements, find_pieces, measure_displacements
+from vision.presence.displaced import Displacements, measure_displacements
 from vision.presence.parameters import PresenceParameters
+from vision.presence.pieces import find_pieces
 from vision.presence.samples import Samples, find_beside
 from vision.presence.support import measure_support
 
@@ -39,9 +42,27 @@ def scene(shift: Floats) -> Scene:
     )
 
 
-def measured(shift: Floats, missing: bool = False) -> Displacements:
-    """What is measured where the second block is moved, or missing, and the model has it in place."""
-    model, there = scene(np.zeros(3)), scene(shift)
+def turned(it: Scene, angle: float) -> Scene:
+    """The scene with the second block turned about the vertical through its middle."""
+    rotation = rotation_matrix(np.array([[0.0, 0.0, angle]]))[0]
+    vertex = np.zeros(len(it.vertices), bool)
+    vertex[it.triangles[it.surface_occurrence[it.triangle_surface] == 2]] = True
+    sample = it.arc_occurrence[it.sample_arc] == 2
+    middle = 0.5 * (it.vertices[vertex].min(axis=0) + it.vertices[vertex].max(axis=0))
+    rows = {"vertices": vertex, "vertex_normals": vertex, "sample_point": sample, "sample_tangent": sample}
+    rows |= {"sample_normal_a": sample, "sample_normal_b": sample}
+    changed = {}
+    for name, mine in rows.items():
+        values = getattr(it, name).copy()
+        about = middle if name in ("vertices", "sample_point") else 0.0
+        values[mine] = (values[mine] - about) @ rotation.T + about
+        changed[name] = values
+    return replace(it, **changed)
+
+
+def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displacements:
+    """What is measured where the second block is moved, turned or missing, and the model has it in place."""
+    model, there = scene(np.zeros(3)), turned(scene(shift), angle)
     rng = np.random.default_rng(11)
     indexes, pieces = [], []
     for number, name in enumerate(RIG.cameras):
@@ -78,23 +99,34 @@ def measured(shift: Floats, missing: bool = False) -> Displacements:
 @pytest.mark.parametrize("shift", [(3.0, -2.0, 0.0), (-4.0, 0.5, 0.0), (0.0, 2.5, 0.0)])
 def test_a_part_that_has_moved_is_told_by_how_much(shift: tuple[float, float, float]) -> None:
     found = measured(np.array(shift))
-    assert found.occurrence[found.moved].tolist() == [2]
-    (row,) = np.flatnonzero(found.moved)
+    assert found.occurrence[(found.far | found.turned)].tolist() == [2]
+    (row,) = np.flatnonzero(found.far | found.turned)
     np.testing.assert_allclose(found.shift[row], shift, atol=0.3)
     assert (np.abs(found.shift[row] - shift) < 4 * found.shift_sigma[row]).all()
     assert found.distance[row] == pytest.approx(np.linalg.norm(shift), abs=0.3)
     assert abs(found.turn[row]) < np.radians(1)
 
 
+@pytest.mark.parametrize("degrees", [37.0, -62.0])
+def test_a_part_that_is_turned_is_told_by_how_much(degrees: float) -> None:
+    """A block looks alike turned by a half more."""
+    found = measured(np.array([1.5, -1.0, 0.0]), angle=np.radians(degrees))
+    assert found.occurrence[found.turned].tolist() == [2]
+    (row,) = np.flatnonzero(found.turned)
+    off = (np.degrees(found.turn[row]) - degrees + 90) % 180 - 90
+    assert abs(off) < 0.5
+    np.testing.assert_allclose(found.shift[row], [1.5, -1.0, 0.0], atol=0.4)
+
+
 def test_parts_in_place_have_not_moved() -> None:
     found = measured(np.zeros(3))
     assert 0 not in found.occurrence  # the pose hangs on the plate
-    assert not found.moved.any()
+    assert not (found.far | found.turned).any()
     assert (found.distance < 0.3).all()
 
 
 def test_a_missing_part_lies_nowhere() -> None:
-    assert not measured(np.zeros(3), missing=True).moved.any()
+    assert not measured(np.zeros(3), missing=True).far.any()
 
 
 def test_the_parts_of_an_assembly_are_one_piece() -> None:
