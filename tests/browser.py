@@ -18,7 +18,7 @@ from typing import Any
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 _PATIENCE_S = 60.0
-_COVERED = """(c => {
+COVERED = """(c => {
   const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height);
   g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p);
   let n = 0;
@@ -74,7 +74,7 @@ class Browser:
         """The share of the canvas of the model in 3-D that is drawn on.  (Colours differ from one drawing to the next:
         software hides lines in surfaces that they lie in now here, now there.)
         """
-        return float(self.run(_COVERED))
+        return float(self.run(COVERED))
 
     def press(self, key: str) -> None:
         """Press a key on what has the focus."""

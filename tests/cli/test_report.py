@@ -22,7 +22,7 @@ from relmodel.errors import UsageError
 from relmodel.report.pictures import pose_matrix, pose_spread
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
-from tests.browser import Browser, browser
+from tests.browser import COVERED, Browser, browser
 from tests.cli.conftest import Inspection, Pair
 from tests.pages import Page, data_of
 from vision.cameras.files import read_rig
@@ -411,11 +411,9 @@ def test_the_model_is_there_in_every_frame(shown: Browser) -> None:
     before = shown.covered()
     shown.run("window.canvas = document.getElementById('canvas')")
     for height in ("300px", "340px", "380px", ""):
-        resized = (
-            f"canvas.style.height = {height!r}; new Promise(done => requestAnimationFrame(() => setTimeout(done)))"
-        )
-        shown.run(resized)  # past what the page does for a frame, before it does anything for the next
-        assert shown.covered() > 0.03
+        # Once the page has done what it does for a frame, and before it does anything for the next.
+        frame = f"new Promise(done => requestAnimationFrame(() => setTimeout(() => done({COVERED}))))"
+        assert shown.run(f"canvas.style.height = {height!r}; {frame}") > 0.03
     assert abs(shown.covered() - before) < 1e-4
     shown.run(
         "new Promise(done => { const lose = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
