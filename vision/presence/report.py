@@ -69,14 +69,13 @@ def _describe_failure(presence: Presence, row: int) -> str:
     state, path = STATES[presence.state[row]].replace("_", " "), presence.items.path[row]
     sizes, mine = presence.measures, np.flatnonzero(presence.measures.item == row)
     told = {sizes.what[k]: (sizes.value[k], sizes.sigma[k]) for k in mine.tolist()}
+    surely = {sizes.what[k] for k in mine[sizes.changed[mine]].tolist()}
     if "displacement" in told:
-        far, sigma = told["displacement"]
+        (far, sigma), (turn, turn_sigma) = told["displacement"], told["turn"]
         along = ", ".join(f"{told[name][0]:.1f}" for name in ("dx", "dy", "dz"))
-        turn, turn_sigma = told["turn"]
-        turned = f", turned by {turn:.0f} degrees, sigma {turn_sigma:.1g}" if abs(turn) > 5 * turn_sigma else ""
-        return (
-            f"{path}: {state}, it lies {far:.2f} mm from its place, sigma {sigma:.2g}: by {along} along x, y, z{turned}"
-        )
+        turned = f"turned by {turn:.1f} degrees, sigma {turn_sigma:.1g}; " if "turn" in surely else ""
+        where = f"its middle lies {far:.1f} mm from its place, sigma {sigma:.1g}: {along} along x, y, z"
+        return f"{path}: {state}, {turned}{where}"
     for k in mine[sizes.changed[mine]].tolist():
         words = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
         return f"{path}: {state}, {sizes.what[k]} {words}"
