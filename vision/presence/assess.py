@@ -18,6 +18,7 @@ from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
+from vision.presence.carriers import find_carriers, find_tangent
 from vision.presence.displaced import measure_displacements
 from vision.presence.distances import measure_distances
 from vision.presence.items import list_items
@@ -70,7 +71,8 @@ def assess(
             for name, index in zip(rig.cameras, indexes, strict=True)
         ]
     )
-    edges = Edges(samples, beside, support, runs, find_usable(samples, beside, support, blends, p.moved))
+    carriers = find_carriers(samples, find_tangent(stored, p.moved.tangent_cosine))
+    edges = Edges(samples, carriers, beside, support, runs, find_usable(samples, beside, support, blends, p.moved))
     surfaces = assess_surfaces(edges, len(rig.cameras), len(stored.surface_no), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.carriers import Carriers
 from vision.presence.parameters import MovedParameters, PresenceParameters
 from vision.presence.runs import Runs, compute_log_odds
 from vision.presence.samples import Beside, Samples
@@ -26,6 +27,7 @@ class Edges:
     """The predicted edges with what the pictures show beside them; usable: as `find_usable` gives."""
 
     samples: Samples
+    carriers: Carriers
     beside: Beside
     support: Support
     runs: Runs
@@ -48,11 +50,13 @@ class Pulls:
 class Moved:
     """The scene's surfaces (s,) where the pictures put them together.
 
-    mm: displacement outward, zero in place; log_odds: of that against in place with the others where they are, for all
-    the displacements tried; by_camera (s, c): likewise, what each camera alone says.
+    mm: displacement outward, zero in place; sigma (mm): how well an edge of each places it; log_odds: of that against
+    in place with the others where they are, for all the displacements tried; by_camera (s, c): likewise, what each
+    camera alone says.
     """
 
     mm: Floats
+    sigma: Floats
     log_odds: Floats
     by_camera: Floats
 
@@ -73,12 +77,13 @@ def find_usable(samples: Samples, beside: Beside, support: Support, blends: Bool
 def collect_pulls(edges: Edges, mm: Floats, p: MovedParameters) -> Pulls:
     """All displacements within reach that usable elements speak for; mm (s,): where the other surfaces lie."""
     samples, beside = edges.samples, edges.beside
-    other, pieces = displace(samples, mm), []
+    moved, pieces = edges.carriers.displace(mm, len(samples.run)), []
     for side in (0, 1):
         rate = samples.px_per_mm[beside.sample, side]
+        other = moved - np.append(mm, 0.0)[samples.surface[:, side]] * samples.px_per_mm[:, side]
         told = edges.usable[:, side] & (edges.support.weight[beside.sample] > 0)
         row = np.flatnonzero(told & (np.abs(rate) >= p.min_px_per_mm))
-        away = (beside.offset[row] - other[beside.sample[row], side]) / rate[row]
+        away = (beside.offset[row] - other[beside.sample[row]]) / rate[row]
         near = np.abs(away) <= p.reach_mm
         row, away = row[near], away[near]
         sample = beside.sample[row]
@@ -108,13 +113,8 @@ def seek_moved(edges: Edges, count: int, cameras: int, p: PresenceParameters) ->
         touched = changes.copy()
         touched[one[changes[other]]] = True
         stale = search.sought[touched[search.sought]]
-    return Moved(mm, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)), by_camera)
-
-
-def displace(samples: Samples, mm: Floats) -> Floats:
-    """Px (n, 2) by which the other surface's displacement moves each sample, for either of its surfaces."""
-    away = np.append(mm, 0.0)[samples.surface] * samples.px_per_mm
-    return np.ascontiguousarray(away[:, ::-1])
+    sigma = min(p.moved.tolerance_px) / np.maximum(search.rate, 1e-9)
+    return Moved(mm, sigma, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)), by_camera)
 
 
 class _Search:
@@ -126,24 +126,28 @@ class _Search:
         half = round(p.reach_mm / p.step_mm)
         self.grid = p.step_mm * np.arange(-half, half + 1, dtype=np.float64)
         self.limits = np.array([parameters.samples.reach_px - max(p.tolerance_px), p.hidden_px])
-        told = (samples.surface >= 0) & (support.weight[:, None] > 0)
-        told &= np.abs(samples.px_per_mm) >= p.min_px_per_mm
-        sample, side = np.nonzero(told)
-        surface, run = samples.surface[sample, side], samples.run[sample]
-        order = np.lexsort((sample, run, surface))
-        self.sample, self.side = sample[order].astype(np.int64), side[order].astype(np.int64)
-        surface, run = surface[order], run[order]
+        carriers = edges.carriers
+        told = (support.weight[carriers.sample] > 0) & (np.abs(carriers.rate) >= p.min_px_per_mm)
+        self.sample, self.side, self.rate_px = carriers.sample[told], carriers.side[told], carriers.rate[told]
+        surface = carriers.surface[told]
+        run, weight = samples.run[self.sample], support.weight[self.sample]
         first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
         self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
         self.surface, self.run = surface[first], run[first]
-        rate = np.abs(samples.px_per_mm[self.sample, self.side])
-        weight = support.weight[self.sample]
         told_px = np.bincount(surface, weight, count)
-        self.rate = np.bincount(surface, weight * rate, count) / np.maximum(told_px, 1e-9)
+        self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(told_px, 1e-9)
         self.sought = np.flatnonzero(told_px >= p.least_told_px)
-        both = samples.surface[(samples.surface >= 0).all(axis=1)]
-        both = np.unique(np.concatenate([both, both[:, ::-1]]), axis=0)
-        self.neighbours = tuple(both[both[:, 0] != both[:, 1]].T)
+        # Surfaces that carry the same edge.
+        order = np.argsort(carriers.sample, kind="stable")
+        both = [
+            np.stack([carriers.surface[order[:-k]], carriers.surface[order[k:]]], axis=1)[
+                carriers.sample[order[:-k]] == carriers.sample[order[k:]]
+            ]
+            for k in range(1, int(np.bincount(carriers.sample).max(initial=1)))
+        ]
+        pairs = np.concatenate([np.zeros((0, 2), np.int64), *both])
+        pairs = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
+        self.neighbours = tuple(pairs[pairs[:, 0] != pairs[:, 1]].T)
 
     def weigh(self, surface: Ints, mm: Floats) -> tuple[Floats, Floats, Floats]:
         """The best displacement (m,) of surfaces, away from their place, with its log odds (m,) against in place, and
@@ -174,10 +178,11 @@ class _Search:
         rows = np.flatnonzero(group >= 0)
         sample, group = self.sample[rows], group[rows]
         seen, found = np.zeros((len(groups), cells)), np.zeros((len(p.tolerance_px), len(groups), cells))
+        rate = self.rate_px[rows]
+        other = edges.carriers.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface][self.group[rows]]
         moved_kernels.count_found(
-            sample, self.side[rows], group, np.ascontiguousarray(edges.samples.px_per_mm, np.float64),
-            displace(edges.samples, mm), edges.support.weight, edges.beside.first, edges.beside.offset, edges.usable,
-            self.grid, np.array(p.tolerance_px), self.limits, seen, found,
+            sample, self.side[rows], group, rate, other, edges.support.weight, edges.beside.first,
+            edges.beside.offset, edges.usable, self.grid, np.array(p.tolerance_px), self.limits, seen, found,
         )  # fmt: skip
         # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
         run, one, widest = self.run[groups], np.ones((1, cells)), max(p.tolerance_px)

@@ -7,7 +7,7 @@ from relmodel.compiled import kernel
 
 
 @kernel(
-    "void(i8[::1], i8[::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[::1], i8[::1], f8[::1], b1[:, ::1], f8[::1], f8[::1],"
+    "void(i8[::1], i8[::1], i8[::1], f8[::1], f8[::1], f8[::1], i8[::1], f8[::1], b1[:, ::1], f8[::1], f8[::1],"
     " f8[::1], f8[:, ::1], f8[:, :, ::1])"
 )
 def count_found(
@@ -29,16 +29,16 @@ def count_found(
     """Px of edges `seen` (groups, cells) and, within each tolerance, `found` (tolerances, groups, cells) where a
     surface is displaced by each of `grid` (mm).
 
-    sample, side, group: what belongs to a group's surface, one row a sample; rate (n, 2): px along the normal for each
-    mm of either surface; other (n, 2): px by which the other surface's displacement moves the sample; weight (n,): px;
-    first (n + 1,), offset: the elements beside samples; usable (elements, 2): for either surface; tolerance: px within
-    which an edge is found, softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
+    sample, side, group: what a group's surface carries, one row a sample; rate: likewise, px along the normal for each
+    mm; other: likewise, px by which other surfaces move the sample; weight (n,): px; first (n + 1,), offset: the
+    elements beside samples; usable (elements, 2): for either surface; tolerance: px within which an edge is found,
+    softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
     """
     reach, hidden = limits[0], limits[1]
     for row in range(len(sample)):
         i, k, into = sample[row], side[row], group[row]
         for cell in range(len(grid)):
-            target = other[i, k] + rate[i, k] * grid[cell]
+            target = other[row] + rate[row] * grid[cell]
             if abs(target) > reach:
                 continue
             own = alien = np.inf

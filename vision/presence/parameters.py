@@ -105,6 +105,8 @@ class MovedParameters:
     """shares of the edges that are drawn so"""
     distinct_mm: float = 1.0
     """mm by which two displacements are different ones"""
+    tangent_cosine: float = 0.99
+    """cosine of the angle within which surfaces meet smoothly: a corner moves with its walls"""
     hidden_px: float = 2.0
     """px within which what belongs to an edge of other surfaces hides another"""
     own_px: float = 2.0
@@ -123,6 +125,8 @@ class MovedParameters:
     """log odds of moved against in place, for all the displacements tried"""
     rounds: int = 6
     """times that displacements are weighed anew after some surfaces moved"""
+    sure_log_odds: float = 3.0
+    """log odds likewise, for a surface that least squares cannot measure"""
     sure_sigma: float = 4.0
     """standard deviations by which the measured displacement must differ from none"""
 

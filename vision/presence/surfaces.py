@@ -55,6 +55,9 @@ def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameter
     shift = np.full((count, 3), np.nan)
     mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
     shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
+    # What moves with its corners, its own edges out of sight, lies where the search has it.
+    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
+    mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
     moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
     inward, normal = _bend(samples, count)
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, normal, weight)

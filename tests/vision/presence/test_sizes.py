@@ -8,6 +8,7 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
 from vision.localisation.measurements import EdgeIndex
+from vision.presence.carriers import find_carriers
 from vision.presence.moved import Edges, collect_pulls, find_usable, seek_moved
 from vision.presence.parameters import PresenceParameters
 from vision.presence.runs import Runs
@@ -38,7 +39,9 @@ def look(samples: Samples, index: EdgeIndex) -> Edges:
         whole, whole, whole, samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8, zero, zero,
         np.zeros((count, 1)),
     )  # fmt: skip
-    return Edges(samples, beside, support, runs, find_usable(samples, beside, support, blends, P.moved))
+    none = np.zeros(0, np.int64)
+    carriers = find_carriers(samples, (none, none, np.zeros((0, 3))))
+    return Edges(samples, carriers, beside, support, runs, find_usable(samples, beside, support, blends, P.moved))
 
 
 def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
@@ -118,3 +121,22 @@ def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
     index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
     moved = seek_moved(look(samples, index), 6, 1, P)
     assert moved.mm == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
+
+
+def test_a_corner_moves_with_the_wall_that_runs_into_it() -> None:
+    """A wall, 0, looks along y, and a rounded corner, 1, is tangent to it and to the wall that looks along x, 2, at its
+    other end: an edge of the corner is carried by itself and by both walls, as its normal looks."""
+    angle = np.pi / 2 * np.linspace(0, 1, 21)
+    normal = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    samples = samples_at(normal[:, :2], normal[:, :2], np.tile([1, 3], (21, 1)), np.zeros(21, np.int64))
+    samples.normal[:, 0] = normal
+    samples.px_per_mm[:] = [1.5, 0.7]
+    planes = np.array([[0.0, 1, 0], [1, 0, 0]])
+    carriers = find_carriers(samples, (np.array([0, 2]), np.array([1, 1]), planes))
+    assert carriers.surface.tolist() == np.repeat([0, 1, 2, 3], 21).tolist()
+    mm = np.array([2.0, 0, 0, 0])
+    np.testing.assert_allclose(carriers.displace(mm, 21), 1.5 * 2.0 * np.sin(angle), atol=1e-12)
+    mm = np.array([2.0, 0, -1.0, 3.0])
+    np.testing.assert_allclose(
+        carriers.displace(mm, 21), 1.5 * (2.0 * np.sin(angle) - np.cos(angle)) + 0.7 * 3.0, atol=1e-12
+    )
