@@ -114,6 +114,13 @@ def inspection(bulkhead_template: Path, pair: Pair, tmp_path_factory: pytest.Tem
 
 
 @pytest.fixture(scope="session")
+def minimal(inspection: Inspection, pair: Pair, copy_store: Callable[[str], str]) -> Inspection:
+    """A copy of that store, in which the pair was inspected once more with its decisions alone kept."""
+    store = copy_store(inspection.store)
+    return Inspection(store, inspected(store, *pair.options(), "--audit", "minimal"), inspection.overlay)
+
+
+@pytest.fixture(scope="session")
 def postgresql_inspection(
     new_store: Callable[[str], str], pair: Pair, tmp_path_factory: pytest.TempPathFactory
 ) -> Inspection:

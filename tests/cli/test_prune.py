@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from relmodel.cli.main import main
 from relmodel.store import Store
-from tests.cli.conftest import Inspection, Pair, inspected
+from tests.cli.conftest import Inspection
 
 
 def counts(store: Store) -> dict[str, int]:
@@ -74,10 +74,9 @@ def test_a_selection_is_asked_for(inspection: Inspection, capsys: pytest.Capture
 
 
 def test_minimal_audit_keeps_decisions_and_pictures_of_others_stay(
-    inspection: Inspection, pair: Pair, copy_store: Callable[[str], str], capsys: pytest.CaptureFixture[str]
+    inspection: Inspection, minimal: Inspection, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    target, first = copy_store(inspection.store), inspection.answer
-    again = inspected(target, *pair.options(), "--audit", "minimal")
+    target, first, again = minimal.store, inspection.answer, minimal.answer
     varying = ("run", "timings_s")
     assert {k: v for k, v in again.items() if k not in varying} == {k: v for k, v in first.items() if k not in varying}
 

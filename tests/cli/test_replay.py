@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import duckdb
@@ -15,7 +13,7 @@ from scipy.optimize import least_squares
 
 from relmodel.cli.main import main
 from relmodel.store import Store
-from tests.cli.conftest import Inspection, Pair
+from tests.cli.conftest import Inspection
 from vision.cameras.cameras import perturb, perturbation
 
 
@@ -148,12 +146,8 @@ def _matrices(columns: Any) -> np.ndarray[Any, Any]:
 
 
 def test_a_run_that_kept_decisions_alone_replays_its_verdict(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    minimal: Inspection, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    store = str(tmp_path / "cell.duckdb")
-    shutil.copy(bulkhead_template, store)
-    assert main(["inspect", *pair.options(), "--audit", "minimal", "--store", store, "--format", "json"]) == 0
-    run = json.loads(capsys.readouterr().out)["run"]
-    status, rows, _ = replayed(store, run, capsys)
+    status, rows, _ = replayed(minimal.store, minimal.answer["run"], capsys)
     assert status == 0
     assert {row["step"] for row in rows} == {"verdict"}
