@@ -19,7 +19,7 @@ def test_alterations_are_noticed(inspection: Inspection, tmp_path: Path) -> None
     assert [one for one in found if one.noticed_by == "nobody"] == []
 
 
-@pytest.mark.parametrize("relation", ["image_arc", "unit_relation", "run_input", "presence"])
+@pytest.mark.parametrize("relation", ["image_arc", "image_blob", "unit_relation", "run_input", "presence"])
 def test_alterations_are_noticed_on_postgresql(
     relation: str, postgresql_inspection: Inspection, copy_store: Callable[[str], str]
 ) -> None:
