@@ -1,11 +1,11 @@
 """Damaged STEP files: what becomes of each, by kind of damage.
 
-    RELMODEL_TEST_DATA=... python benchmarks/damaged_files.py [COPIES]
+    RELMODEL_TEST_DATA=... python benchmarks/damaged_files.py [COPIES [FILES]]
 
-The files of the data's `step/` under 300 kB are damaged COPIES times in each of four ways; those in `damaged/` are
-taken as found.  Each copy is loaded; one that is refused is loaded again as with --allow-partial.  Ends with status 1
-where the parent failed, a load was partial unasked, hung beyond its limit, changed the store though refused, or said no
-clear sentence.
+The files of the data's `step/` under 300 kB, or the smallest FILES of them, are damaged COPIES times in each of four
+ways; those in `damaged/` are taken as found.  Each copy is loaded; one that is refused is loaded again as with
+--allow-partial.  Ends with status 1 where the parent failed, a load was partial unasked, hung beyond its limit, changed
+the store though refused, or said no clear sentence.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ def main() -> int:
         return 0
     folder = Path(os.environ["RELMODEL_TEST_DATA"])
     copies = int(sys.argv[1]) if len(sys.argv) > 1 else COPIES
-    small = sorted(f for f in (folder / "step").iterdir() if f.stat().st_size < SMALL)
+    small = sorted((f for f in (folder / "step").iterdir() if f.stat().st_size < SMALL), key=_size_and_name)
+    small = small[: int(sys.argv[2]) if len(sys.argv) > 2 else None]
     jobs = [(kind, file, 1000 * i + n) for kind in KINDS for i, file in enumerate(small) for n in range(copies)]
     jobs += [("as found", file, 0) for file in sorted((folder / "damaged").iterdir())]
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
@@ -64,6 +65,10 @@ def main() -> int:
     slowest = max(one.seconds for got in results for one in got)
     print(f"\n{len(jobs)} files, {faults} faults; the slowest took {slowest:.1f} s of {TIME_LIMIT_S:g}")
     return 1 if faults else 0
+
+
+def _size_and_name(file: Path) -> tuple[int, str]:
+    return file.stat().st_size, file.name
 
 
 def _outcomes(job: tuple[str, Path, int]) -> list[Outcome]:

@@ -77,7 +77,7 @@ BENCHMARKS = (
     Benchmark("bulk_writing", ("--rows", "200000")),
     Benchmark("expansion", ("--parts", "50000")),
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),
-    Benchmark("damaged_files", ("1",), needs_data=True),
+    Benchmark("damaged_files", ("1", "4"), needs_data=True),
 )
 # What takes hours whatever it is given, or needs renders of its own: with --full alone.
 FULL_ONLY = (
