@@ -161,7 +161,7 @@ class _Search:
         np.add.at(by_camera, (number[self.surface[groups]], runs.camera[self.run[groups]]), odds)
         by_camera -= by_camera[:, :, cells // 2, None]
         clear = np.maximum(p.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
-        penalty = np.log(2 * p.reach_mm / p.distinct_mm) + np.abs(self.grid) / p.usual_mm
+        penalty = np.log(2 * p.reach_mm / p.distinct_mm)
         total = np.where(np.abs(self.grid) >= clear[:, None], by_camera.sum(axis=1) - penalty, -np.inf)
         best = total.argmax(axis=1) if len(surface) else np.zeros(0, np.int64)
         every = np.arange(len(surface))

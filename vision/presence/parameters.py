@@ -111,8 +111,6 @@ class MovedParameters:
     """px within which what belongs to an edge of other surfaces hides another"""
     own_px: float = 2.0
     """px from an edge's place within which what lies on a blend may still be the edge"""
-    usual_mm: float = 6.0
-    """mm by which what has moved has moved, in the mean: the nearer of two is the likelier"""
     min_px_per_mm: float = 0.15
     """px by which an edge must move in the picture for each mm to tell anything"""
     least_mm: float = 0.75
