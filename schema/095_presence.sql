@@ -85,14 +85,14 @@ CREATE TABLE measured_size (
     unit TEXT NOT NULL,
     changed BOOLEAN NOT NULL,
     PRIMARY KEY (run_id, measure_no),
-    CHECK (what IN ('diameter', 'shift', 'thickness', 'offset', 'displacement', 'dx', 'dy', 'dz', 'turn')),
+    CHECK (what IN ('diameter', 'shift', 'thickness', 'width', 'offset', 'displacement', 'dx', 'dy', 'dz', 'turn')),
     CHECK (sigma > 0)
 );
 COMMENT ON TABLE measured_size IS 'Sizes of items that their edges give, whether they differ from the model or not.';
 COMMENT ON COLUMN measured_size.run_id IS 'the run';
 COMMENT ON COLUMN measured_size.measure_no IS 'ordinal in the run, from 0';
 COMMENT ON COLUMN measured_size.item_no IS 'the item';
-COMMENT ON COLUMN measured_size.what IS 'diameter, thickness, shift (how far aside a bore or pin lies) offset (how far outward a surface lies), or of a part that lies elsewhere displacement, dx, dy, dz (along the world''s axes) and turn (about the normal of its plane, counter-clockwise as the cameras see it)';
+COMMENT ON COLUMN measured_size.what IS 'diameter, thickness, width (between walls of a pocket that face each other), shift (how far aside a bore or pin lies) offset (how far outward a surface lies), or of a part that lies elsewhere displacement, dx, dy, dz (along the world''s axes) and turn (about the normal of its plane, counter-clockwise as the cameras see it)';
 COMMENT ON COLUMN measured_size.nominal IS 'the model''s';
 COMMENT ON COLUMN measured_size.value IS 'the measured one';
 COMMENT ON COLUMN measured_size.sigma IS 'its standard deviation';

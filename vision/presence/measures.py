@@ -14,9 +14,10 @@ from vision.presence.surfaces import Surfaces
 
 @dataclass(frozen=True)
 class Measures:
-    """Measured sizes of items, as columns: item; what: diameter, thickness, offset (how far outward a surface lies),
-    shift (how far aside the middle of a bore lies), of parts that lie elsewhere displacement, dx, dy, dz (mm along the
-    world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`; changed: whether it is surely another.
+    """Measured sizes of items, as columns: item; what: diameter, thickness, width (between walls of a pocket), offset
+    (how far outward a surface lies), shift (how far aside the middle of a bore lies), of parts that lie elsewhere
+    displacement, dx, dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`;
+    changed: whether it is surely another.
     """
 
     item: Ints
@@ -64,6 +65,7 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
             np.zeros(len(surface)), surfaces.mm[surface], surfaces.sigma[surface],
         ),
         _thicknesses(items, surfaces, measured),
+        _widths(items, surfaces, flat),
     ]  # fmt: skip
     item = np.concatenate([piece[0] for piece in pieces])
     what = [name for piece in pieces for name in piece[1]]
@@ -71,8 +73,8 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StatePara
     off = np.abs(value - nominal)
     # A web's other side is hardly ever seen: its thickness is told, not judged.
     judged = (np.array(what) != "thickness") | (np.array(items.kind)[item] == "rib")
-    # Whether a single surface lies elsewhere is known from where it was sought.
-    judged &= np.array(what) != "offset"
+    # Whether a single surface lies elsewhere, as a wall of a pocket, is known from where it was sought.
+    judged &= ~np.isin(what, ("offset", "width"))
     least = np.where(np.array(what) == "thickness", p.changed_wall_mm, p.changed_mm)
     changed = judged & (off > p.changed_sigma * sigma) & (off > least)
     return Measures(item, what, nominal, value, sigma, changed)
@@ -105,3 +107,27 @@ def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> _Columns:
     value = nominal + sum(s[both] / w[both] for w, s in sums)
     sigma = np.sqrt(np.asarray(sum(1 / w[both] for w, _ in sums)))
     return both, ["thickness"] * len(both), nominal, np.asarray(value), sigma
+
+
+def _widths(items: Items, surfaces: Surfaces, measured: Bools) -> _Columns:
+    """Of pockets, between walls that face each other where both are measured: the distance between them along their
+    normals in the middle of their edges, by the model and with both walls where they were found."""
+    rows = np.flatnonzero(
+        measured
+        & (np.array(items.kind)[items.member] == "pocket")
+        & (np.linalg.norm(surfaces.normal, axis=1) > 0.99)[items.surface]
+    )
+    pairs = [np.zeros((2, 0), np.int64)]
+    for k in range(1, int(np.bincount(items.member[rows]).max(initial=1))):
+        same = items.member[rows[:-k]] == items.member[rows[k:]]
+        pairs.append(np.stack([rows[:-k][same], rows[k:][same]]))
+    one, other = np.concatenate(pairs, axis=1)
+    a, b = items.surface[one], items.surface[other]
+    normal, way = surfaces.normal[a], surfaces.middle[b] - surfaces.middle[a]
+    across = np.einsum("ni,ni->n", normal, way)
+    facing = (np.einsum("ni,ni->n", normal, surfaces.normal[b]) < -0.9999) & (across > 0)
+    one, a, b, nominal = one[facing], a[facing], b[facing], across[facing]
+    order = np.lexsort((b, a, items.member[one]))
+    one, a, b, nominal = one[order], a[order], b[order], nominal[order]
+    value = nominal - surfaces.mm[a] - surfaces.mm[b]
+    return items.member[one], ["width"] * len(one), nominal, value, np.hypot(surfaces.sigma[a], surfaces.sigma[b])

@@ -22,8 +22,9 @@ class Surfaces:
     moved: whether the edges are found beside their place and not there; log_odds: of that against being in place, zero
     where it was not sought; mm: how far outward the surface lies from where the model has it, nan where it was not
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
-    that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; normal (s, 3): mean
-    of its unit normals; told_px: of its edges that can be told from others.
+    that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; middle (s, 3), normal
+    (s, 3): mean of its edges in the world, mm, and of its unit normals; told_px: of its edges that can be told from
+    others.
     """
 
     moved: Bools
@@ -33,6 +34,7 @@ class Surfaces:
     shift: Floats
     shift_sigma: Floats
     inward: Bools
+    middle: Floats
     normal: Floats
     told_px: Floats
 
@@ -59,8 +61,8 @@ def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameter
     unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
     moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
-    inward, normal = _bend(samples, count)
-    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, normal, weight)
+    inward, middle, normal = _bend(samples, count)
+    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight)
 
 
 def _measure(
@@ -92,12 +94,12 @@ def _by_surface(runs: Runs, values: Floats, count: int) -> Floats:
     return out
 
 
-def _bend(samples: Samples, count: int) -> tuple[Bools, Floats]:
-    """Whether each surface's normals point to the middle of its edges, and their mean (s, 3)."""
+def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
+    """Whether each surface's normals point to the middle of its edges, that middle (s, 3), and their mean (s, 3)."""
     sample, side = np.nonzero(samples.surface >= 0)
     surface, normal = samples.surface[sample, side], samples.normal[sample, side]
     number = np.maximum(np.bincount(surface, minlength=count), 1)[:, None]
     middle = np.stack([np.bincount(surface, c, count) for c in samples.point[sample].T], axis=1) / number
     mean = np.stack([np.bincount(surface, c, count) for c in normal.T], axis=1) / number
     out = np.einsum("ni,ni->n", normal, samples.point[sample] - middle[surface])
-    return np.bincount(surface, out, count) < 0, mean
+    return np.bincount(surface, out, count) < 0, middle, mean
