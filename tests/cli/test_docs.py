@@ -24,7 +24,11 @@ from relmodel.store import Store
 from tests.cli.conftest import DEMO, Inspection, Pair
 
 CHECKOUT = Path(__file__).parents[2]
-PAGES = sorted([CHECKOUT / "README.md", CHECKOUT / "examples/README.md", *(CHECKOUT / "docs").rglob("*.md")])
+GENERATED = CHECKOUT / "docs/reference"  # from what is tested elsewhere; there once the site was built
+PAGES = sorted(
+    [CHECKOUT / "README.md", CHECKOUT / "examples/README.md"]
+    + [page for page in (CHECKOUT / "docs").rglob("*.md") if not page.is_relative_to(GENERATED)]
+)
 TARGETS = re.findall(r"^([a-z-]+):", (CHECKOUT / "Makefile").read_text(), re.MULTILINE)
 
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
