@@ -54,13 +54,6 @@ def measure_coverage(
     return Coverage(np.bincount(group, visible[surface], group_count).astype(float), covered)
 
 
-def count_visible(
-    scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
-) -> Floats:
-    """Pixels (s,) of the picture that show each surface of the scene."""
-    return _visible(scene, lay_rays(camera, p.visibility.coverage_step_px), world_from_camera)
-
-
 @dataclass(frozen=True)
 class RayGrid:
     """Rays of a camera on a regular grid of the picture that it would give without distortion.

@@ -35,10 +35,8 @@ def find_tangent(stored: StoredScene, least_cosine: float) -> tuple[Ints, Ints, 
     """Planes with the cylinders into which they run smoothly, as pairs (m,), (m,), and the planes' normals (m, 3) in
     the world."""
     scene, count = stored.scene, len(stored.surface_no)
-    arc = scene.sample_arc
-    alike = np.einsum("ni,ni->n", scene.sample_normal_a, scene.sample_normal_b)
-    arcs = len(stored.arc_surfaces)
-    mean = np.bincount(arc, alike, arcs) / np.maximum(np.bincount(arc, minlength=arcs), 1)
+    arc, arcs = scene.sample_arc, len(stored.arc_surfaces)
+    mean = np.bincount(arc, scene.sample_cosine, arcs) / np.maximum(np.bincount(arc, minlength=arcs), 1)
     smooth = np.flatnonzero((mean > least_cosine) & (stored.arc_surfaces >= 0).all(axis=1))
 
     total, number = np.zeros((count, 3)), np.zeros(count)

@@ -36,10 +36,9 @@ class Edges:
 
 @dataclass(frozen=True)
 class Pulls:
-    """What elements say of surfaces' displacements, as columns: row of Beside, sample, side of the sample (0, 1), the
-    surface, and the displacement (mm) that would carry the sample's edge onto the element."""
+    """What elements say of surfaces' displacements, as columns: sample, side of the sample (0, 1), the surface, and the
+    displacement (mm) that would carry the sample's edge onto the element."""
 
-    row: Ints
     sample: Ints
     side: Ints
     surface: Ints
@@ -51,14 +50,12 @@ class Moved:
     """The scene's surfaces (s,) where the pictures put them together.
 
     mm: displacement outward, zero in place; sigma (mm): how well an edge of each places it; log_odds: of that against
-    in place with the others where they are, for all the displacements tried; by_camera (s, c): likewise, what each
-    camera alone says.
+    in place with the others where they are, for all the displacements tried, at most zero where nothing has moved.
     """
 
     mm: Floats
     sigma: Floats
     log_odds: Floats
-    by_camera: Floats
 
 
 def find_usable(samples: Samples, beside: Beside, support: Support, blends: Bools, p: MovedParameters) -> Bools:
@@ -87,19 +84,19 @@ def collect_pulls(edges: Edges, mm: Floats, p: MovedParameters) -> Pulls:
         near = np.abs(away) <= p.reach_mm
         row, away = row[near], away[near]
         sample = beside.sample[row]
-        pieces.append((row, sample, np.full(len(row), side), samples.surface[sample, side], away))
+        pieces.append((sample, np.full(len(row), side), samples.surface[sample, side], away))
     return Pulls(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
 
 def seek_moved(edges: Edges, count: int, cameras: int, p: PresenceParameters) -> Moved:
     """Where the surfaces of a scene of `count` lie together."""
     search = _Search(edges, count, cameras, p)
-    mm, log_odds, by_camera = np.zeros(count), np.zeros(count), np.zeros((count, cameras))
+    mm, log_odds = np.zeros((2, count))
     one, other = search.neighbours
     stale = search.sought
     for _ in range(p.moved.rounds):
-        best, log_odds[stale], by_camera[stale] = search.weigh(stale, mm)
-        told = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera[stale].min(axis=1, initial=np.inf) >= 0)
+        best, log_odds[stale], by_camera = search.weigh(stale, mm)
+        told = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera.min(axis=1, initial=np.inf) >= 0)
         wanted = mm.copy()
         wanted[stale] = np.where(told, best, 0.0)
         # Of neighbours that would move, or move back, the surest does.
@@ -114,7 +111,7 @@ def seek_moved(edges: Edges, count: int, cameras: int, p: PresenceParameters) ->
         touched[one[changes[other]]] = True
         stale = search.sought[touched[search.sought]]
     sigma = min(p.moved.tolerance_px) / np.maximum(search.rate, 1e-9)
-    return Moved(mm, sigma, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)), by_camera)
+    return Moved(mm, sigma, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)))
 
 
 class _Search:

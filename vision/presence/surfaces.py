@@ -19,8 +19,8 @@ from vision.presence.support import Support
 class Surfaces:
     """The scene's surfaces (s,) as their edges show them.
 
-    moved: whether the edges are found beside their place and not there; log_odds: of that against being in place, zero
-    where it was not sought; mm: how far outward the surface lies from where the model has it, nan where it was not
+    moved: whether the edges are found beside their place and not there; log_odds: of that against being in place, at
+    most zero where it has not; mm: how far outward the surface lies from where the model has it, nan where it was not
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
     that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; middle (s, 3), normal
     (s, 3): mean of its edges in the world, mm, and of its unit normals; told_px: of its edges that can be told from
