@@ -47,21 +47,21 @@ CREATE TABLE run_event (
     kind TEXT NOT NULL,
     name TEXT NOT NULL,
     seconds DOUBLE PRECISION,
-    state TEXT NOT NULL,
+    state TEXT,
     message TEXT,
     happened_at TIMESTAMPTZ NOT NULL,
     PRIMARY KEY (run_id, event_no),
     CHECK (kind IN ('begun', 'step', 'ended', 'found_dead')),
-    CHECK (state IN ('running', 'finished', 'failed', 'killed')),
-    CHECK (CASE kind WHEN 'ended' THEN state IN ('finished', 'failed') WHEN 'found_dead' THEN state = 'killed' ELSE state = 'running' END)
+    CHECK ((state IS NOT NULL) = (kind IN ('ended', 'found_dead'))),
+    CHECK (CASE kind WHEN 'ended' THEN state IN ('finished', 'failed') ELSE state = 'killed' END)
 );
-COMMENT ON TABLE run_event IS 'What happened in a run, appended in order.';
+COMMENT ON TABLE run_event IS 'What happened in a run, appended in order; run_state has the state that each run is in.';
 COMMENT ON COLUMN run_event.run_id IS 'the run';
 COMMENT ON COLUMN run_event.event_no IS 'ordinal of the event in the run';
 COMMENT ON COLUMN run_event.kind IS 'begun, step (a step of the run ended), ended, or found_dead (its process was gone)';
 COMMENT ON COLUMN run_event.name IS 'name of the step; empty for the others';
 COMMENT ON COLUMN run_event.seconds IS 'how long the step or the run took, s; those of the steps add up to that of the run';
-COMMENT ON COLUMN run_event.state IS 'state of the run from here on: running; finished (it did what it was asked, whatever the verdict); failed (bad input or an error); killed (its process was gone)';
+COMMENT ON COLUMN run_event.state IS 'how the run ended: finished (it did what it was asked, whatever the verdict), failed (bad input or an error) or killed (its process was gone); null of what happened before';
 COMMENT ON COLUMN run_event.message IS 'the error or the reason, one sentence';
 COMMENT ON COLUMN run_event.happened_at IS 'when it happened: of a step, when the step ended';
 

@@ -168,7 +168,7 @@ class Run:
                 },
             )
             run.inputs(connection, dict(sorted(inputs.items())))
-            run._event(connection, "begun", "", None, "running", None)
+            run._event(connection, "begun", "", None, None, None)
             failed.pop_all()
         return run
 
@@ -301,7 +301,7 @@ class Run:
 
     def _write_steps(self, connection: Connection) -> None:
         for step in self._count.steps[self._count.written :]:
-            self._event(connection, "step", step.name, step.seconds, "running", None, step.ended_at)
+            self._event(connection, "step", step.name, step.seconds, None, None, step.ended_at)
         self._count = self._count._replace(written=len(self._count.steps))
 
     def _event(
@@ -310,7 +310,7 @@ class Run:
         kind: str,
         name: str,
         seconds: float | None,
-        state: str,
+        state: str | None,
         message: str | None,
         happened_at: datetime | None = None,
     ) -> None:
