@@ -50,9 +50,6 @@ def tables() -> str:
         columns: dict[str, list[Column]] = {}
         for column in columns_of(store):
             columns.setdefault(column.relation, []).append(column)
-        for entry in entries:
-            if entry.standing == FUNCTION:
-                columns[entry.relation] = columns_of(store, entry)
     lines = [
         "# Dictionary",
         "",
@@ -64,7 +61,7 @@ def tables() -> str:
         lines += [f"## {title[:1].upper()}{title[1:]}", ""]
         for entry in of_level:
             lines += [f"### {entry.relation}", "", f"{_cell(entry.comment)} *({entry.standing})*", ""]
-            lines += _arguments(columns[entry.relation]) if level[1] else _columns(columns[entry.relation])
+            lines += _columns(columns[entry.relation])
     return "\n".join(lines)
 
 
@@ -76,10 +73,6 @@ def _columns(columns: list[Column]) -> list[str]:
         for c in columns
     ]
     return ["| column | type | meaning |", "| --- | --- | --- |", *rows, ""]
-
-
-def _arguments(columns: list[Column]) -> list[str]:
-    return [f"Arguments: {', '.join(f'`{c.column}`' for c in columns)}", ""]
 
 
 def questions() -> str:

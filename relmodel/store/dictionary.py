@@ -72,15 +72,11 @@ def find_entry(store: Database, name: str) -> Entry:
 
 
 def columns_of(store: Database, entry: Entry | None = None) -> list[Column]:
-    """Columns of all relations in the dictionary's order, or of one; of a function its arguments."""
-    if entry is not None and entry.standing == FUNCTION:
-        with store.read() as connection:
-            functions = store.rows(connection, f"functions.{store.dialect}")
-        (own,) = (row for row in functions if row.name == entry.relation)
-        return [Column(entry.relation, str(name), "", False, None, None) for name in own.arguments]
+    """Columns of all relations in the dictionary's order, then the arguments of the functions; or those of one."""
     with store.read() as connection:
         relations = [row.relation for row in store.rows(connection, "relations")]
         references = store.rows(connection, "reference_columns")
+        arguments = store.rows(connection, "arguments")
     refers = {
         (row.relation, column): f"{row.parent} ({', '.join(row.parent_columns)})"
         for row in reversed(references)
@@ -89,7 +85,7 @@ def columns_of(store: Database, entry: Entry | None = None) -> list[Column]:
     reflected = inspect(store.engine)
     columns = {name: found for (_, name), found in reflected.get_multi_columns(kind=ObjectKind.ANY).items()}
     keys = {name: found["constrained_columns"] for (_, name), found in reflected.get_multi_pk_constraint().items()}
-    return [
+    found = [
         Column(
             relation,
             c["name"],
@@ -99,6 +95,7 @@ def columns_of(store: Database, entry: Entry | None = None) -> list[Column]:
             c["comment"],
         )
         for relation in relations
-        if entry is None or relation == entry.relation
         for c in columns[relation]
     ]
+    found += [Column(a.function_name, a.argument, a.type, False, None, a.comment) for a in arguments]
+    return [column for column in found if entry is None or column.relation == entry.relation]

@@ -35,7 +35,35 @@ def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest
         metadata = sa.MetaData()
         metadata.reflect(store.engine, views=True)
     reflected = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
-    assert {(c["relation"], c["column"]) for c in columns} == reflected
+    with Store.open(fresh_store) as store, store.read() as connection:
+        arguments = {(row.function_name, row.argument) for row in store.rows(connection, "arguments")}
+    assert {(c["relation"], c["column"]) for c in columns} == reflected | arguments
+
+
+FUNCTIONS = {
+    f"{level}_in_{of}" for level in ("parts", "features", "surfaces", "arcs") for of in ("box", "sphere", "view")
+}
+# What the engines' own catalogues say that their functions take; DuckDB's keeps no types.
+ARGUMENTS = {
+    "duckdb": "SELECT function_name, parameters, CAST(NULL AS TEXT[]) FROM duckdb_functions() WHERE NOT internal",
+    "postgresql": "SELECT proname, CAST(proargnames[1:pronargs] AS TEXT[]), CAST(CAST(CAST(proargtypes AS OID[]) AS "
+    "REGTYPE[]) AS TEXT[]) FROM pg_proc WHERE pronamespace = CAST(current_schema() AS REGNAMESPACE)",
+}
+
+
+def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(fresh_store) as store, store.read() as connection:
+        found = connection.exec_driver_sql(ARGUMENTS[store.dialect]).fetchall()
+    taken = {name: (list(arguments), types) for name, arguments, types in found if name in FUNCTIONS}
+    assert taken.keys() == FUNCTIONS
+    for name, (arguments, types) in taken.items():
+        told = printed(capsys, "schema", name, "--store", fresh_store)
+        assert [row["column"] for row in told] == arguments
+        assert types is None or [row["type"].lower() for row in told] == [str(t) for t in types][: len(told)]
+        assert all(row["comment"] for row in told)
+        lengths = [row for row in told if row["type"] == "DOUBLE PRECISION" and "rotation" not in row["comment"]]
+        assert lengths
+        assert all("mm" in row["comment"] for row in lengths)
 
 
 def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -47,9 +75,7 @@ def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: py
         relations = {row.relation for row in store.rows(connection, "relations")}
     functions = {entry["relation"] for entry in entries if entry["standing"] == "function"}
     assert set(names) - functions == relations
-    assert {"parts_in_box", "features_in_sphere", "arcs_in_view"} <= functions
-    arguments = printed(capsys, "schema", "parts_in_box", "--store", fresh_store)
-    assert [row["column"] for row in arguments] == ["from_x", "from_y", "from_z", "to_x", "to_y", "to_z", "in_world"]
+    assert functions == FUNCTIONS
 
 
 def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,7 +18,9 @@ EXAMPLE = """relmodel schema --store cell.duckdb
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("relation", nargs="?", metavar="NAME", help="all of this relation or function")
-    parser.add_argument("--columns", action="store_true", help="every column of every relation")
+    parser.add_argument(
+        "--columns", action="store_true", help="every column of every relation and argument of every function"
+    )
     add_format(parser)
 
 
