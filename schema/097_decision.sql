@@ -9,8 +9,8 @@ CREATE TABLE threshold (
 );
 COMMENT ON TABLE threshold IS 'The numbers that the decisions of a run were held against, as they were at the time.';
 COMMENT ON COLUMN threshold.run_id IS 'the run';
-COMMENT ON COLUMN threshold.decision IS 'what was decided: verdict, correspondence or stereo';
-COMMENT ON COLUMN threshold.name IS 'name of the parameter; of several in one NAME[0], NAME[1], ...; needs_translation_mm and needs_rotation as the user needed them';
+COMMENT ON COLUMN threshold.decision IS 'what was decided: verdict, correspondence, stereo or presence';
+COMMENT ON COLUMN threshold.name IS 'name of the parameter, after that of the stage where the decision has several, as states.least_log_odds; of several in one NAME[0], NAME[1], ...; needs_translation_mm and needs_rotation as the user needed them';
 COMMENT ON COLUMN threshold.value IS 'its value, in the unit that the parameter has: px, mm, rad or none';
 
 CREATE TABLE verdict_sign (

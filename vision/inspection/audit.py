@@ -28,8 +28,13 @@ UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "r
 def record_decisions(
     run: Run, connection: Connection, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
 ) -> None:
-    """Append what the verdict and the correspondences of a localisation were held against and what it weighed."""
-    held = {"verdict": p.localisation.verdict, "correspondence": p.matching.pose, "stereo": p.stereo}
+    """Append what the decisions of an inspection were held against and what its verdict weighed."""
+    held = {
+        "verdict": p.localisation.verdict,
+        "correspondence": p.matching.pose,
+        "stereo": p.stereo,
+        "presence": p.presence,
+    }
     rows = [(decision, name, value) for decision, of in held.items() for name, value in _numbers(of)]
     rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]
     run.append(
