@@ -446,7 +446,7 @@ JOIN shape AS s ON s.id = p.shape_id
 JOIN current_part_attribute AS a ON a.part_id = p.id AND a.name = 'density'
 JOIN unit_of_measure AS u ON u.symbol = a.unit AND u.dimension = 'density'
 WHERE s.volume IS NOT NULL;
-COMMENT ON VIEW part_mass IS 'Mass of the parts that enclose a volume and whose density is known.';
+COMMENT ON VIEW part_mass IS 'Mass of one piece of each part that encloses a volume and whose density is known; placed_part has how many an object holds.';
 COMMENT ON COLUMN part_mass.part_id IS 'the part';
 COMMENT ON COLUMN part_mass.number IS 'its number';
 COMMENT ON COLUMN part_mass.volume IS 'volume of its shape, mm3';

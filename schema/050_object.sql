@@ -94,7 +94,7 @@ CREATE TABLE object_object (
     PRIMARY KEY (parent_id, child_no),
     CHECK (parent_id <> child_id)
 );
-COMMENT ON TABLE object_object IS 'Objects placed in an object.';
+COMMENT ON TABLE object_object IS 'Objects placed directly in an object.';
 COMMENT ON COLUMN object_object.parent_id IS 'the object that contains';
 COMMENT ON COLUMN object_object.child_no IS 'ordinal in the parent, counted over objects and parts together';
 COMMENT ON COLUMN object_object.child_id IS 'the object contained';
@@ -136,7 +136,7 @@ CREATE TABLE object_part (
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
     PRIMARY KEY (object_id, child_no)
 );
-COMMENT ON TABLE object_part IS 'Parts placed in an object.';
+COMMENT ON TABLE object_part IS 'Parts placed directly in an object; those that are nested in objects placed in it are not among them: placed_part counts all.';
 COMMENT ON COLUMN object_part.object_id IS 'the object that contains';
 COMMENT ON COLUMN object_part.child_no IS 'ordinal in the object, counted over objects and parts together';
 COMMENT ON COLUMN object_part.part_id IS 'the part contained';
@@ -322,7 +322,7 @@ SELECT parent_id, child_no, object_id, part_id,
     m10, m11, m12, m13,
     m20, m21, m22, m23
 FROM instance;
-COMMENT ON VIEW object_child IS 'Objects and parts placed in an object, with names that are unique among siblings.';
+COMMENT ON VIEW object_child IS 'Objects and parts placed directly in an object, with names that are unique among siblings.';
 COMMENT ON COLUMN object_child.parent_id IS 'the object that contains';
 COMMENT ON COLUMN object_child.child_no IS 'ordinal in the parent';
 COMMENT ON COLUMN object_child.object_id IS 'the object contained; null for a part';
@@ -341,6 +341,36 @@ COMMENT ON COLUMN object_child.m21 IS 'parent_from_child: row 2, column 1 of the
 COMMENT ON COLUMN object_child.m22 IS 'parent_from_child: row 2, column 2 of the rotation';
 COMMENT ON COLUMN object_child.m23 IS 'parent_from_child: row 2 of the translation, mm';
 
+CREATE VIEW placed_part AS
+WITH RECURSIVE inside AS (  -- each object with itself and all that is placed below it, as often as it is
+    SELECT id AS object_id, id AS parent_id
+    FROM object
+    UNION ALL
+    SELECT i.object_id, c.child_id
+    FROM inside AS i
+    JOIN object_object AS c ON c.parent_id = i.parent_id
+),
+counted AS (
+    SELECT i.object_id, p.part_id, count(*) AS placed
+    FROM inside AS i
+    JOIN object_part AS p ON p.object_id = i.parent_id
+    GROUP BY i.object_id, p.part_id
+)
+SELECT c.object_id, c.part_id, p.number, p.name, c.placed, a.value_text AS material, m.density, c.placed * m.mass AS mass
+FROM counted AS c
+JOIN part AS p ON p.id = c.part_id AND NOT p.supplemental
+LEFT JOIN current_part_attribute AS a ON a.part_id = p.id AND a.name = 'material'
+LEFT JOIN part_mass AS m ON m.part_id = p.id;
+COMMENT ON VIEW placed_part IS 'The parts of an object, those nested in objects placed in it among them: a row a part, with how often it is placed and what all of these weigh. The masses of an object''s rows add up to its mass, but for parts whose mass is null.';
+COMMENT ON COLUMN placed_part.object_id IS 'the object, as in object_variant, or one that is placed in others';
+COMMENT ON COLUMN placed_part.part_id IS 'the part; supplemental ones are left out';
+COMMENT ON COLUMN placed_part.number IS 'its number';
+COMMENT ON COLUMN placed_part.name IS 'its name';
+COMMENT ON COLUMN placed_part.placed IS 'how often it is placed in the object, at any depth';
+COMMENT ON COLUMN placed_part.material IS 'its material; null where that is not known';
+COMMENT ON COLUMN placed_part.density IS 'its density, kg/m3; null where that is not known or it encloses no volume';
+COMMENT ON COLUMN placed_part.mass IS 'mass of all of them, kg; null likewise: part_mass has that of one';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object', 'object', 'primary'),
     ('object_variant', 'object', 'primary'),
@@ -349,6 +379,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object_object', 'object', 'primary'),
     ('object_part', 'object', 'primary'),
     ('object_child', 'object', 'view'),
+    ('placed_part', 'object', 'view'),
     ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary'),

@@ -1,7 +1,6 @@
 -- What does the body weigh in each variant?
-SELECT v.variant, m.mass AS mass_kg
+SELECT v.variant, v.revision, p.mass AS mass_kg
 FROM object_variant AS v
-JOIN object_part AS i ON i.object_id = v.object_id AND i.name = 'BODY' /* part */
-JOIN part_mass AS m ON m.part_id = i.part_id
+JOIN placed_part AS p ON p.object_id = v.object_id AND p.number = 'BULKHEAD_BODY' /* part */
 WHERE v.name = 'bulkhead' /* object */
-ORDER BY v.variant
+ORDER BY v.variant, v.revision
