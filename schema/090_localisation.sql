@@ -281,7 +281,7 @@ CREATE TABLE edge_measurement (
     length DOUBLE PRECISION NOT NULL,
     PRIMARY KEY (run_id, view_no, measurement_no)
 );
-COMMENT ON TABLE edge_measurement IS 'Edge points that the last refinement measured the pose with: enough to replay it.';
+COMMENT ON TABLE edge_measurement IS 'Edge points that the last refinement measured the pose with: enough to replay it. A mean of them is one by weight, as camera_residual has it: outliers are among them.';
 COMMENT ON COLUMN edge_measurement.run_id IS 'the run';
 COMMENT ON COLUMN edge_measurement.view_no IS 'the view';
 COMMENT ON COLUMN edge_measurement.measurement_no IS 'ordinal in the view, from 0';
@@ -294,8 +294,8 @@ COMMENT ON COLUMN edge_measurement.normal_v IS 'y of the unit normal of the proj
 COMMENT ON COLUMN edge_measurement.u IS 'x of the edge point found, px of the camera freed of distortion';
 COMMENT ON COLUMN edge_measurement.v IS 'y of the edge point found, px of the camera freed of distortion';
 COMMENT ON COLUMN edge_measurement.sigma IS 'standard deviation along the normal, px';
-COMMENT ON COLUMN edge_measurement.weight IS 'weight that the robust loss left, 0 to 1';
-COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose of refinement, what was solved of the camera taken off, px';
+COMMENT ON COLUMN edge_measurement.weight IS 'weight that the robust loss left, 0 to 1: what the point counts for in any mean';
+COMMENT ON COLUMN edge_measurement.residual IS 'distance along the normal at the pose of refinement, what was solved of the camera taken off, px; of outliers too, which weigh little';
 COMMENT ON COLUMN edge_measurement.response IS 'derivative of the place along the normal by the camera''s response';
 COMMENT ON COLUMN edge_measurement.tolerance IS 'standard deviation of where the model has the arc, px';
 COMMENT ON COLUMN edge_measurement.scene_arc IS 'number of the arc or outline among all that were selected: measurements of one in a picture may be shifted as a whole';

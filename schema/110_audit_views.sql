@@ -86,6 +86,23 @@ COMMENT ON COLUMN matched_arc.residual IS 'rms distance of the image arc from th
 COMMENT ON COLUMN matched_arc.angle IS 'mean angle between them, rad';
 COMMENT ON COLUMN matched_arc.overlap IS 'share of the image arc that lies beside the model arc, 0 to 1';
 
+CREATE VIEW camera_residual AS
+SELECT m.run_id, v.camera, count(*) AS points, count(DISTINCT m.view_arc_no) AS model_arcs, sum(m.weight) AS weight,
+    sqrt(sum(m.weight * m.residual * m.residual) / sum(m.weight)) AS rms_px,
+    sqrt(sum(m.weight * m.residual * m.residual / (m.sigma * m.sigma)) / sum(m.weight)) AS rms_sigmas
+FROM edge_measurement AS m
+JOIN view AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
+WHERE m.weight > 0
+GROUP BY m.run_id, v.camera;
+COMMENT ON VIEW camera_residual IS 'How far the edge points that measured a pose lie from the model at it, by camera: the mean of edge_measurement, in which each point counts by its weight.';
+COMMENT ON COLUMN camera_residual.run_id IS 'the run';
+COMMENT ON COLUMN camera_residual.camera IS 'name of the camera in the rig';
+COMMENT ON COLUMN camera_residual.points IS 'edge points of more weight than 0';
+COMMENT ON COLUMN camera_residual.model_arcs IS 'of how many model arcs they are';
+COMMENT ON COLUMN camera_residual.weight IS 'sum of their weights: as many points as the robust loss left';
+COMMENT ON COLUMN camera_residual.rms_px IS 'weighted root mean square of their residuals, px: sqrt(sum(weight * residual^2) / sum(weight))';
+COMMENT ON COLUMN camera_residual.rms_sigmas IS 'the same of residual over sigma: about 1 where the points err as expected';
+
 CREATE VIEW rejected_arc AS
 WITH best AS (
     SELECT
@@ -182,6 +199,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),
+    ('camera_residual', 'localisation', 'view'),
     ('rejected_arc', 'localisation', 'view'),
     ('unmatched_in_stereo', 'matching', 'view'),
     ('attribute_log', 'run', 'view');
