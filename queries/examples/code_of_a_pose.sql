@@ -4,4 +4,4 @@ SELECT p.run_id, p.verdict, r.code_commit, r.code_sha256, r.schema_revision, r.v
     CAST(((r.parameters -> 'localisation') -> 'refinement') ->> 'seed' AS INTEGER) AS refinement_seed
 FROM pose AS p
 JOIN run AS r ON r.id = p.run_id
-WHERE p.run_id = (SELECT max(run.id) FROM run WHERE run.kind = 'inspect')
+WHERE p.run_id = (SELECT max(pose.run_id) FROM pose)

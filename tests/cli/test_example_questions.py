@@ -48,6 +48,11 @@ def columns(store: Store, table: str) -> list[dict[str, Any]]:
         return [dict(r._mapping) for r in connection.execute(store.table(table).select())]
 
 
+def view_rows(store: Store, view: str) -> list[dict[str, Any]]:
+    with store.read() as connection:
+        return [dict(r._mapping) for r in connection.execute(sa.select(sa.text("*")).select_from(sa.table(view)))]
+
+
 def body_shape(store: Store) -> int:
     variant = next(r for r in columns(store, "object_variant") if r["variant"] == "A")
     placed = columns(store, "object_part")
@@ -101,7 +106,14 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
     assert [r[5] for r in answers["parts_that_moved"]] == pytest.approx([abs(after - turn)] * 3)
     assert dict(answers["parts_by_use"]) == GOLDEN["A"]["solids_of_each_part"] | {"rail": 1, "carriage": 1}
     masses = {v: GOLDEN[v]["body_mass_kg"] for v in "AB"}
-    assert dict(answers["mass_of_a_part"]) == pytest.approx(masses, rel=1e-4)  # the kernel integrates less well
+    weighed = {variant: mass for variant, _, mass in answers["mass_of_a_part"]}
+    assert weighed == pytest.approx(masses, rel=1e-4)  # the kernel integrates less well
+    # Clips and their bolts are nested: of each part as many as the generator placed.
+    each = {r["number"]: r["mass"] for r in view_rows(store, "part_mass") if r["number"] != "BULKHEAD_BODY"}
+    solids = {v: GOLDEN[v]["solids_of_each_part"] for v in "AB"}
+    whole = {v: masses[v] + sum(n * each[p] for p, n in solids[v].items() if p in each) for v in "AB"}
+    assert {r[0]: r[2] for r in answers["mass_of_a_variant"]} == pytest.approx(whole, rel=1e-4)
+    assert {r[0]: r[3:] for r in answers["mass_of_a_variant"]} == {v: (sum(solids[v].values()), 0) for v in "AB"}
     assert len(answers["faces_of_one_radius"]) == len(lugs)
     found = sorted((round(x, 3), round(y, 3)) for _, x, y in answers["faces_of_one_radius"])
     assert found == sorted((round(x, 3), round(y, 3)) for x, y in lugs)
@@ -349,6 +361,15 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     (ended,) = (r for r in plain_rows(store, "run_event", run) if r["kind"] == "ended")
     assert sum(r["seconds"] for r in answers["where_the_time_goes"]) == pytest.approx(ended["seconds"])
 
+    for camera in view.values():
+        own = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
+        weight, residual, sigma = (np.array([r[c] for r in own]) for c in ("weight", "residual", "sigma"))
+        (mean,) = (r for r in view_rows(store, "camera_residual") if (r["run_id"], r["camera"]) == (run, camera))
+        assert (mean["points"], mean["weight"]) == (len(own), pytest.approx(weight.sum()))
+        assert mean["rms_px"] == pytest.approx(np.sqrt(np.average(residual**2, weights=weight)))
+        assert mean["rms_sigmas"] == pytest.approx(np.sqrt(np.average((residual / sigma) ** 2, weights=weight)))
+        assert mean["rms_px"] < 0.5 * np.sqrt(np.mean(residual**2))  # outliers, which weigh little, are most of that
+
     alone = {r["camera"]: r for r in plain_rows(store, "camera_alone", run)}
     place = np.array([pose[c] for c in ("m03", "m13", "m23")])
     for r in answers["cameras_solved_apart"]:
@@ -359,6 +380,38 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     solved = {(r["camera"], r["name"]) for r in answers["cameras_over_time"]}
     assert solved == {(c, n) for c in ("left", "right") for n in ("response", "centre_u", "centre_v")}
     assert all(abs(r["sigmas"]) < 5 for r in answers["cameras_over_time"])
+
+
+def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    """One that failed is no answer to what the newest found; refused ones and other rigs are no drift of a camera."""
+    files = {file.stem: file.read_text() for file in (resource_dir("queries") / "examples").glob("*.sql")}
+    of_newest = {name: text for name, text in files.items() if "newest inspection" in text}
+    over_time = files["cameras_over_time"]
+    run = inspection.answer["run"]
+    with Store.open(copy_store(inspection.store)) as store, store.write() as connection:
+
+        def another(number: int, changes: dict[str, str]) -> None:
+            for table, change in changes.items():
+                key = "id" if table == "run" else "run_id"
+                connection.exec_driver_sql(
+                    f"INSERT INTO {table} SELECT * REPLACE ({number} AS {key}{change}) FROM {table} WHERE {key} = {run}"  # noqa: S608
+                )
+
+        def answers(text: str) -> list[Any]:
+            return list(connection.execute(sa.text(text)).all())
+
+        before = {name: answers(text) for name, text in of_newest.items()}
+        assert len([rows for rows in before.values() if rows]) >= 10
+        another(1000, {"run": ""})
+        assert {name: answers(text) for name, text in of_newest.items()} == before
+
+        connection.exec_driver_sql("INSERT INTO rig VALUES (99, 'another')")
+        of_one = {"run": "", "inspection": "", "pose": "", "camera_unknown": ""}
+        another(1001, of_one | {"pose": ", 'refused' AS verdict", "camera_unknown": ", 0 AS value"})
+        another(1002, of_one | {"inspection": ", 99 AS rig_id"})
+        found = answers(over_time)
+        assert {(r.rig_id, r.run_id, r.verdict) for r in found} == {(1, run, "accepted"), (99, 1002, "accepted")}
+        assert [r.rig_id for r in found] == sorted(r.rig_id for r in found)
 
 
 def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:
