@@ -5,6 +5,8 @@ WITH body AS (
     JOIN object_part AS i ON i.object_id = v.object_id
     JOIN part AS p ON p.id = i.part_id
     WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
+    ORDER BY v.revision DESC
+    LIMIT 1
 )
 SELECT CASE WHEN j.surface_a = 0 /* face */ THEN j.surface_b ELSE j.surface_a END AS neighbour, j.convexity, count(*) AS edges
 FROM body

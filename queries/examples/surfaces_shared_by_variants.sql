@@ -7,7 +7,7 @@ WITH listed AS (
     JOIN shape_surface AS h ON h.shape_id = p.shape_id
     WHERE v.name = 'bulkhead' /* object */
 )
-SELECT count(*) AS shared
+SELECT count(DISTINCT a.surface_id) AS shared
 FROM listed AS a
 JOIN listed AS b ON b.surface_id = a.surface_id
 WHERE a.variant = 'A' /* one */ AND b.variant = 'B' /* other */

@@ -414,6 +414,25 @@ def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Ca
         assert [r.rig_id for r in found] == sorted(r.rig_id for r in found)
 
 
+def test_the_body_of_a_variant_is_that_of_its_newest_revision(
+    inspection: Inspection, copy_store: Callable[[str], str]
+) -> None:
+    texts = [file.read_text() for file in (resource_dir("queries") / "examples").glob("*.sql")]
+    with Store.open(copy_store(inspection.store)) as store, store.write() as connection:
+
+        def answers() -> list[list[Any]]:
+            return [list(connection.execute(sa.text(text)).all()) for text in texts if "WITH body" in text]
+
+        before = answers()
+        assert len(before) >= 10
+        assert all(before)
+        connection.exec_driver_sql(
+            "INSERT INTO object_variant SELECT * REPLACE (99 AS id, 0 AS revision) FROM object_variant "
+            "WHERE variant = 'A'"
+        )
+        assert answers() == before
+
+
 def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:
     names = sql.query_names("examples")
     with Store.open(duckdb_template, read_only=True) as store:
