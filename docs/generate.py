@@ -61,18 +61,18 @@ def tables() -> str:
         lines += [f"## {title[:1].upper()}{title[1:]}", ""]
         for entry in of_level:
             lines += [f"### {entry.relation}", "", f"{_cell(entry.comment)} *({entry.standing})*", ""]
-            lines += _columns(columns[entry.relation])
+            lines += _columns(columns[entry.relation], "argument" if level[1] else "column")
     return "\n".join(lines)
 
 
-def _columns(columns: list[Column]) -> list[str]:
+def _columns(columns: list[Column], head: str) -> list[str]:
     rows = [
         f"| `{c.column}`{' (key)' if c.key else ''} | {_cell(c.type)} | {_cell(c.comment)}"
         + (f"; see `{c.refers_to}`" if c.refers_to else "")
         + " |"
         for c in columns
     ]
-    return ["| column | type | meaning |", "| --- | --- | --- |", *rows, ""]
+    return [f"| {head} | type | meaning |", "| --- | --- | --- |", *rows, ""]
 
 
 def questions() -> str:
