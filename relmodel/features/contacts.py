@@ -26,7 +26,6 @@ TOUCH_MM = 0.01  # between faces that lie on each other, and between the axes or
 FIT_MM, FIT_SHARE = 0.1, 0.2  # difference of the radii of a shaft and its hole: mm, and share of the shaft's radius
 _PARALLEL = 1e-4  # rad
 _LEAST_AREA = 1e-4  # mm2
-_FEW = 2500
 _CONTACT = dict(zip(KINDS, ("planar", "cylindrical", "conical", "spherical", "toroidal"), strict=True))
 
 
@@ -147,14 +146,10 @@ def _near_others(shapes: Sequence[Shape], places: Places) -> Ints:
 
 def _meeting(boxes: Floats) -> tuple[Ints, Ints]:
     """Pairs of rows of boxes (n, 6) that meet, each in both orders and with itself."""
-    if len(boxes) > _FEW:
-        from relmodel.find.rtree import PackedRTree
+    from shapely import STRtree, box
 
-        return PackedRTree(boxes).in_boxes(boxes)
-    # To load the tree's compiled kernels takes longer, and a tenth of the memory of a load.
-    meet = np.ones((len(boxes), len(boxes)), bool)
-    for axis in range(3):
-        meet &= boxes[:, None, axis] <= boxes[:, axis + 3]
-        meet &= boxes[:, None, axis + 3] >= boxes[:, axis]
-    a, b = np.nonzero(meet)
-    return a, b
+    x0, y0, z0, x1, y1, z1 = boxes.T
+    flat = box(x0, y0, x1, y1)
+    a, b = STRtree(flat).query(flat)
+    meet = (z0[a] <= z1[b]) & (z1[a] >= z0[b])
+    return a[meet], b[meet]
