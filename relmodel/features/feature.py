@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 
 from relmodel.arrays import Floats
+from relmodel.features.parameters import DEFAULTS
 from relmodel.model.content_keys import content_key, quantised
 
 LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
 ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
-_FORM_QUANTUM = 1e-2
-_CLASS_DIGITS = 4  # of mm and rad: dimensions that agree to them are of one class
+_ALL = DEFAULTS.common
 
 
 @dataclass
@@ -38,9 +38,9 @@ class Feature:
 def feature_class_key(feature: Feature) -> str:
     """Key of a feature's class: kind, rounded dimensions and form."""
     dimensions = [
-        f"{name}={value:.{_CLASS_DIGITS}f} {unit}" for name, (value, unit) in sorted(feature.dimensions.items())
+        f"{name}={value:.{_ALL.class_digits}f} {unit}" for name, (value, unit) in sorted(feature.dimensions.items())
     ]
-    return content_key([feature.kind, *dimensions, *map(str, quantised(feature.form, _FORM_QUANTUM).tolist())])
+    return content_key([feature.kind, *dimensions, *map(str, quantised(feature.form, _ALL.form_quantum).tolist())])
 
 
 def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
@@ -113,8 +113,8 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
 
 def commonest(values: list[float]) -> float:
     """The value that occurs most often, to the class's digits; the least of those that do."""
-    rounded = [round(v, _CLASS_DIGITS) for v in values]
-    return min(values, key=lambda v: (-rounded.count(round(v, _CLASS_DIGITS)), v))
+    rounded = [round(v, _ALL.class_digits) for v in values]
+    return min(values, key=lambda v: (-rounded.count(round(v, _ALL.class_digits)), v))
 
 
 def frame(x: Floats, z: Floats, origin: Floats) -> Floats:

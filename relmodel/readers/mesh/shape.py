@@ -14,12 +14,11 @@ from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
 from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
-from relmodel.readers.mesh.segment import FREE_RAD, Regions, fit_faces, segment_mesh, smooth_regions
+from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
 
-CONVEXITY_RAD = np.radians(1)
-SAMPLE_MM = 1.0
-_MOST_SAMPLES = 200_000  # of a shape
+_P = DEFAULTS.arcs
 
 
 def shape_from_triangles(
@@ -61,7 +60,8 @@ def shape_from_triangles(
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
     # A crease that ends within a region is an arc, too.
     border = np.flatnonzero(
-        (region_a != region_b) | (np.abs(edges.angle) >= FREE_RAD) & (regions.kind == "facets")[region_a]
+        (region_a != region_b)
+        | (np.abs(edges.angle) >= DEFAULTS.segments.free_rad) & (regions.kind == "facets")[region_a]
     )
     chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
     fitted = _fitted(vertices, chains, tolerance)
@@ -149,7 +149,7 @@ def _arcs(
     loose = (regions.kind[surface_a] == "facets") | (regions.kind[surface_b] == "facets")
     angle = np.where((surface_b < 0) | loose, edges.angle[middle], angle)
     convexity = np.select(
-        [surface_b < 0, np.abs(angle) < np.where(loose, FREE_RAD, CONVEXITY_RAD), angle > 0],
+        [surface_b < 0, np.abs(angle) < np.where(loose, DEFAULTS.segments.free_rad, _P.convexity_rad), angle > 0],
         ["free", "smooth", "convex"],
         "concave",
     )
@@ -302,7 +302,7 @@ def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Flo
     step = np.linalg.norm(vector, axis=1)
     length = np.add.reduceat(step, chains.offsets[:-1]) if n else np.empty(0)
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    spacing = max(min(SAMPLE_MM, diagonal / 100), float(length.sum()) / _MOST_SAMPLES)
+    spacing = max(min(_P.sample_mm, diagonal / 100), float(length.sum()) / _P.most_samples)
     count = np.maximum(np.ceil(length / spacing).astype(np.int64), 1) + 1
     offsets = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
     chain = np.repeat(np.arange(n), count)
