@@ -17,6 +17,7 @@ from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.readers.mesh.parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
+from relmodel.readers.splines import polyline, spline_columns
 
 _P = DEFAULTS.arcs
 
@@ -75,17 +76,10 @@ def shape_from_triangles(
         kind="mesh",
         volume=volume,
         surfaces=surfaces,
-        surface_splines={},
-        surface_swept={},
         arcs=arcs,
         arc_splines=splines,
         loops=loops,
         coedges=coedges,
-        pcurves={},
-        basis_arcs={},
-        basis_arc_splines={},
-        basis_surfaces={},
-        basis_surface_splines={},
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
         findings=_open(int(np.sum(edges.triangle_b < 0))),
@@ -173,21 +167,8 @@ def _arcs(
         "angle": angle,
     }
     free = np.flatnonzero(kind == "polyline")
-    knots, poles = [], []
-    for i in free.tolist():
-        a, b = int(start[i]), int(last[i]) + 1
-        knots.append(fitted.parameter[a:b])
-        poles.append(points[a:b])
-    splines: Table = {
-        "arc_no": free,
-        "degree": np.ones(len(free), np.int64),
-        "periodic": np.zeros(len(free), bool),
-        "rational": np.zeros(len(free), bool),
-        "knots": Ragged.pack(knots),
-        "multiplicities": Ragged.pack([np.r_[2, np.ones(len(k) - 2), 2] for k in knots], np.int32),
-        "poles": Ragged.pack(poles),
-        "weights": Ragged.pack([None] * len(free)),
-    }
+    drawn = [slice(a, b + 1) for a, b in zip(start[free].tolist(), last[free].tolist(), strict=True)]
+    splines = spline_columns([polyline(fitted.parameter[one], points[one]) for one in drawn])
     length = fitted.parameter[last]
     low, high = np.minimum.reduceat(points, start), np.maximum.reduceat(points, start)
     known = np.flatnonzero(kind != "polyline")
@@ -196,7 +177,7 @@ def _arcs(
     box = np.concatenate([low, high], axis=1)
     box[known] = curves.boxes()
     arcs |= {"length": length, **box_columns(box)}
-    return arcs, splines if len(free) else {}
+    return arcs, {"arc_no": free, **splines} if len(free) else {}
 
 
 def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:

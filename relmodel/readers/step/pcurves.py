@@ -18,7 +18,7 @@ from OCP.Geom2d import (
 from OCP.Geom2dConvert import Geom2dConvert
 
 from relmodel.model.model import Table
-from relmodel.readers.step.splines import Spline, spline_columns, spline_of
+from relmodel.readers.splines import Spline, spline_columns, spline_of
 
 _NAN = float("nan")
 
