@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, sideways, union
 from relmodel.features.graph import Boundary, Side, Surfaces
 from relmodel.features.parameters import DEFAULTS
 
@@ -236,9 +236,8 @@ def _length(s: Surfaces, i: int) -> float:
     if s.kind[i] == "cylinder":
         low, high = s.along(i, s.axis[i])
         return high - low
-    axis = s.axis[i]
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u, v = sideways(s.axis[i])
     arm = s.points(i) - s.origin[i]
-    angle = np.sort(np.arctan2(arm @ cross(axis, u), arm @ u))
+    angle = np.sort(np.arctan2(arm @ v, arm @ u))
     gap = float(np.diff(angle, append=angle[0] + 2 * np.pi).max())
     return float(s.radius[i] * (2 * np.pi - (gap if gap > _P.open_rad else 0.0)))

@@ -80,6 +80,18 @@ def cross(a: Floats, b: Floats) -> Floats:
     return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
 
 
+def sideways(axis: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors across a unit axis, right-handed with it."""
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u /= np.linalg.norm(u)
+    return u, cross(axis, u)
+
+
+def ahead(direction: Floats) -> Floats:
+    """A direction or its opposite: its first component that is clearly not 0 is positive."""
+    return -direction if direction[np.argmax(np.abs(direction) > 1e-6)] < 0 else direction
+
+
 def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, float]:
     """Least rectangle across `normal` that holds points: direction of its length, its centre, length and width.
 
@@ -87,9 +99,7 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
     """
     from shapely import convex_hull, get_coordinates, linestrings
 
-    u = cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    u /= np.linalg.norm(u)
-    v = cross(normal, u)
+    u, v = sideways(normal)
     flat = np.column_stack([points @ u, points @ v])
     hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is made sooner than many points
     sides = np.diff(hull, axis=0)
@@ -106,9 +116,7 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
     length, width = float(extent[best]), float(breadth[best])
     if width > length:
         d, length, width = a, width, length
-    x = d[0] * u + d[1] * v
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
-    return x, middle[0] * u + middle[1] * v, length, width
+    return ahead(d[0] * u + d[1] * v), middle[0] * u + middle[1] * v, length, width
 
 
 def commonest(values: list[float]) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, cross
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, sideways
 from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.model.model import Shape, Table
@@ -106,9 +106,7 @@ class Surfaces:
 
     def _turn(self, members: list[int]) -> float:
         axis = self.axis[members[0]]
-        u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        u /= np.linalg.norm(u)
-        across = np.stack([u, cross(axis, u)], axis=1)
+        across = np.stack(sideways(axis), axis=1)
         corners = np.concatenate([self.points(i).reshape(-1, 3, 3) for i in members]) - self.origin[members[0]]
         angle = np.arctan2(corners @ across[:, 1], corners @ across[:, 0])
         # A triangle spans less than half a turn: unwrap its corners about the first.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, sideways, union
 from relmodel.features.graph import Surfaces
 from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
@@ -103,9 +103,7 @@ def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> boo
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
     """Whether nothing but air lies between two lengths of a bore."""
     axis, radius = s.axis[bore], s.radius[bore]
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    u *= _P.within * radius / np.linalg.norm(u)
-    v = cross(axis, u)
+    u, v = (_P.within * radius * d for d in sideways(axis))
     return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
 
 

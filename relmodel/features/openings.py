@@ -11,12 +11,14 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    ahead,
     commonest,
     cross,
     frame,
     lengths,
     outline_form,
     rectangle,
+    sideways,
     union,
 )
 from relmodel.features.graph import Boundary, Side
@@ -66,8 +68,7 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
             run = cross(s.axis[i], s.axis[j])
             if s.kind[j] != "plane" or np.linalg.norm(run) < _ALL.steep:
                 continue
-            up = run / np.linalg.norm(run)
-            up = -up if up[np.argmax(np.abs(up) > 1e-6)] < 0 else up
+            up = ahead(run / np.linalg.norm(run))
             key = tuple(np.round(up, 3).tolist())
             if (i, key) in tried:
                 continue
@@ -87,8 +88,8 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
     """Whether the normals of walls leave no half turn about `up` free."""
     normal = np.concatenate([b.surfaces.normals(i) for i in walls])
-    across = cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    angle = np.sort(np.arctan2(normal @ cross(up, across), normal @ across))
+    u, v = sideways(up)
+    angle = np.sort(np.arctan2(normal @ v, normal @ u))
     return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _ALL.steep)
 
 
@@ -207,9 +208,7 @@ def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool)
 
 def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] | None:
     """Direction of the major axis, centre and diameters of an ellipse through points, seen along `up`."""
-    u = cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    u /= np.linalg.norm(u)
-    v = cross(up, u)
+    u, v = sideways(up)
     flat = np.column_stack([points @ u, points @ v])
     shift, scale = flat.mean(axis=0), float(np.abs(flat - flat.mean(axis=0)).max())
     p, q = ((flat - shift) / scale).T
@@ -222,8 +221,7 @@ def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] 
     middle = -np.linalg.solve(form, [d, e]) / 2
     values, axes = np.linalg.eigh(form)
     semi = np.sqrt((1 + middle @ form @ middle) / values) * scale  # the least value is the major axis
-    x = axes[0, 0] * u + axes[1, 0] * v
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    x = ahead(axes[0, 0] * u + axes[1, 0] * v)
     centre = middle * scale + shift
     return x, centre[0] * u + centre[1] * v, 2 * float(semi[0]), 2 * float(semi[1])
 
@@ -268,9 +266,7 @@ def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, 
     if sweep < ANGLE_TOLERANCE:
         return None
     out = np.cos(middle) * to + np.sin(middle) * cross(up, to)
-    x = cross(up, out)
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
-    return x, foot[inner[0]] + ring * out, ring * sweep + width, width, ring
+    return ahead(cross(up, out)), foot[inner[0]] + ring * out, ring * sweep + width, width, ring
 
 
 def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
@@ -292,5 +288,4 @@ def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats,
     if max(places) - min(places) < LENGTH_TOLERANCE:
         return None
     centre = (max(places) + min(places)) / 2 * x + (max(offsets) + min(offsets)) / 2 * across
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
-    return x, centre, max(places) - min(places) + width, width
+    return ahead(x), centre, max(places) - min(places) + width, width

@@ -11,10 +11,10 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
-    cross,
     frame,
     lengths,
     rectangle,
+    sideways,
     union,
 )
 from relmodel.features.graph import Boundary
@@ -58,8 +58,8 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     reach = sorted(s.along(i, axis) for i in ends)
     beside = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
     points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    angle = np.sort(np.arctan2(points @ cross(axis, u), points @ u))
+    u, v = sideways(axis)
+    angle = np.sort(np.arctan2(points @ v, points @ u))
     gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
     wide = int((gaps > _P.gap_rad).sum())
     return wide == 1 or (wide == 0 and not beside)

@@ -11,6 +11,7 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    ahead,
     commonest,
     cross,
     frame,
@@ -184,7 +185,7 @@ def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     if stop - (last := max(r[1] for r in reach)) > width / 2:
         stop = last
     length = float(stop - start)
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     centre = (start + stop) / 2 * run + (low + high) / 2 * across + level * up
     pose = frame(x, up, centre)
     box = prism_box(b, sorted(roles), pose, length, width, depth)
@@ -355,7 +356,7 @@ def _groove(
     ends, breadth = points @ run, points @ across
     centre = (ends.min() + ends.max()) / 2 * run + (breadth.min() + breadth.max()) / 2 * across + low * up
     length, width, depth = float(np.ptp(ends)), float(np.ptp(breadth)), float(high - low)
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     pose = frame(x, up, centre)
     roles = dict.fromkeys(members, "wall") | dict.fromkeys(floor, "floor")
     box = prism_box(b, sorted(roles), pose, length, width, depth)

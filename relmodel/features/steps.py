@@ -11,6 +11,7 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    ahead,
     cross,
     frame,
     lengths,
@@ -101,7 +102,7 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
         run, length, width = across, width, length
     across = cross(up, run)
     centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     pose = frame(x, up, centre)
     box = prism_box(b, sorted(roles), pose, length, width, depth)
     dimensions = lengths(length=length, width=width, depth=depth) | fillet_radius(b, roles)

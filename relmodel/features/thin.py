@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, ahead, cross, frame, lengths, union
 from relmodel.features.graph import Boundary
 from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
@@ -289,7 +289,7 @@ def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
     ends = np.concatenate([s.points(i) for i in firm]) @ run
     tops = np.concatenate([s.points(i) for i in [*firm, *sorted(finish)]]) @ up
     length, height = float(np.ptp(ends)), float(np.ptp(tops))
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
     kind = "rib" if len(segments[0].firm) == 2 else "flange"
     outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
@@ -350,7 +350,7 @@ def _drafted_rib(b: Boundary, ridge: int, one: int, two: int, level: float) -> F
     height = float(s.origin[ridge] @ up) - level
     if not LENGTH_TOLERANCE < thickness < _P.thin * height or length < _P.long * thickness:
         return None
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     pose = frame(x, up, (ends.min() + ends.max()) / 2 * run + sum(places) / 2 * across + level * up)
     dimensions = lengths(thickness=thickness, length=length, height=height)
     dimensions["draft_angle"] = (float(np.arcsin(lean)), "rad")
