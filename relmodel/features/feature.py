@@ -11,9 +11,8 @@ from relmodel.arrays import Floats
 from relmodel.features.parameters import DEFAULTS
 from relmodel.model.content_keys import content_key, quantised
 
-LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
-ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
 _ALL = DEFAULTS.common
+LENGTH_TOLERANCE, ANGLE_TOLERANCE = _ALL.length_mm, _ALL.angle_rad
 
 
 @dataclass

@@ -189,6 +189,10 @@ class PatternParameters:
 class RelationParameters:
     """Relations between surfaces and between arcs."""
 
+    exact: tuple[float, float] = (1e-6, 1e-4)
+    """rad and mm within which things count as equal"""
+    fitted: tuple[float, float] = (2e-3, 2e-2)
+    """and where they were fitted to a mesh"""
     smooth_rad: float = pi / 180
     """rad within which neighbours go on into each other"""
     nearest: int = 32

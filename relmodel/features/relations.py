@@ -95,7 +95,7 @@ _Rows = tuple[str, Ints, Ints, Floats, float]  # kind, one, other, value, tolera
 def _tolerances(table: Table) -> tuple[float, float]:
     """Angle (rad) and length (mm) within which things count as equal: loose where they were fitted to a mesh."""
     fitted = bool(np.any(np.asarray(table["provenance"], dtype=str) == "fitted"))
-    return (2e-3, 2e-2) if fitted else (1e-6, 1e-4)
+    return _P.fitted if fitted else _P.exact
 
 
 def _points(table: Table, name: str) -> Floats:
