@@ -241,9 +241,7 @@ class SurfaceRows:
             "surface_no": rows[:, 0].astype(np.int64),
             "basis_arc": rows[:, 1].astype(np.int64),
             "basis_surface": rows[:, 2].astype(np.int64),
-            "axis_x": rows[:, 3].copy(),
-            "axis_y": rows[:, 4].copy(),
-            "axis_z": rows[:, 5].copy(),
+            **vector_columns("axis", rows[:, 3:6]),
             "distance": rows[:, 6].copy(),
         }
 
