@@ -88,8 +88,8 @@ class SlotParameters:
 
 
 @dataclass(frozen=True)
-class StepParameters:
-    """Which walls make a step."""
+class LedgeParameters:
+    """Which walls make a step of a ledge."""
 
     over: float = sin(radians(10))
     """sine by which a wall may lean over its floor"""
@@ -232,7 +232,7 @@ class FeatureParameters:
     pockets: PocketParameters = field(default_factory=PocketParameters)
     openings: OpeningParameters = field(default_factory=OpeningParameters)
     slots: SlotParameters = field(default_factory=SlotParameters)
-    steps: StepParameters = field(default_factory=StepParameters)
+    steps: LedgeParameters = field(default_factory=LedgeParameters)
     thin: ThinParameters = field(default_factory=ThinParameters)
     turned: TurnedParameters = field(default_factory=TurnedParameters)
     standing: StandingParameters = field(default_factory=StandingParameters)
