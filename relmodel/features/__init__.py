@@ -15,11 +15,12 @@ from relmodel.features import blends, openings, patterns, pockets, protrusions, 
 from relmodel.features.feature import Feature, feature_class_key, lengths, union
 from relmodel.features.graph import Boundary, boundary
 from relmodel.features.holes import holes
+from relmodel.features.parameters import DEFAULTS
 from relmodel.model.model import Shape
 
 __all__ = ["Feature", "feature_class_key", "recognise"]
 
-_MOST_OF_A_MESH = 20_000
+_ALL = DEFAULTS.common
 
 
 def recognise(shape: Shape) -> list[Feature]:
@@ -27,7 +28,9 @@ def recognise(shape: Shape) -> list[Feature]:
 
     A mesh of more than 20,000 surfaces is a scan and not a tessellated part: nothing is looked for in it.
     """
-    if len(shape.mesh.triangles) == 0 or (shape.kind == "mesh" and len(shape.surfaces["kind"]) > _MOST_OF_A_MESH):
+    if len(shape.mesh.triangles) == 0 or (
+        shape.kind == "mesh" and len(shape.surfaces["kind"]) > _ALL.most_mesh_surfaces
+    ):
         return []
     b = boundary(shape)
     b.blends = blends.rounded(b)

@@ -5,18 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, sideways, union
 from relmodel.features.graph import Boundary, Side, Surfaces
+from relmodel.features.parameters import DEFAULTS
 
-_LESS_THAN_HALF_A_TURN = 0.95 * np.pi  # a half cylinder between parallel walls is the end of a slot
-_SLANT = np.radians([15, 75])  # of a chamfer to the faces beside it
-_NARROW = 0.8  # width of a chamfer to that of the faces beside it
-_OPEN = 0.3  # rad without a point: more than one facet of a mesh spans
+_P = DEFAULTS.blends
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
-_BENT = 0.02  # 1 - cos of the least turn that is worth rounding off, and of that to a full one
 _OPPOSED = -1 + ANGLE_TOLERANCE**2
-_SAME_LINE = 1e-3  # mm and rad
-_SAME_RADIUS = 1e-3  # mm
 
 
 def rounded(b: Boundary) -> dict[int, float]:
@@ -29,7 +24,7 @@ def rounded(b: Boundary) -> dict[int, float]:
         # What ends in balls on both sides is the groove of a ball-nosed cutter.
         if len(beside) < 2 or (s.kind[i] == "cylinder" and set(s.kind[list(beside)]) == {"sphere"}):
             continue
-        if s.kind[i] == "cylinder" and s.turn([i]) > _LESS_THAN_HALF_A_TURN:
+        if s.kind[i] == "cylinder" and s.turn([i]) > _P.half_turn_rad:
             continue
         found[i] = float(s.radius2[i] if s.kind[i] == "torus" else s.radius[i])
     return found
@@ -49,7 +44,7 @@ def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
             continue
         (p, q), (d, e) = s.axis[beside], np.sum(s.origin[beside] * s.axis[beside], axis=1)
         away = 1 - float(p @ q)
-        if not _BENT < away < 2 - _BENT:
+        if not _P.bent < away < 2 - _P.bent:
             continue
         points = s.points(i)
         on = [np.abs(points @ p - d) < LENGTH_TOLERANCE, np.abs(points @ q - e) < LENGTH_TOLERANCE]
@@ -90,7 +85,7 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
     lines: dict[tuple[float, ...], int] = {}
     for i in sorted(of):
         smooth = [x.other for x in b.sides[i] if x.convexity == "smooth"]
-        chains.add_edges_from((i, j) for j in smooth if j in chains and abs(of[i] - of[j]) < _SAME_RADIUS)
+        chains.add_edges_from((i, j) for j in smooth if j in chains and abs(of[i] - of[j]) < _P.same_radius_mm)
         if s.kind[i] == "cylinder":
             # One that a hole or a notch has cut is one still: between the same two faces.
             planes = [j for j in smooth if s.kind[j] == "plane"]
@@ -106,7 +101,7 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
             radii, ends = changing[longest]
             run, centre = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]), ends.mean(axis=0)
             measures = lengths(radius=radii[1], length=float(np.linalg.norm(ends[1] - ends[0])))
-            if radii[1] - radii[0] > _SAME_RADIUS:
+            if radii[1] - radii[0] > _P.same_radius_mm:
                 measures |= lengths(least_radius=radii[0])
         elif s.kind[longest] == "sphere":
             run = np.eye(3)[0]
@@ -137,7 +132,9 @@ def _in_line(s: Surfaces, one: int, members: list[int]) -> list[int]:
     """Cylinders about one axis."""
     arm, axis = s.origin[members] - s.origin[one], s.axis[one]
     apart = np.linalg.norm(np.cross(arm, axis), axis=1) + np.linalg.norm(np.cross(s.axis[members], axis), axis=1)
-    return [i for i, d in zip(members, apart, strict=True) if i == one or (s.kind[i] == "cylinder" and d < _SAME_LINE)]
+    return [
+        i for i, d in zip(members, apart, strict=True) if i == one or (s.kind[i] == "cylinder" and d < _P.same_line)
+    ]
 
 
 def _extent(s: Surfaces, members: list[int], run: Floats) -> tuple[float, float]:
@@ -151,7 +148,7 @@ def bevelled(b: Boundary) -> dict[int, Feature]:
     for i, sides in sorted(b.sides.items()):
         if b.surfaces.start[i] == b.surfaces.start[i + 1]:
             continue
-        slanted = [x for x in sides if x.convexity == "convex" and _SLANT[0] <= x.angle <= _SLANT[1]]
+        slanted = [x for x in sides if x.convexity == "convex" and _P.slant_rad[0] <= x.angle <= _P.slant_rad[1]]
         feature = None
         if b.surfaces.kind[i] == "plane":
             feature = _plane_chamfer(b, i, slanted)
@@ -210,7 +207,7 @@ def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     # Narrower than the wider face beside it, and than the other one was.
     breadth = {x: float(np.ptp(s.points(x.other) @ cross(s.axis[x.other], run))) for x in (one, two)}
     narrower, wider = sorted((one, two), key=lambda x: breadth[x])
-    if width > _NARROW * breadth[wider] or width > _NARROW * (breadth[narrower] + width * np.cos(narrower.angle)):
+    if width > _P.narrow * breadth[wider] or width > _P.narrow * (breadth[narrower] + width * np.cos(narrower.angle)):
         return None
     measures = lengths(width=width, length=length) | {"angle": (min(one.angle, two.angle), "rad")}
     pose = frame(run, s.axis[i], s.boxes[i].reshape(2, 3).mean(axis=0))
@@ -226,7 +223,7 @@ def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     along = [np.linalg.norm(cross(axis, s.axis[k])) for k in (plane, cylinder)]
     low, high = s.along(i, axis)
     width = (high - low) / max(abs(np.cos(s.semi_angle[i])), 1e-9)
-    if max(along) > ANGLE_TOLERANCE or width > _NARROW * s.radius[cylinder]:
+    if max(along) > ANGLE_TOLERANCE or width > _P.narrow * s.radius[cylinder]:
         return None
     measures = lengths(width=width, diameter=2 * s.radius[cylinder]) | {"angle": (min(x.angle for x in slanted), "rad")}
     middle = s.origin[i] + ((low + high) / 2 - s.origin[i] @ axis) * axis
@@ -239,9 +236,8 @@ def _length(s: Surfaces, i: int) -> float:
     if s.kind[i] == "cylinder":
         low, high = s.along(i, s.axis[i])
         return high - low
-    axis = s.axis[i]
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u, v = sideways(s.axis[i])
     arm = s.points(i) - s.origin[i]
-    angle = np.sort(np.arctan2(arm @ cross(axis, u), arm @ u))
+    angle = np.sort(np.arctan2(arm @ v, arm @ u))
     gap = float(np.diff(angle, append=angle[0] + 2 * np.pi).max())
-    return float(s.radius[i] * (2 * np.pi - (gap if gap > _OPEN else 0.0)))
+    return float(s.radius[i] * (2 * np.pi - (gap if gap > _P.open_rad else 0.0)))

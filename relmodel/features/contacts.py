@@ -16,17 +16,14 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.outlines import KINDS, Outlines
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import boxes_carried, inverse
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.model.placed_parts import PlacedParts, Places
 
-TOUCH_MM = 0.01  # between faces that lie on each other, and between the axes or centres of a shaft and its hole
-FIT_MM, FIT_SHARE = 0.1, 0.2  # difference of the radii of a shaft and its hole: mm, and share of the shaft's radius
-_PARALLEL = 1e-4  # rad
-_LEAST_AREA = 1e-4  # mm2
-_FEW = 2500
+_P = DEFAULTS.contacts
 _CONTACT = dict(zip(KINDS, ("planar", "cylindrical", "conical", "spherical", "toroidal"), strict=True))
 
 
@@ -65,7 +62,7 @@ def contacts(placed: PlacedParts, assembly: int) -> Table:
         row_a, row_b = int(row[a[i]]), int(row[b[i]])
         a_from_b = inverse(frame[a[i]]) @ frame[b[i]]
         area = ours.overlap(row_a, theirs, row_b, a_from_b, float(shaft[i]))
-        if area > _LEAST_AREA:
+        if area > _P.least_area_mm2:
             rows.append((i, area, int(ours.number[row_a]), int(theirs.number[row_b])))
     if not rows:
         return {}
@@ -103,12 +100,12 @@ class _Faces:
         z_a, z_b = self.frame[a, :3, 2], self.frame[b, :3, 2]
         apart = self.frame[b, :3, 3] - self.frame[a, :3, 3]
         along = np.einsum("nd,nd->n", apart, z_a)
-        beside = np.linalg.norm(apart - along[:, None] * z_a, axis=1) <= TOUCH_MM
-        centred = np.linalg.norm(apart, axis=1) <= TOUCH_MM
-        parallel = np.linalg.norm(np.cross(z_a, z_b), axis=1) < _PARALLEL
+        beside = np.linalg.norm(apart - along[:, None] * z_a, axis=1) <= _P.touch_mm
+        centred = np.linalg.norm(apart, axis=1) <= _P.touch_mm
+        parallel = np.linalg.norm(np.cross(z_a, z_b), axis=1) < _P.parallel_rad
         same_way = np.einsum("nd,nd->n", z_a, z_b) > 0
-        alike = np.abs(self.half_angle[a] - self.half_angle[b]) < _PARALLEL
-        as_wide = np.abs(self.wide[a] - self.wide[b]) <= TOUCH_MM
+        alike = np.abs(self.half_angle[a] - self.half_angle[b]) < _P.parallel_rad
+        as_wide = np.abs(self.wide[a] - self.wide[b]) <= _P.touch_mm
         flat, cone = kind == "plane", kind == "cone"
         on_one = np.select(
             [flat, kind == "cylinder", cone, kind == "sphere"],
@@ -123,7 +120,7 @@ class _Faces:
 
 def _tolerance(kind: npt.NDArray[np.str_], radius: Floats) -> Floats:
     """Greatest gap (n,): of what turns in its hole with the clearance of its fit, else of what touches."""
-    return np.where(np.isin(kind, ("plane", "cone")), TOUCH_MM, FIT_MM + FIT_SHARE * radius)
+    return np.where(np.isin(kind, ("plane", "cone")), _P.touch_mm, _P.fit_mm + _P.fit_share * radius)
 
 
 def _near_others(shapes: Sequence[Shape], places: Places) -> Ints:
@@ -138,7 +135,7 @@ def _near_others(shapes: Sequence[Shape], places: Places) -> Ints:
         surfaces = shapes[shape].surfaces
         boxes = np.stack([np.asarray(surfaces[c], float) for c in BOX], axis=1)
         sizes = np.nan_to_num([np.asarray(surfaces[c], float) for c in ("radius", "radius2")])
-        reach = FIT_MM + FIT_SHARE * float(np.abs(sizes).max(initial=0.0))
+        reach = _P.fit_mm + _P.fit_share * float(np.abs(sizes).max(initial=0.0))
         bounds[shape] = np.concatenate([boxes[:, :3].min(axis=0) - reach, boxes[:, 3:].max(axis=0) + reach])
     boxes = boxes_carried(places.pose[have], bounds[places.shape[have]])
     a, b = _meeting(boxes)
@@ -147,14 +144,10 @@ def _near_others(shapes: Sequence[Shape], places: Places) -> Ints:
 
 def _meeting(boxes: Floats) -> tuple[Ints, Ints]:
     """Pairs of rows of boxes (n, 6) that meet, each in both orders and with itself."""
-    if len(boxes) > _FEW:
-        from relmodel.find.rtree import PackedRTree
+    from shapely import STRtree, box
 
-        return PackedRTree(boxes).in_boxes(boxes)
-    # To load the tree's compiled kernels takes longer, and a tenth of the memory of a load.
-    meet = np.ones((len(boxes), len(boxes)), bool)
-    for axis in range(3):
-        meet &= boxes[:, None, axis] <= boxes[:, axis + 3]
-        meet &= boxes[:, None, axis + 3] >= boxes[:, axis]
-    a, b = np.nonzero(meet)
-    return a, b
+    x0, y0, z0, x1, y1, z1 = boxes.T
+    flat = box(x0, y0, x1, y1)
+    a, b = STRtree(flat).query(flat)
+    meet = (z0[a] <= z1[b]) & (z1[a] >= z0[b])
+    return a[meet], b[meet]

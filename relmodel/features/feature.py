@@ -8,12 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from relmodel.arrays import Floats
+from relmodel.features.parameters import DEFAULTS
 from relmodel.model.content_keys import content_key, quantised
 
-LENGTH_TOLERANCE = 1e-3  # mm, for "on one axis", "of one radius"
-ANGLE_TOLERANCE = 1e-5  # rad, for "along one axis"
-_FORM_QUANTUM = 1e-2
-_CLASS_DIGITS = 4  # of mm and rad: dimensions that agree to them are of one class
+_ALL = DEFAULTS.common
+LENGTH_TOLERANCE, ANGLE_TOLERANCE = _ALL.length_mm, _ALL.angle_rad
 
 
 @dataclass
@@ -38,9 +37,9 @@ class Feature:
 def feature_class_key(feature: Feature) -> str:
     """Key of a feature's class: kind, rounded dimensions and form."""
     dimensions = [
-        f"{name}={value:.{_CLASS_DIGITS}f} {unit}" for name, (value, unit) in sorted(feature.dimensions.items())
+        f"{name}={value:.{_ALL.class_digits}f} {unit}" for name, (value, unit) in sorted(feature.dimensions.items())
     ]
-    return content_key([feature.kind, *dimensions, *map(str, quantised(feature.form, _FORM_QUANTUM).tolist())])
+    return content_key([feature.kind, *dimensions, *map(str, quantised(feature.form, _ALL.form_quantum).tolist())])
 
 
 def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
@@ -80,6 +79,18 @@ def cross(a: Floats, b: Floats) -> Floats:
     return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
 
 
+def sideways(axis: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors across a unit axis, right-handed with it."""
+    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    u /= np.linalg.norm(u)
+    return u, cross(axis, u)
+
+
+def ahead(direction: Floats) -> Floats:
+    """A direction or its opposite: its first component that is clearly not 0 is positive."""
+    return -direction if direction[np.argmax(np.abs(direction) > 1e-6)] < 0 else direction
+
+
 def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, float]:
     """Least rectangle across `normal` that holds points: direction of its length, its centre, length and width.
 
@@ -87,9 +98,7 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
     """
     from shapely import convex_hull, get_coordinates, linestrings
 
-    u = cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    u /= np.linalg.norm(u)
-    v = cross(normal, u)
+    u, v = sideways(normal)
     flat = np.column_stack([points @ u, points @ v])
     hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is made sooner than many points
     sides = np.diff(hull, axis=0)
@@ -106,15 +115,13 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
     length, width = float(extent[best]), float(breadth[best])
     if width > length:
         d, length, width = a, width, length
-    x = d[0] * u + d[1] * v
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
-    return x, middle[0] * u + middle[1] * v, length, width
+    return ahead(d[0] * u + d[1] * v), middle[0] * u + middle[1] * v, length, width
 
 
 def commonest(values: list[float]) -> float:
     """The value that occurs most often, to the class's digits; the least of those that do."""
-    rounded = [round(v, _CLASS_DIGITS) for v in values]
-    return min(values, key=lambda v: (-rounded.count(round(v, _CLASS_DIGITS)), v))
+    rounded = [round(v, _ALL.class_digits) for v in values]
+    return min(values, key=lambda v: (-rounded.count(round(v, _ALL.class_digits)), v))
 
 
 def frame(x: Floats, z: Floats, origin: Floats) -> Floats:

@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, cross
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, sideways
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.model.model import Shape, Table
 
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 
-_UPRIGHT = np.radians(0.5)
-_BINS = 720  # of the full turn, for the union of angles
+_ALL = DEFAULTS.common
 
 
 @dataclass
@@ -73,7 +73,7 @@ class Surfaces:
         walls = [i for i in walls if self.kind[i] == "plane"] or walls
         leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
         angle = float(np.arcsin(np.clip(leans.mean(), -1, 1))) if len(leans) else 0.0
-        return {"draft_angle": (angle, "rad")} if angle > _UPRIGHT and np.ptp(leans) < _UPRIGHT / 5 else {}
+        return {"draft_angle": (angle, "rad")} if angle > _ALL.draft_rad and np.ptp(leans) < _ALL.draft_rad / 5 else {}
 
     def is_free(self, lines: Floats, axis: Floats, low: float, high: float) -> bool:
         """Whether lines through points (n, 3) along an axis meet no triangle between two heights.
@@ -106,18 +106,16 @@ class Surfaces:
 
     def _turn(self, members: list[int]) -> float:
         axis = self.axis[members[0]]
-        u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-        u /= np.linalg.norm(u)
-        across = np.stack([u, cross(axis, u)], axis=1)
+        across = np.stack(sideways(axis), axis=1)
         corners = np.concatenate([self.points(i).reshape(-1, 3, 3) for i in members]) - self.origin[members[0]]
         angle = np.arctan2(corners @ across[:, 1], corners @ across[:, 0])
         # A triangle spans less than half a turn: unwrap its corners about the first.
         angle = angle[:, :1] + (angle - angle[:, :1] + np.pi) % (2 * np.pi) - np.pi
-        low = np.floor(angle.min(axis=1) / (2 * np.pi) * _BINS).astype(np.int64)
-        high = np.ceil(angle.max(axis=1) / (2 * np.pi) * _BINS).astype(np.int64)
-        ends = np.bincount(low + _BINS, minlength=3 * _BINS + 2)
-        ends = ends - np.bincount(high + _BINS, minlength=3 * _BINS + 2)
-        covered = (np.cumsum(ends) > 0)[: 3 * _BINS].reshape(3, _BINS).any(axis=0)
+        low = np.floor(angle.min(axis=1) / (2 * np.pi) * _ALL.bins).astype(np.int64)
+        high = np.ceil(angle.max(axis=1) / (2 * np.pi) * _ALL.bins).astype(np.int64)
+        ends = np.bincount(low + _ALL.bins, minlength=3 * _ALL.bins + 2)
+        ends = ends - np.bincount(high + _ALL.bins, minlength=3 * _ALL.bins + 2)
+        covered = (np.cumsum(ends) > 0)[: 3 * _ALL.bins].reshape(3, _ALL.bins).any(axis=0)
         return float(covered.mean() * 2 * np.pi)
 
 

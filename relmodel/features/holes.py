@@ -7,19 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, sideways, union
 from relmodel.features.graph import Surfaces
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 
 if TYPE_CHECKING:
     import networkx as nx
 
 
-_REACH = 10.0  # length of a gap, in diameters, that a drill crosses
-_AIR = 3.0  # and to what is drilled on either side: the walls of a housing are bored one by one
-_WITHIN = 0.9  # of the radius
+_P = DEFAULTS.holes
 _SKEW = ANGLE_TOLERANCE**2  # of a cosine
-_HOLDS_A_PIN = np.pi * 1.2  # a cylinder of more of a turn than this; what is open further is cut out of a side
 
 
 def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
@@ -72,7 +70,7 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
         bore, reach, cut = [extents[0][2]], extents[0][1], extents[0][1] - extents[0][0]
         for low, high, i in extents[1:]:
             if low > reach + LENGTH_TOLERANCE:
-                most = min(_REACH * 2 * float(s.radius[i]), _AIR * (cut + high - low))
+                most = min(_P.reach * 2 * float(s.radius[i]), _P.air * (cut + high - low))
                 if low - reach > most or not _interrupted(s, i, reach, low):
                     bores.append(sorted(bore))
                     bore, cut = [], 0.0
@@ -80,7 +78,7 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
             cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
-    return sorted(bore for bore in bores if s.turn(bore) > _HOLDS_A_PIN and not _are_corners(s, graph, bore))
+    return sorted(bore for bore in bores if s.turn(bore) > _P.holds_a_pin_rad and not _are_corners(s, graph, bore))
 
 
 def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> bool:
@@ -91,21 +89,21 @@ def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> boo
         along = abs(float(s.axis[j] @ axis))
         if s.kind[j] == "plane":  # a facet of a bore passes its axis by at the radius
             off = abs(float((s.origin[j] - s.origin[i]) @ s.axis[j]))
-            beside = along < ANGLE_TOLERANCE and off < _WITHIN * s.radius[i]
+            beside = along < ANGLE_TOLERANCE and off < _P.within * s.radius[i]
         else:
             beside = s.kind[j] == "cylinder" and along > 1 - _SKEW
         ways = {edge["convexity"] for edge in graph.get_edge_data(i, j).values()}
         return bool(beside and not ways <= {"convex"} and not _on_axis(s, i, j))
 
-    return all(s.turn([i]) < _HOLDS_A_PIN and any(leads_in(i, j) for j in set(graph.neighbors(i)) - {i}) for i in bore)
+    return all(
+        s.turn([i]) < _P.holds_a_pin_rad and any(leads_in(i, j) for j in set(graph.neighbors(i)) - {i}) for i in bore
+    )
 
 
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
     """Whether nothing but air lies between two lengths of a bore."""
     axis, radius = s.axis[bore], s.radius[bore]
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    u *= _WITHIN * radius / np.linalg.norm(u)
-    v = cross(axis, u)
+    u, v = (_P.within * radius * d for d in sideways(axis))
     return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
 
 

@@ -11,20 +11,21 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    ahead,
     commonest,
     cross,
     frame,
     lengths,
     outline_form,
     rectangle,
+    sideways,
     union,
 )
 from relmodel.features.graph import Boundary, Side
+from relmodel.features.parameters import DEFAULTS
 
-_WITHIN = 0.9  # of the way to a wall
-_ON_THE_ELLIPSE = 1e-2  # mm
-_STEEP = np.sin(np.radians(10))
-_LEAST_WALLS = 3
+_ALL = DEFAULTS.common
+_P = DEFAULTS.openings
 
 
 def openings(b: Boundary, taken: set[int]) -> list[Feature]:
@@ -65,10 +66,9 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
             continue
         for j in b.neighbours(i, "concave"):
             run = cross(s.axis[i], s.axis[j])
-            if s.kind[j] != "plane" or np.linalg.norm(run) < _STEEP:
+            if s.kind[j] != "plane" or np.linalg.norm(run) < _ALL.steep:
                 continue
-            up = run / np.linalg.norm(run)
-            up = -up if up[np.argmax(np.abs(up) > 1e-6)] < 0 else up
+            up = ahead(run / np.linalg.norm(run))
             key = tuple(np.round(up, 3).tolist())
             if (i, key) in tried:
                 continue
@@ -79,7 +79,7 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
             graph: nx.Graph[int] = nx.Graph()
             graph.add_edges_from((k, x.other) for k in ring for x in b.sides[k] if x.other in ring and x.other != k)
             core = sorted(nx.k_core(graph, 2))
-            if len(core) >= _LEAST_WALLS and _face_all_around(b, core, up):
+            if len(core) >= _P.least_walls and _face_all_around(b, core, up):
                 used |= set(ring)
                 rings.append((up, ring))
     return rings
@@ -88,9 +88,9 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
     """Whether the normals of walls leave no half turn about `up` free."""
     normal = np.concatenate([b.surfaces.normals(i) for i in walls])
-    across = cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    angle = np.sort(np.arctan2(normal @ cross(up, across), normal @ across))
-    return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _STEEP)
+    u, v = sideways(up)
+    angle = np.sort(np.arctan2(normal @ v, normal @ u))
+    return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _ALL.steep)
 
 
 def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
@@ -131,7 +131,7 @@ def _inside(b: Boundary, ring: list[int], up: Floats) -> Floats:
     """Lines (n, 3) along an opening, in its middle and near its walls."""
     points = [b.surfaces.points(i) for i in ring]
     middle = np.concatenate(points).mean(axis=0)
-    return np.array([middle, *(middle + _WITHIN * (p.mean(axis=0) - middle) for p in points)])
+    return np.array([middle, *(middle + _P.within * (p.mean(axis=0) - middle) for p in points)])
 
 
 def _walls_at(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
@@ -152,12 +152,12 @@ def _ring(b: Boundary, walls: list[int], up: Floats, used: set[int]) -> list[int
     todo = list(walls)
     while todo:
         i = todo.pop()
-        if i in used or s.start[i] == s.start[i + 1] or np.abs(s.normals(i) @ up).max(initial=0.0) > _STEEP:
+        if i in used or s.start[i] == s.start[i + 1] or np.abs(s.normals(i) @ up).max(initial=0.0) > _ALL.steep:
             return None
         for x in b.sides[i]:
             if x.other in members or x.other < 0 or x.convexity not in ("concave", "smooth"):
                 continue
-            if np.abs(s.normals(x.other) @ up).max(initial=0.0) < _STEEP:
+            if np.abs(s.normals(x.other) @ up).max(initial=0.0) < _ALL.steep:
                 members.add(x.other)
                 todo.append(x.other)
             elif x.convexity == "concave" or s.concave[x.other]:
@@ -208,9 +208,7 @@ def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool)
 
 def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] | None:
     """Direction of the major axis, centre and diameters of an ellipse through points, seen along `up`."""
-    u = cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    u /= np.linalg.norm(u)
-    v = cross(up, u)
+    u, v = sideways(up)
     flat = np.column_stack([points @ u, points @ v])
     shift, scale = flat.mean(axis=0), float(np.abs(flat - flat.mean(axis=0)).max())
     p, q = ((flat - shift) / scale).T
@@ -218,13 +216,12 @@ def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] 
     form = np.array([[a, h / 2], [h / 2, c]])
     slope = np.hypot(2 * a * p + h * q + d, h * p + 2 * c * q + e)
     away = np.abs(a * p * p + h * p * q + c * q * q + d * p + e * q - 1) / np.maximum(slope, 1e-9)
-    if np.linalg.det(form) <= 0 or away.max() * scale > _ON_THE_ELLIPSE:
+    if np.linalg.det(form) <= 0 or away.max() * scale > _P.ellipse_mm:
         return None
     middle = -np.linalg.solve(form, [d, e]) / 2
     values, axes = np.linalg.eigh(form)
     semi = np.sqrt((1 + middle @ form @ middle) / values) * scale  # the least value is the major axis
-    x = axes[0, 0] * u + axes[1, 0] * v
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
+    x = ahead(axes[0, 0] * u + axes[1, 0] * v)
     centre = middle * scale + shift
     return x, centre[0] * u + centre[1] * v, 2 * float(semi[0]), 2 * float(semi[1])
 
@@ -269,16 +266,14 @@ def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, 
     if sweep < ANGLE_TOLERANCE:
         return None
     out = np.cos(middle) * to + np.sin(middle) * cross(up, to)
-    x = cross(up, out)
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
-    return x, foot[inner[0]] + ring * out, ring * sweep + width, width, ring
+    return ahead(cross(up, out)), foot[inner[0]] + ring * out, ring * sweep + width, width, ring
 
 
 def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
     """Direction, centre, length and width of a closed slot: two facing planes and a half cylinder at either end."""
     s = b.surfaces
     planes = [i for i in walls if s.kind[i] == "plane"]
-    rounds = [i for i in walls if s.kind[i] == "cylinder" and s.concave[i] and abs(s.axis[i] @ up) > 1 - _STEEP**2]
+    rounds = [i for i in walls if s.kind[i] == "cylinder" and s.concave[i] and abs(s.axis[i] @ up) > 1 - _ALL.steep**2]
     if not planes or len(planes) + len(rounds) < len(walls) or len(rounds) < 2:
         return None
     across = s.axis[planes[0]]
@@ -293,5 +288,4 @@ def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats,
     if max(places) - min(places) < LENGTH_TOLERANCE:
         return None
     centre = (max(places) + min(places)) / 2 * x + (max(offsets) + min(offsets)) / 2 * across
-    x = -x if x[np.argmax(np.abs(x) > 1e-6)] < 0 else x
-    return x, centre, max(places) - min(places) + width, width
+    return ahead(x), centre, max(places) - min(places) + width, width

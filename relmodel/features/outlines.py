@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.curves import BOX
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Shape
@@ -23,10 +24,7 @@ if TYPE_CHECKING:
 
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
-_CHORD_RAD = np.pi / 360
-_CHORDS = 180  # of a smooth segment of another curve
-_INWARD = 1e-7  # of the domain: keeps points off poles, apexes and seams, where no angle or two are theirs
-_LEAST_SHARE = 1e-9  # rad2: a sphere without boundary encloses nothing
+_P = DEFAULTS.contacts
 _DIRECTIONS = np.array([d for d in product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
 
 
@@ -144,7 +142,7 @@ class Outlines:
                     points.append(curves.evaluate(np.full(len(t), arc), t)[0])
                 else:
                     uv = faces.evaluate(np.full(len(t), k), t)
-                    uv += _INWARD * (middle - uv)
+                    uv += _P.inward * (middle - uv)
                     points.append(surfaces.evaluate(np.full(len(t), surface), uv[:, 0], uv[:, 1]).points)
             rings.append((np.concatenate(points) - frame[:3, 3]) @ frame[:3, :3])
         self._loops[row] = rings
@@ -164,7 +162,9 @@ def _along(cuts: Floats, kind: str) -> Floats:
     """Parameters along an arc, close enough for chords."""
     if kind == "line":
         return cuts
-    steps = np.ceil(np.diff(cuts) / _CHORD_RAD) if kind in ("circle", "ellipse") else np.full(len(cuts) - 1, _CHORDS)
+    steps = (
+        np.ceil(np.diff(cuts) / _P.chord_rad) if kind in ("circle", "ellipse") else np.full(len(cuts) - 1, _P.chords)
+    )
     segments = [np.linspace(a, b, int(n) + 1)[:-1] for a, b, n in zip(cuts[:-1], cuts[1:], steps, strict=True)]
     return np.append(np.concatenate(segments), cuts[-1])
 
@@ -204,4 +204,4 @@ def _projected(loops: list[Floats], centre: Floats) -> tuple[bool, BaseGeometry]
         u, v = (np.sqrt(2 / (1 + loop @ centre)) * (loop @ axis) for axis in (x, np.cross(centre, x)))
         signed += float(np.sum(u * np.roll(v, -1) - v * np.roll(u, -1)) / 2)
         area = area.symmetric_difference(Polygon(np.column_stack([u, v])).buffer(0))
-    return signed > _LEAST_SHARE, area
+    return signed > _P.least_share, area

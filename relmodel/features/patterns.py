@@ -8,17 +8,14 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.features.feature import Feature, feature_class_key, frame, lengths, outline_form, union
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 
-_SAME = 1e-2  # mm, rad
-_NEAREST = 8  # neighbours that are tried as the next of a row or circle
-_LEAST = 3
-_SURELY_A_CIRCLE = 5  # four may be corners of a grid
-_FILLED = 2 / 3  # share of the places of a circle that holes take at least
+_P = DEFAULTS.patterns
 
 
 def patterns(holes: list[Feature]) -> list[Feature]:
@@ -32,14 +29,14 @@ def patterns(holes: list[Feature]) -> list[Feature]:
         groups.setdefault(feature_class_key(hole), []).append(i)
     found = []
     for members in groups.values():
-        if len(members) < _LEAST:
+        if len(members) < _P.least:
             continue
         z = np.array([holes[i].shape_from_feature[:3, 2] for i in members])
         at = np.array([holes[i].shape_from_feature[:3, 3] for i in members])
-        label = clusters(np.column_stack([z * 1e3, np.sum(z * at, axis=1)]), _SAME)
+        label = clusters(np.column_stack([z * 1e3, np.sum(z * at, axis=1)]), _P.same)
         for k in range(int(label.max()) + 1):
             own = np.flatnonzero(label == k)
-            if len(own) >= _LEAST:
+            if len(own) >= _P.least:
                 found += _in_plane([holes[members[i]] for i in own.tolist()])
     return found
 
@@ -54,8 +51,8 @@ def _in_plane(holes: list[Feature]) -> list[Feature]:
     found, free = [], np.ones(len(holes), bool)
     rounds = sorted(_circles(flat, tree), key=lambda c: (-len(c), c))
     rows = sorted(_rows(flat, tree), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
-    large = [c for c in rounds if len(c) >= _SURELY_A_CIRCLE]
-    small = [c for c in rounds if len(c) < _SURELY_A_CIRCLE]
+    large = [c for c in rounds if len(c) >= _P.surely_a_circle]
+    small = [c for c in rounds if len(c) < _P.surely_a_circle]
     grids = sorted(_grids(flat, tree), key=lambda g: (-g.size, g.ravel().tolist()))
     for kind, candidates in (
         ("circular_pattern", large),
@@ -73,7 +70,7 @@ def _in_plane(holes: list[Feature]) -> list[Feature]:
 
 
 def _nearest(flat: Floats, tree: cKDTree) -> list[list[int]]:
-    count = min(_NEAREST + 1, len(flat))
+    count = min(_P.nearest + 1, len(flat))
     _, beside = tree.query(flat, k=count)
     return [[j for j in row if j != i] for i, row in enumerate(np.asarray(beside).tolist())]
 
@@ -87,7 +84,7 @@ def _at(tree: cKDTree, places: Floats) -> list[int] | None:
 def _among(tree: cKDTree, places: Floats) -> list[int]:
     """Rows of the points that are at some of the places (n, 2)."""
     away, row = tree.query(places)
-    found: list[int] = np.asarray(row)[away < _SAME].tolist()
+    found: list[int] = np.asarray(row)[away < _P.same].tolist()
     return found
 
 
@@ -100,19 +97,19 @@ def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
                 p, q = flat[j] - flat[i], flat[k] - flat[i]
                 a, c = float(np.linalg.norm(p)), float(np.linalg.norm(q))
                 cross = float(p[0] * q[1] - p[1] * q[0])
-                if abs(a - c) > _SAME or abs(cross) < 1e-3 * a * c:
+                if abs(a - c) > _P.same or abs(cross) < 1e-3 * a * c:
                     continue
                 # The angle at the point is that of a regular polygon of `count` corners.
                 turn = np.pi - np.arccos(np.clip(p @ q / (a * c), -1, 1))
                 count = round(2 * np.pi / turn)
-                if count < _LEAST or _FILLED * count > len(flat) or abs(turn * count - 2 * np.pi) > 1e-3 * count:
+                if count < _P.least or _P.filled * count > len(flat) or abs(turn * count - 2 * np.pi) > 1e-3 * count:
                     continue
                 middle = flat[i] + (p + q) / np.linalg.norm(p + q) * a / (2 * np.sin(np.pi / count))
                 arm = flat[i] - middle
                 t = 2 * np.pi * np.arange(count) / count
                 turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
                 members = tuple(sorted(set(_among(tree, middle + turned))))
-                if len(members) == count or len(members) >= max(_SURELY_A_CIRCLE, _FILLED * count):
+                if len(members) == count or len(members) >= max(_P.surely_a_circle, _P.filled * count):
                     found.add(members)
     return [list(c) for c in sorted(found)]
 
@@ -128,7 +125,7 @@ def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
             run = [i, j]
             while (more := _at(tree, (flat[i] + len(run) * step)[None])) is not None:
                 run += more
-            if len(run) >= _LEAST:
+            if len(run) >= _P.least:
                 found.add(tuple(run))
     return [list(r) for r in sorted(found)]
 
@@ -140,11 +137,11 @@ def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
         for j in beside:
             a = flat[j] - flat[i]
             length = float(np.linalg.norm(a))
-            if length < _SAME or _at(tree, (flat[i] - a)[None]) is not None:
+            if length < _P.same or _at(tree, (flat[i] - a)[None]) is not None:
                 continue
             # The next line is that of the nearest point square to the first.
             arm = flat - flat[i]
-            square = (np.abs(arm @ a) < _SAME * length) & (arm @ [-a[1], a[0]] > _SAME * length)
+            square = (np.abs(arm @ a) < _P.same * length) & (arm @ [-a[1], a[0]] > _P.same * length)
             if not square.any():
                 continue
             b = arm[min(np.flatnonzero(square).tolist(), key=lambda k: float(np.linalg.norm(arm[k])))]
@@ -154,7 +151,7 @@ def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
             if members is None or min(counts) < 2 or len(set(members)) < len(members):
                 continue
             grid = np.array(members).reshape(counts[1], counts[0])
-            turned = counts[1] > counts[0] or (counts[1] == counts[0] and np.linalg.norm(b) > length + _SAME)
+            turned = counts[1] > counts[0] or (counts[1] == counts[0] and np.linalg.norm(b) > length + _P.same)
             found.setdefault(tuple(sorted(members)), grid.T if turned else grid)
     return list(found.values())
 
@@ -202,5 +199,5 @@ def _form_with_gaps(at: Floats, pose: Floats) -> tuple[float, ...]:
     """The form of a circle of holes (n, 3) some places of which are empty; of an even one nothing."""
     local = (at - pose[:3, 3]) @ pose[:3, :2]
     angle = np.sort(np.arctan2(local[:, 1], local[:, 0]))
-    even = np.ptp(np.diff(angle, append=angle[0] + 2 * np.pi)) < _SAME
+    even = np.ptp(np.diff(angle, append=angle[0] + 2 * np.pi)) < _P.same
     return () if even else outline_form(at, ["hole"] * len(at), pose, either_way=False)

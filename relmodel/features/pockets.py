@@ -21,10 +21,10 @@ from relmodel.features.feature import (
 )
 from relmodel.features.graph import Boundary, Side
 from relmodel.features.openings import closed_slot, walls_form
+from relmodel.features.parameters import DEFAULTS
 
-_STEEP = np.sin(np.radians(10))  # walls may have this much draft
-_MOSTLY = 0.5  # share of the boundary of a pocket that another may not have cut away, and of each of its sides
-_LEAST_WALLS = 4  # of a pocket with an open side
+_ALL = DEFAULTS.common
+_P = DEFAULTS.pockets
 
 
 @dataclass
@@ -82,7 +82,7 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
         beside = {x.other for up, (_, x) in zip(rising, outer, strict=True) if up}
         falls = {x.other for up, (_, x) in zip(rising, outer, strict=True) if not up}
         share = sum(x.length for up, (_, x) in zip(rising, outer, strict=True) if up) / sum(x.length for _, x in outer)
-        free = falls <= pocket_of.keys() | taken and share > _MOSTLY
+        free = falls <= pocket_of.keys() | taken and share > _P.mostly
         if not beside or (len(beside) == 1 and not free) or pocket_of.keys() & set(floor.faces):
             continue
         walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
@@ -106,7 +106,7 @@ def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
     for floor in floors:
         roles |= walls_of(b, floor)
     walls = [i for i, role in roles.items() if role == "wall"]
-    if len(walls) < _LEAST_WALLS:
+    if len(walls) < _P.least_walls:
         return False
     if closed_slot(b, walls, up) is not None:
         return True
@@ -119,9 +119,9 @@ def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
             along = [
                 s.along(i, run)
                 for i in walls
-                if s.axis[i] @ d < -1 + _STEEP**2 and abs(s.origin[i] @ d - at) < side * _STEEP
+                if s.axis[i] @ d < -1 + _ALL.steep**2 and abs(s.origin[i] @ d - at) < side * _ALL.steep
             ]
-            if sum(high - low for low, high in along) < _MOSTLY * side:
+            if sum(high - low for low, high in along) < _P.mostly * side:
                 return False
     return True
 
@@ -177,7 +177,7 @@ def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:
         spread, along = np.linalg.eigh(normal.T @ normal / len(normal))
         own = np.concatenate([s.normals(i) for i in faces])
         up = along[:, 0] * np.sign(own.mean(axis=0) @ along[:, 0])
-        if spread[0] < _STEEP**2 and spread[1] > _STEEP**2 and (own @ up).min() > _STEEP:
+        if spread[0] < _ALL.steep**2 and spread[1] > _ALL.steep**2 and (own @ up).min() > _ALL.steep:
             found.append(Floor(faces, up, min(s.along(i, up)[0] for i in faces)))
     return found
 
@@ -207,7 +207,7 @@ def walls_of(b: Boundary, floor: Floor) -> dict[int, str]:
         sides = [x for x in b.sides.get(i, []) if x.outer or roles[i] != "floor"]
         for j in sorted({x.other for x in sides if x.other >= 0} - roles.keys()):
             crossed = {x.convexity for x in sides if x.other == j}
-            steep = float(np.abs(s.normals(j) @ floor.up).max(initial=0.0)) < _STEEP
+            steep = float(np.abs(s.normals(j) @ floor.up).max(initial=0.0)) < _ALL.steep
             if ("concave" in crossed and roles[i] == "floor") or (
                 "smooth" in crossed and steep and roles[i] == "blend"
             ):
@@ -287,4 +287,4 @@ def fillet_radius(b: Boundary, roles: dict[int, str]) -> dict[str, tuple[float, 
 
 
 def _upright(b: Boundary, i: int, up: Floats) -> bool:
-    return bool(np.linalg.norm(cross(b.surfaces.axis[i], up)) < np.sin(_STEEP))
+    return bool(np.linalg.norm(cross(b.surfaces.axis[i], up)) < np.sin(_ALL.steep))

@@ -11,19 +11,18 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
-    cross,
     frame,
     lengths,
     rectangle,
+    sideways,
     union,
 )
 from relmodel.features.graph import Boundary
+from relmodel.features.parameters import DEFAULTS
 
-_GAP = 0.5  # rad without a point, more than a facet spans
-_END_OF_A_LUG = np.pi * np.array([0.6, 1.9])  # turn of the rounded end; a full turn is a boss
-_WHOLE_TURN = np.pi * 1.9
+_ALL = DEFAULTS.common
+_P = DEFAULTS.standing
 _SQUARE = 1 - ANGLE_TOLERANCE
-_LONG = 5.0  # length to width of an island that is a rib, however low
 
 
 def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
@@ -41,7 +40,9 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
             ears = [
                 ear
                 for ear in _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
-                if _END_OF_A_LUG[0] < s.turn(ear[0]) < _END_OF_A_LUG[1] and ear[1] < deep[0] and ear[2] > deep[1]
+                if _P.end_of_a_lug_rad[0] < s.turn(ear[0]) < _P.end_of_a_lug_rad[1]
+                and ear[1] < deep[0]
+                and ear[2] > deep[1]
                 if _is_one_arc(b, ear[0]) and not _stands_upright(b, ear[0], z)
             ]
             if ears:
@@ -57,10 +58,10 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     reach = sorted(s.along(i, axis) for i in ends)
     beside = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
     points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    angle = np.sort(np.arctan2(points @ cross(axis, u), points @ u))
+    u, v = sideways(axis)
+    angle = np.sort(np.arctan2(points @ v, points @ u))
     gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
-    wide = int((gaps > _GAP).sum())
+    wide = int((gaps > _P.gap_rad).sum())
     return wide == 1 or (wide == 0 and not beside)
 
 
@@ -150,7 +151,11 @@ def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
         tops = {
             j for kind, others, _ in bounds if kind == "convex" for j in others for j in (_past_bevel(b, i, j) or [j])
         }
-        if s.turn([i]) < _WHOLE_TURN or not tops or any(kind not in ("convex", "concave") for kind, _, _ in bounds):
+        if (
+            s.turn([i]) < _ALL.whole_turn_rad
+            or not tops
+            or any(kind not in ("convex", "concave") for kind, _, _ in bounds)
+        ):
             continue
         up = s.axis[min(tops)]
         flat = all(s.kind[j] == "plane" and s.axis[j] @ up > 1 - ANGLE_TOLERANCE for j in tops)
@@ -196,7 +201,9 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: di
     points = np.concatenate([s.points(i) for i in walls])
     round_ = [i for i in walls if s.kind[i] in ("cylinder", "cone") and not s.concave[i]]
     single = (
-        round_ == walls and s.turn(walls) > _WHOLE_TURN and len(coaxial(b, np.array(walls), up, s.origin[walls[0]]))
+        round_ == walls
+        and s.turn(walls) > _ALL.whole_turn_rad
+        and len(coaxial(b, np.array(walls), up, s.origin[walls[0]]))
     )
     kind = "boss"
     if single == len(walls):
@@ -209,7 +216,7 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: di
     else:
         x, centre, length, width = rectangle(points, up)
         dimensions = lengths(length=length, width=width, height=height)
-        if length > _LONG * width:
+        if length > _P.long * width:
             kind, dimensions = "rib", lengths(thickness=width, length=length, height=height)
     if kind == "boss":
         dimensions |= s.draft(walls, up)

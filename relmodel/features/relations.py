@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.model.model import Shape, Table
 
-SMOOTH_RAD = np.pi / 180
-_NEAREST = 32  # how many planes in order of offset are tried for the nearest that overlaps
+_P = DEFAULTS.relations
 
 
 def surface_relations(shape: Shape) -> Table:
@@ -95,7 +95,7 @@ _Rows = tuple[str, Ints, Ints, Floats, float]  # kind, one, other, value, tolera
 def _tolerances(table: Table) -> tuple[float, float]:
     """Angle (rad) and length (mm) within which things count as equal: loose where they were fitted to a mesh."""
     fitted = bool(np.any(np.asarray(table["provenance"], dtype=str) == "fitted"))
-    return (2e-3, 2e-2) if fitted else (1e-6, 1e-4)
+    return _P.fitted if fitted else _P.exact
 
 
 def _points(table: Table, name: str) -> Floats:
@@ -126,7 +126,7 @@ def _parallel_planes(
     upward, downward = np.ones(len(rows), bool), np.ones(len(rows), bool)
     a: list[Ints] = []
     b: list[Ints] = []
-    for step in range(1, min(_NEAREST, len(rows) - 1) + 1):
+    for step in range(1, min(_P.nearest, len(rows) - 1) + 1):
         i = np.flatnonzero(upward[:-step] | downward[step:])
         j = i + step
         hit = (direction[rows[i]] == direction[rows[j]]) & (offset[rows[j]] - offset[rows[i]] > length_tolerance)
@@ -181,7 +181,7 @@ def _of_adjacent(shape: Shape, kinds: npt.NDArray[Any], axis: Floats, tolerance:
     angle = np.asarray(arcs["angle"], float)
     pairs = (a >= 0) & (b >= 0) & (a != b)
     a, b, angle = a[pairs], b[pairs], np.abs(angle[pairs])
-    smooth = angle < SMOOTH_RAD
+    smooth = angle < _P.smooth_rad
     cosine = np.abs(np.sum(axis[a] * axis[b], axis=1))
     planes = (kinds[a] == "plane") & (kinds[b] == "plane")
     mixed = ((kinds[a] == "plane") & (kinds[b] == "cylinder")) | ((kinds[a] == "cylinder") & (kinds[b] == "plane"))
@@ -190,7 +190,7 @@ def _of_adjacent(shape: Shape, kinds: npt.NDArray[Any], axis: Floats, tolerance:
     square = (planes & (off < tolerance)) | (mixed & (1 - cosine < 1e-12 + tolerance**2 / 2))
     return [
         ("perpendicular", a[square], b[square], off[square], tolerance),
-        ("tangent", a[smooth], b[smooth], angle[smooth], SMOOTH_RAD),
+        ("tangent", a[smooth], b[smooth], angle[smooth], _P.smooth_rad),
     ]
 
 
@@ -245,10 +245,10 @@ def _meetings(shape: Shape, length_tolerance: float) -> list[_Rows]:
     one, other = one[keep], other[keep]
     between = np.sum(away[one] * away[other], axis=1)
     angle = np.arctan2(np.linalg.norm(np.cross(away[one], away[other]), axis=1), between)
-    smooth = np.pi - angle < SMOOTH_RAD
+    smooth = np.pi - angle < _P.smooth_rad
     return [
         ("meets", arc[one], arc[other], angle, length_tolerance),
-        ("tangent", arc[one][smooth], arc[other][smooth], (np.pi - angle)[smooth], SMOOTH_RAD),
+        ("tangent", arc[one][smooth], arc[other][smooth], (np.pi - angle)[smooth], _P.smooth_rad),
     ]
 
 

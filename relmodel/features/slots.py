@@ -11,23 +11,20 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    ahead,
     commonest,
     cross,
     frame,
     lengths,
 )
 from relmodel.features.graph import Boundary
+from relmodel.features.parameters import DEFAULTS
 from relmodel.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
 from relmodel.features.steps import Ledge, floor_of, run_along, steps
 
-_STEEP = np.sin(np.radians(10))  # walls may have this much draft
+_ALL = DEFAULTS.common
+_P = DEFAULTS.slots
 _UPRIGHT = ANGLE_TOLERANCE**2  # of a cosine
-_LEANING = np.sin(np.radians(60))  # walls of a slot may lean so much, back or over its floor
-_EVEN = np.radians(1)  # walls that lean back do so alike
-_BESIDE = 0.2  # share of a floor's extent that a wall has at least
-_KEEPS = 0.9  # length of a leaning wall to that of the floor, at most the inverse of this
-_CORNERS = 2  # in which two pairs of walls may not meet: the bend of a channel is one
-_FLAT = np.radians(170)  # walls of a V that open further are a bent face
 
 
 def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[int]) -> list[Feature]:
@@ -48,7 +45,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         hollow: set[int] = set()
         for i, x in rising:
             for j in b.across(i, x)[1]:
-                if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _LEANING:
+                if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _P.leaning:
                     walls[j] = walls.get(j, 0.0) + x.length
                 elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
                     hollow.add(j)
@@ -57,8 +54,10 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         for j, n in walls.items():
             beside[b.plane_key([j])] = beside.get(b.plane_key([j]), 0.0) + n
         extent = {j: float(np.ptp(points @ run_along(up, s.axis[j]))) for j in sorted(walls)}
-        sides = [j for j in extent if beside[b.plane_key([j])] > _BESIDE * extent[j]]
-        sides = [j for j in sides if abs(s.axis[j] @ up) < _STEEP or _keeps_to(b, j, points, run_along(up, s.axis[j]))]
+        sides = [j for j in extent if beside[b.plane_key([j])] > _P.beside * extent[j]]
+        sides = [
+            j for j in sides if abs(s.axis[j] @ up) < _ALL.steep or _keeps_to(b, j, points, run_along(up, s.axis[j]))
+        ]
         if sides or len(hollow) == 1:
             ledges.append(Ledge(floor, sides, set(walls), sorted(hollow)))
     ledges.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c.floor.faces), 3), c.floor.faces))
@@ -103,7 +102,7 @@ def _is_ridge(b: Boundary, floor: Floor, thin: set[int]) -> bool:
 def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
     """Whether a leaning wall is no longer than the floor: the slope of a gusset is no floor between its two feet."""
     low, high = b.surfaces.along(wall, run)
-    return bool(_KEEPS * (high - low) < np.ptp(points @ run))
+    return bool(_P.keeps * (high - low) < np.ptp(points @ run))
 
 
 def _place(b: Boundary, wall: int, across: Floats, up: Floats, height: float) -> float:
@@ -125,7 +124,7 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
             if run_along(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
                 continue
             leans = s.axis[[one, two]] @ floor.up
-            if leans.max() > _STEEP and np.ptp(leans) > _EVEN:
+            if leans.max() > _ALL.steep and np.ptp(leans) > _P.even_rad:
                 continue
             gap = _place(b, two, across, floor.up, floor.level) - at
             from_, to = s.along(two, run)
@@ -142,7 +141,7 @@ def _not_boxed_in(b: Boundary, pairs: list[tuple[int, int]]) -> list[tuple[int, 
     kept: list[tuple[int, int]] = []
     for pair in sorted(pairs, key=lambda p: (-round(min(float(b.surfaces.area[i]) for i in p), 3), p)):
         met = {i: set(b.neighbours(i, "concave")) for i in pair}
-        if all(sum(len(met[i] & set(other)) for i in pair) < _CORNERS for other in kept):
+        if all(sum(len(met[i] & set(other)) for i in pair) < _P.corners for other in kept):
             kept.append(pair)
     return sorted(kept)
 
@@ -186,7 +185,7 @@ def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     if stop - (last := max(r[1] for r in reach)) > width / 2:
         stop = last
     length = float(stop - start)
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     centre = (start + stop) / 2 * run + (low + high) / 2 * across + level * up
     pose = frame(x, up, centre)
     box = prism_box(b, sorted(roles), pose, length, width, depth)
@@ -202,7 +201,7 @@ def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     else:
         dimensions |= s.draft(walls, up)
     upright = [i for i, role in roles.items() if role == "wall" and s.kind[i] == "cylinder" and s.concave[i]]
-    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(cross(s.axis[i], up)) < _STEEP]
+    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(cross(s.axis[i], up)) < _ALL.steep]
     if corners and 2 * commonest(corners) < width - LENGTH_TOLERANCE:
         dimensions |= lengths(corner_radius=commonest(corners))
     return Feature("open_slot", "", dimensions, pose, box, sorted(roles.items()))
@@ -213,12 +212,12 @@ def _necks(b: Boundary, walls: list[int], up: Floats) -> tuple[list[int], list[i
     s = b.surfaces
     necks, ceilings = [], []
     for wall in walls:
-        over = [j for j in b.neighbours(wall, "concave") if s.kind[j] == "plane" and s.axis[j] @ up < -1 + _STEEP]
+        over = [j for j in b.neighbours(wall, "concave") if s.kind[j] == "plane" and s.axis[j] @ up < -1 + _ALL.steep]
         above = [
             k
             for j in over
             for k in b.neighbours(j, "convex")
-            if s.kind[k] == "plane" and s.axis[k] @ s.axis[wall] > 1 - _STEEP
+            if s.kind[k] == "plane" and s.axis[k] @ s.axis[wall] > 1 - _ALL.steep
         ]
         if not above:
             return [], []
@@ -237,7 +236,7 @@ def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
             if two <= one or used & {one, two} or s.kind[two] != "plane":
                 continue
             opening = float(np.pi - np.arccos(np.clip(s.axis[one] @ s.axis[two], -1, 1)))
-            if not ANGLE_TOLERANCE < opening <= _FLAT:
+            if not ANGLE_TOLERANCE < opening <= _P.flat_rad:
                 continue
             mouths = [{b.plane_key([m]): m for m in _beyond(b, i, {one, two})} for i in (one, two)]
             run = cross(s.axis[one], s.axis[two])
@@ -327,7 +326,7 @@ def _keyseats(b: Boundary, taken: set[int]) -> list[Feature]:
         facing = abs(s.axis[walls[0]] @ s.axis[i]) > 1 - ANGLE_TOLERANCE and s.axis[walls[0]] @ s.axis[walls[1]] < 0
         up = s.normals(i).mean(axis=0)
         up -= (up @ s.axis[i]) * s.axis[i]
-        if not facing or np.linalg.norm(up) < _STEEP or any(x.convexity != "convex" for x in around):
+        if not facing or np.linalg.norm(up) < _ALL.steep or any(x.convexity != "convex" for x in around):
             continue
         up /= np.linalg.norm(up)
         # Out of the middle between both ends, whatever the triangles between them.
@@ -357,7 +356,7 @@ def _groove(
     ends, breadth = points @ run, points @ across
     centre = (ends.min() + ends.max()) / 2 * run + (breadth.min() + breadth.max()) / 2 * across + low * up
     length, width, depth = float(np.ptp(ends)), float(np.ptp(breadth)), float(high - low)
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     pose = frame(x, up, centre)
     roles = dict.fromkeys(members, "wall") | dict.fromkeys(floor, "floor")
     box = prism_box(b, sorted(roles), pose, length, width, depth)

@@ -11,6 +11,7 @@ from relmodel.features.feature import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
     Feature,
+    ahead,
     cross,
     frame,
     lengths,
@@ -18,10 +19,10 @@ from relmodel.features.feature import (
 )
 from relmodel.features.graph import Boundary
 from relmodel.features.openings import walls_form
+from relmodel.features.parameters import DEFAULTS
 from relmodel.features.pockets import Floor, fillet_radius, prism_box, top, walls_of
 
-_OVER = np.sin(np.radians(10))  # a wall may lean over its floor by so much
-_SPANS = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does
+_P = DEFAULTS.steps
 
 
 @dataclass
@@ -46,7 +47,7 @@ def steps(b: Boundary, ledges: list[Ledge], used: set[int], thin: set[int]) -> l
         floor, walls = ledge.floor, ledge.walls or ledge.hollow
         around = {*floor.faces, *walls}
         planes = {b.plane_key([j]) for j in ledge.walls}
-        if used & around or len(planes) > 2 or any(s.axis[j] @ floor.up < -_OVER for j in ledge.walls):
+        if used & around or len(planes) > 2 or any(s.axis[j] @ floor.up < -_P.over for j in ledge.walls):
             continue
         key = b.plane_key([floor.faces[0], *ledge.walls]) + (b.support_key(walls[0]) if not planes else ())
         floors, members = groups.setdefault(key, ([], []))
@@ -68,7 +69,7 @@ def _is_level(b: Boundary, ledge: Ledge) -> bool:
     for wall in ledge.walls or ledge.hollow:
         ends = [k for k in b.neighbours(wall, "convex") if s.kind[k] == "plane" and k not in b.chamfers]
         facing = [s.axis[k] @ up for k in ends]
-        if max(facing, default=0.0) > _OVER and max(facing) < 1 - ANGLE_TOLERANCE:
+        if max(facing, default=0.0) > _P.over and max(facing) < 1 - ANGLE_TOLERANCE:
             return False
     return True
 
@@ -101,7 +102,7 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
         run, length, width = across, width, length
     across = cross(up, run)
     centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     pose = frame(x, up, centre)
     box = prism_box(b, sorted(roles), pose, length, width, depth)
     dimensions = lengths(length=length, width=width, depth=depth) | fillet_radius(b, roles)
@@ -119,7 +120,7 @@ def _spans(b: Boundary, walls: list[int], points: Floats, run: Floats) -> bool:
     """Whether walls reach as far along a direction as the points of a floor."""
     reach = np.ptp(np.concatenate([b.surfaces.points(i) for i in walls]) @ run)
     share = float(reach / max(np.ptp(points @ run), LENGTH_TOLERANCE))
-    return _SPANS < share < 1 / _SPANS
+    return _P.spans < share < 1 / _P.spans
 
 
 def _edge_along(b: Boundary, walls: list[int], points: Floats, up: Floats) -> Floats | None:
@@ -130,7 +131,7 @@ def _edge_along(b: Boundary, walls: list[int], points: Floats, up: Floats) -> Fl
     x = rectangle(points, up)[0]
     for run in (x, cross(up, x)):
         facing = s.axis[walls] @ cross(up, run)
-        if (facing.min() > _OVER or facing.max() < -_OVER) and _spans(b, walls, points, run):
+        if (facing.min() > _P.over or facing.max() < -_P.over) and _spans(b, walls, points, run):
             return run
     return None
 

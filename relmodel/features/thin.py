@@ -8,26 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, ahead, cross, frame, lengths, union
 from relmodel.features.graph import Boundary
+from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 
-_THIN = 0.6  # thickness of a rib or flange to its height
-_TOUCHING = 0.01  # share of the smaller of two planes that one covers at least
-_UNDER = 0.3  # share of a floor that has the web under it
-_THIN_WEB = 0.2  # thickness of a web to its width
-_CONTACT = 0.6  # length of a foot to that of the side on it
-_SHARE = 0.3  # length of a flange to that of the side that it is of
-_TALL = 0.3  # height of a flange to that of the part
-_SAME = 1e-2  # mm, thickness and middle of the segments of one rib
-_LONG = 2.0  # length of a rib to its thickness: what is shorter is a post
-_LEAN = np.sin(np.radians([0.5, 15]))  # of a side with draft
-_GUSSET = 0.75  # area of its side to that of the rectangle around it
-_CROSSING = 10.0  # segments of a rib are parted by what crosses it, of this many times its thickness with its corners
+_P = DEFAULTS.thin
 
 
 @dataclass
@@ -132,7 +122,7 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
                     break
                 one, two = int(members[i]), int(others[near[j]])
                 shared = shared_by(one, two)
-                if shared.area < _TOUCHING * min(outline(one).area, outline(two).area):
+                if shared.area < _P.touching * min(outline(one).area, outline(two).area):
                     continue
                 nearest = gap[j]
                 first, second = (one, two) if sense > 0 else (two, one)
@@ -163,7 +153,7 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
     """
     standing: dict[tuple[int, ...], list[_Standing]] = {}
     slender = {
-        i for p in pairs if p.thickness < _THIN * min(p.overlap[2:] - p.overlap[:2]) for i in (p.first, p.second)
+        i for p in pairs if p.thickness < _P.thin * min(p.overlap[2:] - p.overlap[:2]) for i in (p.first, p.second)
     }
     for pair in pairs:
         if {pair.first, pair.second} & (floors | taken):
@@ -173,7 +163,7 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
             continue
         along = np.abs([pair.u @ stands.up, pair.v @ stands.up])
         height, length = (pair.overlap[2:] - pair.overlap[:2])[np.argsort(-along)]
-        if along.max() > 1 - ANGLE_TOLERANCE and pair.thickness < min(_THIN * height, length):
+        if along.max() > 1 - ANGLE_TOLERANCE and pair.thickness < min(_P.thin * height, length):
             standing.setdefault((*_plane_key(b, pair), len(stands.firm)), []).append(stands)
     found = []
     for segments in standing.values():
@@ -187,7 +177,7 @@ def _plane_key(b: Boundary, pair: Pair) -> tuple[int, ...]:
     s = b.surfaces
     middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
     normal = np.round(pair.normal * 1e4).astype(int).tolist()
-    return (*normal, round(middle / _SAME), round(pair.thickness / _SAME))
+    return (*normal, round(middle / _P.same_mm), round(pair.thickness / _P.same_mm))
 
 
 @dataclass
@@ -252,7 +242,7 @@ def _contact(b: Boundary, side: int, feet: dict[int, float], up: Floats) -> bool
     """Whether a side stands on its feet for a fair part of its length."""
     s = b.surfaces
     on = sum(length for j, length in feet.items() if up @ s.axis[j] > 1 - ANGLE_TOLERANCE)
-    return bool(on > _CONTACT * np.ptp(s.points(side) @ cross(s.axis[side], up)))
+    return bool(on > _P.contact * np.ptp(s.points(side) @ cross(s.axis[side], up)))
 
 
 def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Floats) -> bool:
@@ -260,7 +250,7 @@ def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Fl
     s = b.surfaces
     low, high = s.along(side, up)
     reach = [s.along(j, s.axis[side]) for j in feet if b.plane_key([j]) == b.plane_key([foot])]
-    return bool(max(r[1] - r[0] for r in reach) > high - low and high - low > _TALL * b.extent(up))
+    return bool(max(r[1] - r[0] for r in reach) > high - low and high - low > _P.tall * b.extent(up))
 
 
 def _tops(b: Boundary, ridge: int, up: Floats) -> bool:
@@ -281,7 +271,7 @@ def _joined(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]]:
     order = sorted(range(len(segments)), key=lambda i: spans[i])
     last = order[0]
     for i in order[1:]:
-        if spans[i][0] - spans[last][1] < _CROSSING * segments[i].pair.thickness:
+        if spans[i][0] - spans[last][1] < _P.crossing * segments[i].pair.thickness:
             graph.add_edge(last, i)
         last = max(last, i, key=lambda k: spans[k][1])
     return [[segments[i] for i in sorted(component)] for component in nx.connected_components(graph)]
@@ -299,13 +289,13 @@ def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
     ends = np.concatenate([s.points(i) for i in firm]) @ run
     tops = np.concatenate([s.points(i) for i in [*firm, *sorted(finish)]]) @ up
     length, height = float(np.ptp(ends)), float(np.ptp(tops))
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
     kind = "rib" if len(segments[0].firm) == 2 else "flange"
     outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
-    if kind == "flange" and length < _SHARE * outer:  # the wall of one pocket near the boundary
+    if kind == "flange" and length < _P.share * outer:  # the wall of one pocket near the boundary
         return None
-    if length < _LONG * pair.thickness:
+    if length < _P.long * pair.thickness:
         return None
     pose = frame(x, up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
     dimensions = lengths(thickness=pair.thickness, length=length, height=height)
@@ -318,7 +308,7 @@ def gussets(b: Boundary, standing: list[Feature]) -> set[int]:
     return {
         i
         for pose, i in sides
-        if b.surfaces.area[i] < _GUSSET * np.prod(np.ptp(b.surfaces.points(i) @ pose[:3, [0, 2]], axis=0))
+        if b.surfaces.area[i] < _P.gusset * np.prod(np.ptp(b.surfaces.points(i) @ pose[:3, [0, 2]], axis=0))
     }
 
 
@@ -332,7 +322,7 @@ def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
         up = s.axis[ridge]
         sides = []
         for i in b.neighbours(ridge, "convex"):
-            if s.kind[i] != "plane" or i in used or not _LEAN[0] < s.axis[i] @ up < _LEAN[1]:
+            if s.kind[i] != "plane" or i in used or not _P.lean[0] < s.axis[i] @ up < _P.lean[1]:
                 continue
             feet = [j for j in _feet(b, i) if s.axis[j] @ up > 1 - ANGLE_TOLERANCE]
             if feet:
@@ -351,16 +341,16 @@ def _drafted_rib(b: Boundary, ridge: int, one: int, two: int, level: float) -> F
     lean = float(s.axis[one] @ up)
     across = s.axis[one] - lean * up
     across /= np.linalg.norm(across)
-    if np.abs(s.axis[two] - lean * up + np.cos(np.arcsin(lean)) * across).max() > _LEAN[0] / 10:
+    if np.abs(s.axis[two] - lean * up + np.cos(np.arcsin(lean)) * across).max() > _P.lean[0] / 10:
         return None
     places = [float((s.origin[i] @ s.axis[i] - level * lean) / (s.axis[i] @ across)) for i in (one, two)]
     run = cross(across, up)
     ends = np.concatenate([s.points(one), s.points(two)]) @ run
     thickness, length = places[0] - places[1], float(np.ptp(ends))
     height = float(s.origin[ridge] @ up) - level
-    if not LENGTH_TOLERANCE < thickness < _THIN * height or length < _LONG * thickness:
+    if not LENGTH_TOLERANCE < thickness < _P.thin * height or length < _P.long * thickness:
         return None
-    x = -run if run[np.argmax(np.abs(run) > 1e-6)] < 0 else run
+    x = ahead(run)
     pose = frame(x, up, (ends.min() + ends.max()) / 2 * run + sum(places) / 2 * across + level * up)
     dimensions = lengths(thickness=thickness, length=length, height=height)
     dimensions["draft_angle"] = (float(np.arcsin(lean)), "rad")
@@ -382,7 +372,7 @@ def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature
         length, width = least.dimensions["length"][0], least.dimensions["width"][0]
         floors = tuple(sorted(i for f in known for i, role in f.surfaces if role == "floor"))
         under = sum(float(s.area[i]) for i, role in least.surfaces if role == "floor")
-        if pair.thickness > _THIN_WEB * min(length, width) or pair.area < _UNDER * under or floors in found:
+        if pair.thickness > _P.thin_web * min(length, width) or pair.area < _P.under * under or floors in found:
             continue
         up = least.shape_from_feature[:3, 2]
         middle = least.shape_from_feature[:3, 3] - up * pair.thickness / 2

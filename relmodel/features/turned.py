@@ -7,11 +7,11 @@ import numpy as np
 from relmodel.arrays import Bools
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
 from relmodel.features.graph import Boundary
+from relmodel.features.parameters import DEFAULTS
 from relmodel.features.protrusions import coaxial
 
-_WHOLE_TURN = np.pi * 1.9
-_FLAT = 0.5  # thickness of a flange to its radius
-_WIDER = 1.2  # radius of a flange to that of its shaft
+_ALL = DEFAULTS.common
+_P = DEFAULTS.turned
 
 
 def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
@@ -24,7 +24,7 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
     for i in sorted(set(rounds.tolist()) - grooved):
         axis = s.axis[i]
         low, high = s.along(i, axis)
-        if high - low > _FLAT * s.radius[i] or s.turn([i]) < _WHOLE_TURN:
+        if high - low > _P.flat * s.radius[i] or s.turn([i]) < _ALL.whole_turn_rad:
             continue
         kinds = [b.across(i, x) for x in b.sides.get(i, []) if x.convexity != "seam"]
         beside = sorted({k for _, others in kinds for k in others})
@@ -37,7 +37,7 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
             k
             for p in planes
             for k in b.neighbours(p, "concave")
-            if k in narrower and s.radius[k] * _WIDER < s.radius[i]
+            if k in narrower and s.radius[k] * _P.wider < s.radius[i]
         }
         if not shafts:
             continue
@@ -82,7 +82,7 @@ def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int,
         if s.kind[j] == "plane" and abs(s.axis[j] @ axis) > 1 - ANGLE_TOLERANCE
     ]
     low, high = s.along(floor, axis)
-    if len(sides) != 2 or s.turn([floor]) < _WHOLE_TURN or high - low > s.radius[floor]:
+    if len(sides) != 2 or s.turn([floor]) < _ALL.whole_turn_rad or high - low > s.radius[floor]:
         return None
     beside = [
         [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from importlib import import_module
 from itertools import islice
@@ -135,7 +135,10 @@ def _read(reader: Reader, request: Request) -> Model:
 
 def _load(store: Store, request: Request, reading: _Reading | InputError, storing: Callable[[], None]) -> LoadReport:
     """Load what is being read, in a run of its own that begins before; `storing` is told when it is read."""
+    from relmodel.loading.parameters import DEFAULTS
+
     parameters = {
+        **asdict(DEFAULTS),
         "name": request.name,
         "variant": request.variant,
         "unit": request.unit,

@@ -85,21 +85,21 @@ class Shape:
     kind: Literal["solid", "sheet", "wire", "mesh"]
     volume: float | None
     surfaces: Table
-    surface_splines: Table
-    surface_swept: Table
     arcs: Table
-    arc_splines: Table
-    loops: Table
-    coedges: Table
-    pcurves: Table
-    basis_arcs: Table
-    basis_arc_splines: Table
-    basis_surfaces: Table
-    basis_surface_splines: Table
     mesh: Mesh
     samples: ArcSamples
+    surface_splines: Table = field(default_factory=dict)
+    surface_swept: Table = field(default_factory=dict)
+    arc_splines: Table = field(default_factory=dict)
     arc_offsets: Table = field(default_factory=dict)
+    loops: Table = field(default_factory=dict)
+    coedges: Table = field(default_factory=dict)
+    pcurves: Table = field(default_factory=dict)
+    basis_arcs: Table = field(default_factory=dict)
+    basis_arc_splines: Table = field(default_factory=dict)
     basis_arc_offsets: Table = field(default_factory=dict)
+    basis_surfaces: Table = field(default_factory=dict)
+    basis_surface_splines: Table = field(default_factory=dict)
     basis_surface_swept: Table = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
 

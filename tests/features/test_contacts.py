@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.features import contacts
+from relmodel.features.parameters import DEFAULTS
 from relmodel.model.model import Assembly, Instance, Model, Part, Table
 from relmodel.model.placed_parts import PlacedParts
 from relmodel.readers.step import shape as step_shape
@@ -62,7 +63,7 @@ def test_stacked_boxes_touch_where_they_overlap(pose: Floats) -> None:
     ]
     assert found["area"] == pytest.approx([10 * 7, 12 * 8, 15 * 12, (30 - 20.009) * 7], rel=1e-9)
     assert found["gap"] == pytest.approx([0, 0.009, 0, 0], abs=1e-9)
-    assert set(found["tolerance"]) == {contacts.TOUCH_MM}
+    assert set(found["tolerance"]) == {DEFAULTS.contacts.touch_mm}
 
 
 @pytest.mark.parametrize("pose", [np.eye(4), *random_motions(1, 5)])

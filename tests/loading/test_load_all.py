@@ -123,6 +123,9 @@ def test_an_occluder_on_the_command_line_stays_triangles(
     assert sorted((s.surface_count, s.arc_count) for s in shapes) == [(3, 2), (3, 2)]
     assert triangles == [len(post.faces)] * 2
     assert run.parameters["occluder"] is True
+    assert run.parameters["mesh"]["arcs"]["convexity_rad"] == pytest.approx(0.0174533)
+    assert run.parameters["features"]["contacts"]["touch_mm"] == 0.01
+    assert {"step", "snap"} <= run.parameters.keys()
 
 
 @pytest.mark.data

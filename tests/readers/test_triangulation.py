@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -169,7 +170,7 @@ def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypat
     assert kinds["open_mesh"].value == pytest.approx(2 * steps, abs=1)  # both circles
     assert shape.volume == pytest.approx(np.pi * 400 * 30)
     with monkeypatch.context() as patch:
-        patch.setattr(triangulation, "MOST_CHORDS", 0.01)
+        patch.setattr(triangulation, "_P", replace(triangulation._P, most_chords=0.01))
         far = step_shape.extract(pin, {}, {}, {})
     (found,) = far.findings
     assert found.kind == "mesh_deviation"

@@ -13,16 +13,14 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import BOX
-from relmodel.loading.snap.splines import ROUND_OFF_MM, snapped_splines
+from relmodel.loading.parameters import DEFAULTS
+from relmodel.loading.snap.splines import snapped_splines
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table
 from relmodel.model.trimmed_faces import pcurve_of
 from relmodel.store.database import Database
 
-_LEAST_SIZE = 1e-3  # mm
-_PLACE_MM = 1e-4  # of a centroid, which for slivers is known less well than the rest
-_BOX_MM = 1e-5  # of boxes, in which the round-off of several numbers adds up
-_CELL, _SHIFT = 1e-2, 2**-0.5  # mm; in cells, so that nominal dimensions do not lie on the edges
+_P = DEFAULTS.snap
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,7 @@ def _snapped(
     numbers |= {c: _replaced(table[c], at[bare], stored[c][bare]) for c in level.bounds}
     # The row of the store goes with its box; trimmed otherwise, it is another row and keeps its own.
     off = [np.abs(np.asarray(table[c], float)[at] - stored[c]) for c in BOX]
-    fits = np.max(off, axis=0, initial=0.0) <= _BOX_MM
+    fits = np.max(off, axis=0, initial=0.0) <= _P.box_mm
     numbers |= {c: _replaced(table[c], at[fits], stored[c][fits]) for c in BOX}
     kinds = np.array(table["recognised_kind"], object)
     kinds[at] = stored["recognised_kind"]
@@ -179,7 +177,7 @@ def _near(
     no, cell = _cells(place)
     sought = {"no": no, **{c: np.ascontiguousarray(column) for c, column in zip("xyz", cell.T, strict=True)}}
     with store.relation(connection, "sought", sought):
-        found = store.columns(connection, level.query, cell=_CELL, shift=_SHIFT)
+        found = store.columns(connection, level.query, cell=_P.cell_mm, shift=_P.cell_shift)
     row = np.asarray(found["no"], np.int64)
     good = np.ones(len(row), bool)
     # What a spline is recognised as follows from it, and is less well known.
@@ -206,7 +204,9 @@ def _near(
 
 def _cells(places: Floats) -> tuple[Ints, Ints]:
     """Cells (m, 3) that may hold what is at the places (n, 3) but for round-off, and at which place (m,)."""
-    low, high = (np.floor((places + off) / _CELL + _SHIFT).astype(np.int64) for off in (-_PLACE_MM, _PLACE_MM))
+    low, high = (
+        np.floor((places + off) / _P.cell_mm + _P.cell_shift).astype(np.int64) for off in (-_P.place_mm, _P.place_mm)
+    )
     choices = [np.where(np.array(pick, bool), high, low) for pick in product((0, 1), repeat=3)]
     numbered = [np.column_stack([np.arange(len(places)), cells]) for cells in choices]
     both = np.unique(np.concatenate(numbered), axis=0)
@@ -216,17 +216,17 @@ def _cells(places: Floats) -> tuple[Ints, Ints]:
 def _tolerances(level: _Level, mine: Table) -> dict[str, Floats]:
     """How far each number (n,) may be off."""
     box = np.stack([np.asarray(mine[c], float) for c in BOX], axis=1)
-    size = np.maximum(np.linalg.norm(box[:, 3:] - box[:, :3], axis=1), _LEAST_SIZE)
-    out = dict.fromkeys(level.lengths, np.full(len(size), ROUND_OFF_MM))
+    size = np.maximum(np.linalg.norm(box[:, 3:] - box[:, :3], axis=1), _P.least_size_mm)
+    out = dict.fromkeys(level.lengths, np.full(len(size), _P.round_off_mm))
     if level is _ARCS:  # the origin of a line may be far from it, and turns with its direction
         far = np.fmax(np.abs(np.asarray(mine["t0"], float)), np.abs(np.asarray(mine["t1"], float)))
         lean = np.where(np.asarray(mine["kind"], str) == "line", far / size, 0.0)
-        out |= dict.fromkeys((f"origin_{c}" for c in "xyz"), ROUND_OFF_MM * (1 + lean))
-    out |= dict.fromkeys((f"centroid_{c}" for c in "xyz" if level is _SURFACES), np.full(len(size), _PLACE_MM))
-    out |= dict.fromkeys(level.angles, ROUND_OFF_MM / size)
+        out |= dict.fromkeys((f"origin_{c}" for c in "xyz"), _P.round_off_mm * (1 + lean))
+    out |= dict.fromkeys((f"centroid_{c}" for c in "xyz" if level is _SURFACES), np.full(len(size), _P.place_mm))
+    out |= dict.fromkeys(level.angles, _P.round_off_mm / size)
     for low, high in level.intervals:
         extent = np.asarray(mine[high], float) - np.asarray(mine[low], float)
-        out |= dict.fromkeys((low, high), np.maximum(extent, _LEAST_SIZE) * ROUND_OFF_MM / size)
+        out |= dict.fromkeys((low, high), np.maximum(extent, _P.least_size_mm) * _P.round_off_mm / size)
     return out
 
 

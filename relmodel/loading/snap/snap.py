@@ -18,15 +18,14 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
+from relmodel.loading.parameters import DEFAULTS
 from relmodel.loading.snap.geometry import snapped_shapes
-from relmodel.loading.snap.splines import ROUND_OFF_MM
 from relmodel.loading.stored_keys import stored_ids
 from relmodel.model.content_keys import ModelKeys
 from relmodel.model.model import Assembly, Attribute, Model
 from relmodel.store.database import Database
 
-_TURN = 1e-7  # of placed parts, rad
-_SHARE = 1e-9  # of attributes, as a share of the value
+_P = DEFAULTS.snap
 
 
 def snap(store: Database, connection: Connection, model: Model, keys: ModelKeys) -> Model:
@@ -69,7 +68,7 @@ def _snapped_poses(store: Database, connection: Connection, assemblies: Sequence
 def _worst(a: Floats, b: Floats) -> float:
     """Greatest difference of two lists of poses (n, 4, 4), as a share of what round-off may make."""
     off = np.abs(a - b)
-    return float(max(off[:, :3, 3].max() / ROUND_OFF_MM, off[:, :3, :3].max() / _TURN)) if len(a) else 0.0
+    return float(max(off[:, :3, 3].max() / _P.round_off_mm, off[:, :3, :3].max() / _P.turn_rad)) if len(a) else 0.0
 
 
 def _with_snapped_attributes(store: Database, connection: Connection, model: Model) -> Model:
@@ -87,7 +86,7 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
         if isinstance(value, str | bool) or not there:
             return attribute
         nearest = min(there, key=lambda v: abs(v - value))
-        near = abs(nearest - value) <= max(ROUND_OFF_MM, _SHARE * abs(value))
+        near = abs(nearest - value) <= max(_P.round_off_mm, _P.attribute_share * abs(value))
         return name, nearest if near else value, unit
 
     return replace(

@@ -8,13 +8,14 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged, stack, take
-from relmodel.geometry.spline_curves import SplineCurves
+from relmodel.geometry.splines import SplineCurves
+from relmodel.loading.parameters import DEFAULTS
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Table
 
-ROUND_OFF_MM = 2e-6  # as far as the digits of a file reach
+_P = DEFAULTS.snap
 _EXACT = tuple(f"{way}{name}" for way in ("", "u_", "v_") for name in ("degree", "periodic", "multiplicities"))
-_KNOTS, _KNOT_SHARE = ("knots", "u_knots", "v_knots", "weights"), 1e-9  # of their range
+_KNOTS = ("knots", "u_knots", "v_knots", "weights")
 
 
 def snapped_splines(table: Table, owner: str, row: Ints, ids: Ints, stored: Table) -> tuple[Table, Bools]:
@@ -47,11 +48,11 @@ def _packed(values: Any, like: Any) -> Any:
 
 def _alike(ours: Table, i: int, theirs: Table, j: int) -> bool:
     """Whether two splines are one function but for round-off."""
-    if _agree(ours["poles"][i], theirs["poles"][j], ROUND_OFF_MM) and all(
+    if _agree(ours["poles"][i], theirs["poles"][j], _P.round_off_mm) and all(
         _agree(ours[c][i], theirs[c][j], 0.0) for c in _EXACT if c in ours
     ):
         knots = [(ours[c][i], theirs[c][j]) for c in _KNOTS if c in ours]
-        return all(_agree(a, b, _KNOT_SHARE * max([1.0, *_flat(a).tolist()])) for a, b in knots)
+        return all(_agree(a, b, _P.knot_share * max([1.0, *_flat(a).tolist()])) for a, b in knots)
     if "knots" not in ours:
         return False
     # A kernel inserts a knot where an edge ends next to another.
@@ -63,7 +64,7 @@ def _alike(ours: Table, i: int, theirs: Table, j: int) -> bool:
         SplineCurves(table, np.array([row]), 3).evaluate(np.zeros(len(t), np.int64), t)[0]
         for table, row in ((ours, i), (theirs, j))
     )
-    return _agree(first, second, ROUND_OFF_MM)
+    return _agree(first, second, _P.round_off_mm)
 
 
 def _agree(a: Any, b: Any, tolerance: float) -> bool:

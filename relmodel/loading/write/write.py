@@ -17,6 +17,8 @@ from relmodel.model.content_keys import assembly_order
 from relmodel.model.model import Model
 from relmodel.store import Run
 
+_NAMED = ("name", "variant", "revision", "object_id", "findings")  # of a report, what other rows say
+
 
 @dataclass(frozen=True)
 class LoadReport:
@@ -114,25 +116,8 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
         arcs_added=arcs_added,
         findings=tuple(sorted(Counter(noted.finding.kind for noted in derived.findings).items())),
     )
-    run.append(
-        connection,
-        "load_report",
-        {
-            "run_id": [run.id],
-            "source_id": report.source_id,
-            "object_variant_id": report.object_variant_id,
-            "status": report.status,
-            "message": report.message,
-            "faces_in_file": report.faces_in_file,
-            "faces_loaded": report.faces_loaded,
-            "parts": report.parts,
-            "occurrences": report.occurrences,
-            "supplemental_parts": report.supplemental_parts,
-            "shapes_added": report.shapes_added,
-            "surfaces_added": report.surfaces_added,
-            "arcs_added": report.arcs_added,
-        },
-    )
+    row = {name: value for name, value in vars(report).items() if name not in _NAMED}
+    run.append(connection, "load_report", {"run_id": [row.pop("run")], **row})
     return report
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.readers.mesh.parameters import DEFAULTS
 
-LONG_RUN = 5.0  # how much longer a line is than the pieces of a curve that it runs into
-CORNER_RAD = np.radians(30)  # a chain that turns more between two edges ends there
+_P = DEFAULTS.arcs
 
 
 @dataclass
@@ -51,7 +51,7 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Cha
     same = (left[p] == left[candidate]) & (right[p] == right[candidate])
     direction = vertices[head] - vertices[tail]
     direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-300)
-    same &= np.sum(direction[p] * direction[candidate], axis=1) > np.cos(CORNER_RAD)
+    same &= np.sum(direction[p] * direction[candidate], axis=1) > np.cos(_P.corner_rad)
     previous = np.full(n, -1)
     previous[candidate[same]] = p[same]
 
@@ -93,7 +93,7 @@ def without_lines(vertices: Floats, chains: Chains, which: Bools, fine: float) -
     run, of = np.add.reduceat(length, start), chain[start]
     before = np.where(np.concatenate([[False], of[1:] == of[:-1]]), np.concatenate([[0.0], run[:-1]]), 0.0)
     after = np.where(np.concatenate([of[1:] == of[:-1], [False]]), np.concatenate([run[1:], [0.0]]), 0.0)
-    long = which[of] & (run > LONG_RUN * np.maximum(before, after))
+    long = which[of] & (run > _P.long_run * np.maximum(before, after))
     cuts = np.concatenate([chains.offsets, start[long], np.append(start[1:], len(chain))[long]])
     offsets = np.unique(cuts)
     tail, last = chains.vertices[first], chains.vertices[first[offsets[1:] - 1] + 1]

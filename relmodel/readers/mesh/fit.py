@@ -13,6 +13,7 @@ from itertools import chain
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from relmodel.readers.mesh.parameters import DEFAULTS
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
@@ -20,12 +21,9 @@ PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
 _FREE = {CYLINDER: [0, 1, 3, 4, 5], CONE: [0, 1, 3, 4, 5, 6], SPHERE: [0, 1, 2, 5], TORUS: [0, 1, 2, 3, 4, 5, 6]}
 PARAMETERS = {kind: len(steps) for kind, steps in _FREE.items()}
 _NO_DIRECTIONS: Floats = np.empty((0, 3))
-_ITERATIONS = 10
-_MANY = 150  # points
+_P = DEFAULTS.fit
 _GOLDEN = 0.6180339887498949
-_REACHES = np.outer([-1, 1], np.geomspace(0.5, 30, 6)).ravel()  # where axes of tori are looked for, in sizes
-_LEAST_RADIUS = 0.02  # of a torus, in tubes: else it is a sphere
-_MOST_RADIUS = 1e4  # in sizes of the group: beyond, it is flat
+_REACHES = np.outer([-1, 1], np.geomspace(*_P.reaches)).ravel()
 
 
 def fit_surfaces(
@@ -79,13 +77,13 @@ def fit_surfaces(
         row[lost, 3:6] = [0.0, 0.0, 1.0]
         # Of many points some tell the surface as well: not every n-th, which may be those of one boundary.
         number = np.arange(len(points)) - start[:-1][group]
-        some = (number * _GOLDEN) % 1 < (_MANY / np.diff(start))[group]
+        some = (number * _GOLDEN) % 1 < (_P.many_points / np.diff(start))[group]
         some_start = np.append(0, np.cumsum(np.bincount(group[some], minlength=count)))
-        row = _refine(kind, row, points[some], some_start, _ITERATIONS if begin is None else _ITERATIONS // 2)
+        row = _refine(kind, row, points[some], some_start, _P.iterations if begin is None else _P.iterations // 2)
         away = np.maximum.reduceat(np.abs(distances(np.full(len(points), kind), row[group], points)), start[:-1])
-    bad = lost | ~(np.abs(row[:, 6]) < _MOST_RADIUS) | ~np.isfinite(away) | (row[:, 6] <= 0)
+    bad = lost | ~(np.abs(row[:, 6]) < _P.most_radius) | ~np.isfinite(away) | (row[:, 6] <= 0)
     if kind == TORUS:
-        bad |= (row[:, 7] <= 0) | (row[:, 6] < _LEAST_RADIUS * row[:, 7]) | (row[:, 7] > _MOST_RADIUS)
+        bad |= (row[:, 7] <= 0) | (row[:, 6] < _P.least_radius * row[:, 7]) | (row[:, 7] > _P.most_radius)
     elif kind == CONE:
         bad |= np.abs(row[:, 7]) > np.radians(85)
         row[:, 3:7] *= np.where(row[:, 7] < 0, -1.0, 1.0)[:, None] ** np.array([1, 1, 1, 0])

@@ -9,10 +9,11 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
+from relmodel.readers.mesh.parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions
 from relmodel.readers.mesh.triangles import area_normals, mean_planes, rounding
 
-_ALIKE_RAD = 2e-3  # an axis that leans less against one of the part's is that one, where the vertices allow it
+_P = DEFAULTS.segments
 
 
 def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[Table, Floats]:
@@ -159,7 +160,7 @@ def _aligned(
         found = cKDTree(others).query(axis[rows])
         away, which = np.asarray(found[0], float), np.asarray(found[1], np.int64)
         near = away * reach[rows] < np.maximum(2 * fine, np.where(plane[rows], residual[rows], 0.0))
-        near &= away < _ALIKE_RAD
+        near &= away < _P.alike_rad
         axis[rows[near]] = others[which[near]]
     return axis
 

@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.readers.mesh.parameters import DEFAULTS
 
-_LEAST_POINTS = {"circle": 4, "ellipse": 6}  # more than a curve of the kind can always be drawn through
-_SHARE_OF_SAG = 0.1  # points lie nearer to a curve than this share of the distance of chords' middles
+_P = DEFAULTS.arcs
 
 
 @dataclass
@@ -100,8 +100,8 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
     halfway = (points + points[following]) / 2
     sag = np.abs(np.linalg.norm(halfway - middle[which], axis=1) - radius[which])
     residual = np.maximum.reduceat(np.maximum(np.abs(distance), size[which] * np.abs(h)), first)
-    circle = open_ & (count >= _LEAST_POINTS["circle"]) & (residual <= tolerance)
-    circle &= residual <= _SHARE_OF_SAG * np.maximum.reduceat(np.where(following == first[which], 0.0, sag), first)
+    circle = open_ & (count >= _P.circle_points) & (residual <= tolerance)
+    circle &= residual <= _P.share_of_sag * np.maximum.reduceat(np.where(following == first[which], 0.0, sag), first)
     towards = points[first] - middle
     towards -= np.sum(towards * normal, axis=1, keepdims=True) * normal
     _take(out, points, start, which, circle, "circle", middle, towards, normal, radius, None, residual)
@@ -111,7 +111,7 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
     coefficient = np.linalg.eigh(moments(columns))[1][:, :, 0]
     ca, cb, cc, cd, ce, cf = coefficient.T
     det = 4 * ca * cc - cb * cb
-    ellipse = open_ & ~circle & (count >= _LEAST_POINTS["ellipse"]) & (det > 1e-9)
+    ellipse = open_ & ~circle & (count >= _P.ellipse_points) & (det > 1e-9)
     det = np.where(ellipse, det, 1.0)
     u0, v0 = (cb * ce - 2 * cc * cd) / det, (cb * cd - 2 * ca * ce) / det
     level = -(cf + (cd * u0 + ce * v0) / 2)

@@ -28,6 +28,7 @@ from relmodel.readers.mesh.fit import (
     fit_surfaces,
     normals_at,
 )  # fmt: skip
+from relmodel.readers.mesh.parameters import DEFAULTS
 from relmodel.readers.mesh.triangles import (
     Edges,
     Patches,
@@ -40,31 +41,10 @@ from relmodel.readers.mesh.triangles import (
     slim,
 )
 
-SMOOTH_RAD = np.radians(35)  # facets that turn less may belong to one curved surface
-_GIVEN_RAD = 0.05  # how far normals that the source gives may be off
-FREE_RAD = np.radians(20)  # those of a free-form surface turn less
-EXACT_MM = 5e-5  # as exactly as a surface holds the vertices within it; those on its boundary may be farther off
-_FLAT_RAD = np.radians(0.5)
-_TWIST_RAD = np.radians(10)
-_WIDE = 3.0  # how much wider than its smooth neighbours a patch is that is a plane
-_LONG = 0.5  # of the longest smooth edge of a patch: across those a curved surface goes on
-_SPARE = {CYLINDER: 2, CONE: 2, SPHERE: 2, TORUS: 4}  # points more than parameters that tell of a surface
-_MOST_DIRECTIONS = 8
-_RINGS = (1, 1, 1, 2, 4, 8, 16, 32, 64, 128)  # of neighbours taken at once
-_SHARE_OF_SAG = 0.5
-_DRAWS = {CYLINDER: 1, CONE: 1, SPHERE: 1, TORUS: 3}  # of seeds
-_MOST_LEAN = 1.2
-_FEW = 64
-_FREE_RIM, _FEW_RIM = 0.3, 0.6  # shares of the rim of a surface of so few patches
-_INTO_FREE = 0.5  # share of the rim of a facet
-_LEAST = 3  # patches of a curved surface
-_BONUS = {
-    CYLINDER: 1.0,
-    CONE: 0.8,
-    SPHERE: 0.6,
-    TORUS: 0.5,
-}  # a simple surface is likelier; rows of a sphere hold little
-_LEAN = 1.5  # how far a facet may lean against its surface, in the greatest angles between its facets
+_P = DEFAULTS.segments
+_CURVED = (CYLINDER, CONE, SPHERE, TORUS)
+_SPARE, _DRAWS = (dict(zip(_CURVED, values, strict=True)) for values in (_P.spare_points, _P.draws))
+_BONUS = dict(zip(_CURVED, _P.bonus, strict=True))
 
 
 @dataclass(frozen=True)
@@ -92,7 +72,7 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
     patches = cut_patches(vertices, triangles, edges, tolerance)
     work = _Segmentation(vertices, triangles, patches)
     kind, row, owner = np.empty(0, np.int64), np.empty((0, 8)), np.full(len(patches.area), -1)
-    for level in (max(EXACT_MM, 2 * rounding(vertices)), tolerance):
+    for level in (max(_P.exact_mm, 2 * rounding(vertices)), tolerance):
         owner = work.absorb(owner, kind, row, level)
         new = work.candidates(owner, level)
         kind, row, owner = work.take(new, kind, row, owner)
@@ -109,7 +89,7 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
 
 def smooth_regions(triangles: Ints, edges: Edges) -> Regions:
     """Regions between creases, all of them free-form: of a mesh that only occludes."""
-    smooth = np.abs(edges.angle) < FREE_RAD  # no free edge is
+    smooth = np.abs(edges.angle) < _P.free_rad  # no free edge is
     region = components(len(triangles), edges.triangle_a[smooth], edges.triangle_b[smooth])
     count = int(region.max()) + 1
     return Regions(region, np.full(count, KINDS[FREE]), np.full((count, 8), np.nan))
@@ -144,7 +124,7 @@ def fit_faces(
     for k in (CYLINDER, CONE, SPHERE, TORUS):
         found, away = fit_surfaces(k, points, point_start, normal, feet, normal_start, directions)
         cosine = np.abs(np.sum(normals_at(np.full(len(which), k), found[which], feet) * unit, axis=1))
-        lean = np.cos(_GIVEN_RAD if normals is not None else SMOOTH_RAD / 2)
+        lean = np.cos(_P.given_rad if normals is not None else _P.smooth_rad / 2)
         good = (kind == FREE) & (away <= tolerance) & (np.bincount(which, cosine < lean, count) == 0)
         good &= np.diff(point_start) >= PARAMETERS[k] + (_SPARE[k] if normals is None else 0)
         kind[good], row[good] = k, found[good]
@@ -166,13 +146,13 @@ class _Segmentation:
         patch, vertex = np.divmod(pair, len(vertices))
         start = np.searchsorted(patch, np.arange(self.count + 1))
         self.corners = csr_array((np.ones(len(vertex), np.int8), vertex, start), shape=(self.count, len(vertices)))
-        self.smooth = patches.angle < SMOOTH_RAD
+        self.smooth = patches.angle < _P.smooth_rad
         self.bend = np.zeros(self.count)
         np.maximum.at(self.bend, patches.a[self.smooth], patches.angle[self.smooth])
         widest, narrow = np.zeros(self.count), self.smooth
         np.maximum.at(widest, patches.a[narrow], patches.width[patches.b[narrow]])
         # A plane is much wider than the strips that it runs smoothly into.
-        self.plane = patches.flat & (patches.width > _WIDE * widest)
+        self.plane = patches.flat & (patches.width > _P.wide * widest)
 
         self.near = self._csr(patches.a[self.smooth], patches.b[self.smooth], self.count)
         big = np.flatnonzero(self.plane)[np.argsort(-patches.area[self.plane], kind="stable")][:3]
@@ -181,7 +161,7 @@ class _Segmentation:
         between = self._unit(between[np.linalg.norm(between, axis=1) > 0.1])
         self.directions = np.concatenate([normal, between, np.eye(3)])
         alike = np.triu(np.abs(self.directions @ self.directions.T) > 0.999, 1).any(axis=0)
-        self.directions = self.directions[~alike][:_MOST_DIRECTIONS]
+        self.directions = self.directions[~alike][: _P.most_directions]
 
     @staticmethod
     def _unit(v: Floats) -> Floats:
@@ -200,7 +180,7 @@ class _Segmentation:
         seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
         found, whole = [], np.zeros(self.count, bool)
         for kind, spare in ((CYLINDER, 2), (CONE, 2), (SPHERE, 2), (TORUS, 12), (TORUS, 4)):
-            across = (length >= _LONG * longest[a]) | (kind == TORUS)  # which bends both ways
+            across = (length >= _P.long * longest[a]) | (kind == TORUS)  # which bends both ways
             step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32)).tocsr()
             left = seeds[~whole[seeds]]
             ring = step[left]
@@ -268,8 +248,8 @@ class _Segmentation:
 
     def _lean(self, number: Ints, patch: Ints, count: int) -> Floats:
         out = np.zeros(count)
-        np.maximum.at(out, number, _LEAN * self.bend[patch])
-        return np.minimum(out, _MOST_LEAN)
+        np.maximum.at(out, number, _P.lean * self.bend[patch])
+        return np.minimum(out, _P.most_lean_rad)
 
     def _off(self, kind: Ints, row: Floats, lean: Floats, surface: Ints, patch: Ints) -> tuple[Floats, Bools]:
         """Of pairs the greatest distance of the patch's corners from the surface, and whether it leans against it."""
@@ -291,7 +271,7 @@ class _Segmentation:
         again, until they hold as much as they can."""
         n, kinds = np.int64(self.count), np.full(len(row), kind)
         lean = np.zeros(len(row))
-        for rings in _RINGS:
+        for rings in _P.rings:
             if not len(held):
                 break
             number, patch = np.divmod(held, n)
@@ -303,7 +283,7 @@ class _Segmentation:
                 np.maximum.at(
                     near,
                     number,
-                    _SHARE_OF_SAG * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])),
+                    _P.share_of_sag * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])),
                 )
             before = tried = new = held
             for _ in range(rings):
@@ -325,7 +305,7 @@ class _Segmentation:
                     off = self._off(kinds, row, lean, held // n, held % n)[0]
                     held = held[off <= np.maximum(2 * level, 0.5 * away[place])]
             good = (
-                (away <= 2 * level) & (np.diff(groups.indptr) >= _LEAST) & (points >= PARAMETERS[kind] + _SPARE[kind])
+                (away <= 2 * level) & (np.diff(groups.indptr) >= _P.least) & (points >= PARAMETERS[kind] + _SPARE[kind])
             )
             held = held[good[place]]
             if rings > 1 and np.array_equal(held, before):
@@ -362,7 +342,7 @@ class _Segmentation:
             _, i = heapq.heappop(heap)
             own = patch[start[i] : start[i + 1]]
             left = own[owner[own] < 0]
-            if len(left) < _LEAST:
+            if len(left) < _P.least:
                 continue
             value = _BONUS[int(new.kind[i])] * float(area[left].sum())
             if heap and value < -heap[0][0] - 1e-9 * value:
@@ -375,7 +355,7 @@ class _Segmentation:
     def absorb(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
         """Owners of patches after surfaces have taken the neighbours without one that lie on them within `level`."""
         p, owner = self.patches, owner.copy()
-        most = np.full(len(kind), _MOST_LEAN)
+        most = np.full(len(kind), _P.most_lean_rad)
         while True:
             met = np.flatnonzero(self.smooth & (owner[p.a] >= 0) & (owner[p.b] < 0))
             off, steep = self._off(kind, row, most, owner[p.a[met]], p.b[met])
@@ -399,12 +379,12 @@ class _Segmentation:
             order = np.argsort(owner, kind="stable")
             start = np.searchsorted(owner[order], np.arange(count + 1))
             pair, at = expand(start[:-1][small], start[1:][small])
-            off, steep = self._off(kind, row, np.full(count, _MOST_LEAN), large[pair], order[at])
+            off, steep = self._off(kind, row, np.full(count, _P.most_lean_rad), large[pair], order[at])
             off = np.where(steep, np.inf, off)
             worst = (
                 np.maximum.reduceat(off, np.searchsorted(pair, np.arange(len(small)))) if len(small) else np.empty(0)
             )
-            good = worst <= np.minimum(level, _SHARE_OF_SAG * sag[large])
+            good = worst <= np.minimum(level, _P.share_of_sag * sag[large])
             if not good.any():
                 return owner
             into = np.arange(count)
@@ -419,13 +399,13 @@ class _Segmentation:
         p = self.patches
         longest = np.zeros(self.count)
         np.maximum.at(longest, p.a[self.smooth], p.length[self.smooth])
-        long = p.length >= _LONG * longest[p.a]  # at its ends a strip may run into anything
+        long = p.length >= _P.long * longest[p.a]  # at its ends a strip may run into anything
         rim = np.flatnonzero((owner[p.a] >= 0) & (owner[p.a] != owner[p.b]) & long)
         total = np.bincount(owner[p.a[rim]], p.length[rim], count)
-        rim = rim[p.angle[rim] < FREE_RAD]
+        rim = rim[p.angle[rim] < _P.free_rad]
         rim = rim[~self.plane[p.b[rim]]]
-        few = np.bincount(owner[owner >= 0], minlength=count) < _FEW
-        bends = (p.angle < FREE_RAD) & ~self.plane[p.b]
+        few = np.bincount(owner[owner >= 0], minlength=count) < _P.few
+        bends = (p.angle < _P.free_rad) & ~self.plane[p.b]
         dropped = np.zeros(count + 1, bool)
         while True:
             a, b = owner[p.a[rim]], owner[p.b[rim]]
@@ -436,7 +416,7 @@ class _Segmentation:
             into_free, into_few = (
                 np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | ((b >= 0) & few[b]))
             )
-            new = few & ((into_free > _FREE_RIM * total) | (into_few > _FEW_RIM * total)) & ~dropped[:count]
+            new = few & ((into_free > _P.free_rim * total) | (into_few > _P.few_rim * total)) & ~dropped[:count]
             if not new.any():
                 return np.where(dropped[owner] & (owner >= 0), -1, owner)
             dropped[:count] |= new
@@ -457,7 +437,7 @@ class _Segmentation:
         p, count = self.patches, self.count
         open_ = (owner[p.a] < 0) & (owner[p.b] < 0)
         # A plane whose boundary is less exact than its inside comes in several patches.
-        level = open_ & (p.angle < _FLAT_RAD)
+        level = open_ & (p.angle < DEFAULTS.patches.flat_rad)
         sheet = components(count, p.a[level], p.b[level])
         uneven = mean_planes(self.vertices, self.triangles, sheet[p.of_triangle])[0] > tolerance
         level &= ~uneven[sheet[p.a]]
@@ -469,7 +449,7 @@ class _Segmentation:
         width = 2 * area / np.maximum(perimeter, 1e-9 * np.sqrt(area))
         flat = np.ones(len(area), bool)
         np.logical_and.at(flat, sheet, p.flat & (owner < 0))
-        bend = open_ & (p.angle < FREE_RAD) & ~inside
+        bend = open_ & (p.angle < _P.free_rad) & ~inside
         one, two = sheet[p.a[bend]], sheet[p.b[bend]]
         alone = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
         neighbour = np.zeros(len(area))
@@ -477,11 +457,11 @@ class _Segmentation:
         # Two single triangles that hardly bend are a twisted quad, and its diagonal is no edge.
         single = np.bincount(sheet[p.of_triangle]) == 1
         twisted = np.zeros(len(area), bool)
-        twisted[one[single[one] & single[two] & (p.angle[bend] < _TWIST_RAD)]] = True
-        plane = flat & ((alone & ~twisted) | (width > _WIDE * neighbour))
+        twisted[one[single[one] & single[two] & (p.angle[bend] < _P.twist_rad)]] = True
+        plane = flat & ((alone & ~twisted) | (width > _P.wide * neighbour))
         # A facet that is much wider than those about it, or a sliver, is of the free-form region that it runs into.
         into = np.bincount(one[~plane[two]], p.length[bend][~plane[two]], len(area))
-        plane &= (np.bincount(sheet[p.of_triangle]) > 2) | (into < _INTO_FREE * perimeter)
+        plane &= (np.bincount(sheet[p.of_triangle]) > 2) | (into < _P.into_free * perimeter)
         join = ~plane[one] & ~plane[two]
         label = components(len(area), one[join], two[join])[sheet]
         owner = np.where(owner >= 0, owner, curved + label)

@@ -14,12 +14,12 @@ from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
 from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
-from relmodel.readers.mesh.segment import FREE_RAD, Regions, fit_faces, segment_mesh, smooth_regions
+from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
+from relmodel.readers.splines import polyline, spline_columns
 
-CONVEXITY_RAD = np.radians(1)
-SAMPLE_MM = 1.0
-_MOST_SAMPLES = 200_000  # of a shape
+_P = DEFAULTS.arcs
 
 
 def shape_from_triangles(
@@ -61,7 +61,8 @@ def shape_from_triangles(
     region_b = np.where(edges.triangle_b >= 0, region[edges.triangle_b], -1)
     # A crease that ends within a region is an arc, too.
     border = np.flatnonzero(
-        (region_a != region_b) | (np.abs(edges.angle) >= FREE_RAD) & (regions.kind == "facets")[region_a]
+        (region_a != region_b)
+        | (np.abs(edges.angle) >= DEFAULTS.segments.free_rad) & (regions.kind == "facets")[region_a]
     )
     chains = chain_edges(vertices, edges.ends[border], region_a[border], region_b[border])
     fitted = _fitted(vertices, chains, tolerance)
@@ -75,17 +76,10 @@ def shape_from_triangles(
         kind="mesh",
         volume=volume,
         surfaces=surfaces,
-        surface_splines={},
-        surface_swept={},
         arcs=arcs,
         arc_splines=splines,
         loops=loops,
         coedges=coedges,
-        pcurves={},
-        basis_arcs={},
-        basis_arc_splines={},
-        basis_surfaces={},
-        basis_surface_splines={},
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
         findings=_open(int(np.sum(edges.triangle_b < 0))),
@@ -149,7 +143,7 @@ def _arcs(
     loose = (regions.kind[surface_a] == "facets") | (regions.kind[surface_b] == "facets")
     angle = np.where((surface_b < 0) | loose, edges.angle[middle], angle)
     convexity = np.select(
-        [surface_b < 0, np.abs(angle) < np.where(loose, FREE_RAD, CONVEXITY_RAD), angle > 0],
+        [surface_b < 0, np.abs(angle) < np.where(loose, DEFAULTS.segments.free_rad, _P.convexity_rad), angle > 0],
         ["free", "smooth", "convex"],
         "concave",
     )
@@ -173,21 +167,8 @@ def _arcs(
         "angle": angle,
     }
     free = np.flatnonzero(kind == "polyline")
-    knots, poles = [], []
-    for i in free.tolist():
-        a, b = int(start[i]), int(last[i]) + 1
-        knots.append(fitted.parameter[a:b])
-        poles.append(points[a:b])
-    splines: Table = {
-        "arc_no": free,
-        "degree": np.ones(len(free), np.int64),
-        "periodic": np.zeros(len(free), bool),
-        "rational": np.zeros(len(free), bool),
-        "knots": Ragged.pack(knots),
-        "multiplicities": Ragged.pack([np.r_[2, np.ones(len(k) - 2), 2] for k in knots], np.int32),
-        "poles": Ragged.pack(poles),
-        "weights": Ragged.pack([None] * len(free)),
-    }
+    drawn = [slice(a, b + 1) for a, b in zip(start[free].tolist(), last[free].tolist(), strict=True)]
+    splines = spline_columns([polyline(fitted.parameter[one], points[one]) for one in drawn])
     length = fitted.parameter[last]
     low, high = np.minimum.reduceat(points, start), np.maximum.reduceat(points, start)
     known = np.flatnonzero(kind != "polyline")
@@ -196,7 +177,7 @@ def _arcs(
     box = np.concatenate([low, high], axis=1)
     box[known] = curves.boxes()
     arcs |= {"length": length, **box_columns(box)}
-    return arcs, splines if len(free) else {}
+    return arcs, {"arc_no": free, **splines} if len(free) else {}
 
 
 def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
@@ -302,7 +283,7 @@ def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Flo
     step = np.linalg.norm(vector, axis=1)
     length = np.add.reduceat(step, chains.offsets[:-1]) if n else np.empty(0)
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    spacing = max(min(SAMPLE_MM, diagonal / 100), float(length.sum()) / _MOST_SAMPLES)
+    spacing = max(min(_P.sample_mm, diagonal / 100), float(length.sum()) / _P.most_samples)
     count = np.maximum(np.ceil(length / spacing).astype(np.int64), 1) + 1
     offsets = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
     chain = np.repeat(np.arange(n), count)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.readers.mesh.parameters import DEFAULTS
 
 
 @dataclass
@@ -127,8 +128,7 @@ def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats
     return residual, np.asarray(total, float), centroid, np.asarray(area, float)
 
 
-FLAT_RAD = np.radians(0.5)  # facets that turn less belong to one plane, if it then is one
-_LEVEL_RAD = np.radians(20)
+_P = DEFAULTS.patches
 
 
 @dataclass(frozen=True)
@@ -158,10 +158,10 @@ def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     thin = slim(vertices, triangles)
     # How far the corner of the smaller triangle is from the plane of the other.
     height = np.minimum(double[a], double[b]) / length
-    flat = (height * np.sin(angle) < 4 * rounding(vertices)) & (angle < _LEVEL_RAD) & ~thin[a] & ~thin[b]
+    flat = (height * np.sin(angle) < 4 * rounding(vertices)) & (angle < _P.level_rad) & ~thin[a] & ~thin[b]
     patch = components(len(triangles), a[flat], b[flat])
     uneven = mean_planes(vertices, triangles, patch)[0] > tolerance
-    flat &= ~uneven[patch[a]] | (angle < FLAT_RAD / 10)
+    flat &= ~uneven[patch[a]] | (angle < _P.flat_rad / 10)
     # A thin triangle goes with what lies beyond its longest side.
     one, two, side = np.concatenate([a, b]), np.concatenate([b, a]), np.tile(length, 2)
     order = np.lexsort((two, -side, one))

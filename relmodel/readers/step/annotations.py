@@ -11,9 +11,9 @@ from functools import partial
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.columns import Ragged
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.model.model import Instance, Model, Part, Table
+from relmodel.readers.splines import polyline, spline_columns
 from relmodel.readers.step import supplemental as step_supplemental
 from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.part21_instances import Instances, Reference, references
@@ -126,14 +126,5 @@ def _arcs(lines: list[Floats]) -> tuple[Table, Table]:
         "convexity": ["free"] * count,
         "angle": none,
     }
-    splines: Table = {
-        "arc_no": np.arange(count),
-        "degree": np.ones(count, np.int64),
-        "periodic": np.zeros(count, bool),
-        "rational": np.zeros(count, bool),
-        "knots": Ragged.pack(knots),
-        "multiplicities": Ragged.pack([np.r_[2, np.ones(len(k) - 2), 2] for k in knots], np.int32),
-        "poles": Ragged.pack(lines),
-        "weights": Ragged.pack([None] * count),
-    }
-    return arcs, splines
+    drawn = [polyline(*line) for line in zip(knots, lines, strict=True)]
+    return arcs, {"arc_no": np.arange(count), **spline_columns(drawn)}

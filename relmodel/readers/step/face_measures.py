@@ -20,12 +20,9 @@ from OCP.TopoDS import TopoDS
 
 from relmodel.arrays import Floats
 from relmodel.model.model import Mesh
+from relmodel.readers.step.parameters import DEFAULTS
 
-# Relative errors that the kernel's integrals are asked for.  What it reaches on b-splines is less: some 1e-5 at worst.
-_ANALYTIC, _SPLINE = 1e-5, 1e-9
-# For 0.001 it integrates once between knots, which does where they are many; for less it halves, and takes long there.
-_ONCE, _MANY_KNOTS = 1e-3, 16
-_TIGHT_MM = 1e-6
+_P = DEFAULTS
 _SWEPT = ("extrusion", "revolution", "offset")
 _RULED = ("plane", "cylinder", "cone", "extrusion")  # straight lines end at the boundary, and so do extremes
 
@@ -60,10 +57,10 @@ def integrals(faces: list[Any], kinds: list[str], normals: Floats, about: Floats
 def _accuracy(face: Any, swept: bool) -> float:
     surface = BRep_Tool.Surface_s(face)
     if not isinstance(surface, Geom_BSplineSurface):
-        return _ANALYTIC
-    many = max(surface.NbUKnots(), surface.NbVKnots()) > _MANY_KNOTS
+        return _P.analytic_error
+    many = max(surface.NbUKnots(), surface.NbVKnots()) > _P.many_knots
     polynomial = not (surface.IsURational() or surface.IsVRational())
-    return _ONCE if swept and many and polynomial else _SPLINE
+    return _P.once_error if swept and many and polynomial else _P.spline_error
 
 
 def widen_boxes(boxes: Floats, faces: list[Any], kinds: list[str], mesh: Mesh) -> None:
@@ -81,7 +78,7 @@ def widen_boxes(boxes: Floats, faces: list[Any], kinds: list[str], mesh: Mesh) -
             inner = np.concatenate([-vertices.min(axis=0), vertices.max(axis=0)])
             outer = inner + mesh.deviation_mm
             # Between the chords of a hollow boundary vertices lie beyond the face.
-            slack = mesh.deviation_mm if kind in ("sphere", "torus") else _TIGHT_MM
+            slack = mesh.deviation_mm if kind in ("sphere", "torus") else _P.tight_mm
             box = np.where(box < inner - slack, inner + min(mesh.deviation_mm, mesh.chord_mm / 2), np.fmin(box, outer))
         box[:3] *= -1
         row[:3], row[3:] = np.fmin(row[:3], box[:3]), np.fmax(row[3:], box[3:])

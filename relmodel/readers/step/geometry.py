@@ -30,8 +30,9 @@ from OCP.GeomConvert import GeomConvert
 
 from relmodel.arrays import Floats
 from relmodel.geometry.curves import Curves, vector_columns
-from relmodel.geometry.surfaces import Surfaces
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
 from relmodel.model.model import Table
+from relmodel.readers.splines import Spline, spline_columns, spline_of, surface_spline_columns
 from relmodel.readers.step.recognition import (
     FRAME,
     NAN,
@@ -41,7 +42,21 @@ from relmodel.readers.step.recognition import (
     recognised_curve,
     recognised_surface,
 )
-from relmodel.readers.step.splines import Spline, spline_columns, spline_of, surface_spline_columns
+
+_CONICS = (
+    ("circle", Geom_Circle, ("Radius",)),
+    ("ellipse", Geom_Ellipse, ("MajorRadius", "MinorRadius")),
+    ("parabola", Geom_Parabola, ("Focal",)),
+    ("hyperbola", Geom_Hyperbola, ("MajorRadius", "MinorRadius")),
+)
+# With what gives their radius, radius2 and semi_angle.
+_ANALYTIC = (
+    ("plane", Geom_Plane, ("", "", "")),
+    ("cylinder", Geom_CylindricalSurface, ("Radius", "", "")),
+    ("cone", Geom_ConicalSurface, ("RefRadius", "", "SemiAngle")),
+    ("sphere", Geom_SphericalSurface, ("Radius", "", "")),
+    ("torus", Geom_ToroidalSurface, ("MajorRadius", "MinorRadius", "")),
+)
 
 
 def matrix(trsf: Any) -> Floats:
@@ -75,26 +90,19 @@ class CurveRows:
         """Append a curve over an interval and return its row; `shape` is the edge to recognise a spline on."""
         while isinstance(curve, Geom_TrimmedCurve):
             curve = curve.BasisCurve()
-        kind, frame, radius, radius2 = "spline", NO_FRAME, NAN, NAN
         if isinstance(curve, Geom_Line):
             axis = curve.Position()
-            kind, frame = "line", (*axis.Location().Coord(), *axis.Direction().Coord(), NAN, NAN, NAN)
-        elif isinstance(curve, Geom_Circle):
-            kind, frame, radius = "circle", frame_of(curve.Position()), curve.Radius()
-        elif isinstance(curve, Geom_Ellipse):
-            kind, frame = "ellipse", frame_of(curve.Position())
-            radius, radius2 = curve.MajorRadius(), curve.MinorRadius()
-        elif isinstance(curve, Geom_Parabola):
-            kind, frame, radius = "parabola", frame_of(curve.Position()), curve.Focal()
-        elif isinstance(curve, Geom_Hyperbola):
-            kind, frame = "hyperbola", frame_of(curve.Position())
-            radius, radius2 = curve.MajorRadius(), curve.MinorRadius()
-        elif isinstance(curve, Geom_OffsetCurve):
+            frame = (*axis.Location().Coord(), *axis.Direction().Coord(), NAN, NAN, NAN)
+            return self._append("line", "line", frame, NAN, NAN, t0, t1)
+        for kind, form, radii in _CONICS:
+            if isinstance(curve, form):
+                sizes = (*(getattr(curve, radius)() for radius in radii), NAN)[:2]
+                return self._append(kind, kind, frame_of(curve.Position()), *sizes, t0, t1)
+        kind, frame, radius, radius2 = "spline", NO_FRAME, NAN, NAN
+        if isinstance(curve, Geom_OffsetCurve):
             kind = "offset"
             basis = self.basis.add(curve.BasisCurve(), t0, t1)
             self._offsets.append((len(self._kinds), basis, *curve.Direction().Coord(), curve.Offset()))
-        if kind not in ("spline", "offset"):
-            return self._append(kind, kind, frame, radius, radius2, t0, t1)
         if isinstance(curve, Geom_BezierCurve):
             curve = GeomConvert.CurveToBSplineCurve_s(curve)
         recognised: str | None = None
@@ -168,18 +176,14 @@ class SurfaceRows:
         """Append a surface over a domain u0 u1 v0 v1, return its row; `shape` is the face to recognise a spline on."""
         while isinstance(surface, Geom_RectangularTrimmedSurface):
             surface = surface.BasisSurface()
-        recognised, direct, frame, sizes = None, True, NO_FRAME, (NAN, NAN, NAN)
+        recognised, direct, frame = None, True, NO_FRAME
+        sizes: tuple[float, ...] = (NAN, NAN, NAN)
         swept: tuple[float, ...] | None = None
-        if isinstance(surface, Geom_Plane):
-            kind = "plane"
-        elif isinstance(surface, Geom_CylindricalSurface):
-            kind, sizes = "cylinder", (surface.Radius(), NAN, NAN)
-        elif isinstance(surface, Geom_ConicalSurface):
-            kind, sizes = "cone", (surface.RefRadius(), NAN, surface.SemiAngle())
-        elif isinstance(surface, Geom_SphericalSurface):
-            kind, sizes = "sphere", (surface.Radius(), NAN, NAN)
-        elif isinstance(surface, Geom_ToroidalSurface):
-            kind, sizes = "torus", (surface.MajorRadius(), surface.MinorRadius(), NAN)
+        kind, radii = next(((k, radii) for k, form, radii in _ANALYTIC if isinstance(surface, form)), ("spline", ()))
+        if kind != "spline":
+            sizes = tuple(getattr(surface, name)() if name else NAN for name in radii)
+            position = surface.Position()
+            frame, direct = frame_of(position), position.Direct()
         elif isinstance(surface, Geom_SurfaceOfLinearExtrusion):
             kind = "extrusion"
             basis = self.basis_curves.add(surface.BasisCurve(), domain[0], domain[1])
@@ -194,14 +198,10 @@ class SurfaceRows:
             kind = "offset"
             swept = (-1, self.basis.add(surface.BasisSurface(), domain), NAN, NAN, NAN, surface.Offset())
         else:
-            kind = "spline"
             if isinstance(surface, Geom_BezierSurface):
                 surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
             self._splines.append((len(self._kinds), surface))
-        if kind in ("plane", "cylinder", "cone", "sphere", "torus"):
-            position = surface.Position()
-            frame, direct = frame_of(position), position.Direct()
-        elif shape is not None:
+        if kind not in ANALYTIC_KINDS and shape is not None:
             recognised, found, sizes_found = recognised_surface(shape)
             if kind == "revolution":
                 found = on_axis(recognised, found, frame)
@@ -241,9 +241,7 @@ class SurfaceRows:
             "surface_no": rows[:, 0].astype(np.int64),
             "basis_arc": rows[:, 1].astype(np.int64),
             "basis_surface": rows[:, 2].astype(np.int64),
-            "axis_x": rows[:, 3].copy(),
-            "axis_y": rows[:, 4].copy(),
-            "axis_z": rows[:, 5].copy(),
+            **vector_columns("axis", rows[:, 3:6]),
             "distance": rows[:, 6].copy(),
         }
 

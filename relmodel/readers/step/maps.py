@@ -12,7 +12,9 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Compound
 
-NO_TURN = 1e-6  # rad, of a degenerate edge: kernels put such where round-off leaves a gap between two edges
+from relmodel.readers.step.parameters import DEFAULTS
+
+_P = DEFAULTS
 
 
 def face_map(shape: Any) -> Any:
@@ -68,7 +70,7 @@ def edge_map(faces: Any) -> Any:
         TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
     for i in range(1, every.Extent() + 1):
         edge = TopoDS.Edge(every.FindKey(i))
-        no_turn = BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < NO_TURN
+        no_turn = BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < _P.no_turn
         if not no_turn and (vertex_of(edge) is not None or BRep_Tool.Curve_s(edge, 0.0, 0.0) is not None):
             keys.Add(edge)
     return keys

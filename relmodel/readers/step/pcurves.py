@@ -18,7 +18,7 @@ from OCP.Geom2d import (
 from OCP.Geom2dConvert import Geom2dConvert
 
 from relmodel.model.model import Table
-from relmodel.readers.step.splines import Spline, spline_columns, spline_of
+from relmodel.readers.splines import Spline, spline_columns, spline_of
 
 _NAN = float("nan")
 
@@ -27,19 +27,16 @@ class PcurveRows:
     """Collects columns of `pcurve`."""
 
     def __init__(self) -> None:
-        self._keys: list[tuple[int, int, int]] = []
-        self._kinds: list[str] = []
-        self._numbers: list[tuple[float, ...]] = []  # origin, axis, radius, radius2, t0, t1
-        self._direct: list[bool] = []
-        self._splines: list[Spline | None] = []
+        # key; kind; origin, axis, radius, radius2, t0, t1; direct; spline
+        self._rows: list[tuple[tuple[int, int, int], str, tuple[float, ...], bool, Spline | None]] = []
 
     def add(self, key: tuple[int, int, int], curve: Any, t0: float, t1: float) -> None:
         """Append a pcurve of the kernel; key: surface_no, loop_no, coedge_no."""
         while isinstance(curve, Geom2d_TrimmedCurve):
             curve = curve.BasisCurve()
         if isinstance(curve, Geom2d_Line):
-            place, way = curve.Location(), curve.Direction()
-            self._append(key, "line", (place.X(), place.Y(), way.X(), way.Y(), _NAN, _NAN, t0, t1))
+            numbers = (*curve.Location().Coord(), *curve.Direction().Coord(), _NAN, _NAN, t0, t1)
+            self._rows.append((key, "line", numbers, True, None))
             return
         for kind, form, radii in _CONICS:
             if isinstance(curve, form):
@@ -47,40 +44,24 @@ class PcurveRows:
                 x, y = position.XDirection().Coord(), position.YDirection().Coord()
                 sizes = (*(getattr(curve, radius)() for radius in radii), _NAN)[:2]
                 numbers = (*position.Location().Coord(), *x, *sizes, t0, t1)
-                self._append(key, kind, numbers, direct=x[0] * y[1] - x[1] * y[0] > 0)
+                self._rows.append((key, kind, numbers, x[0] * y[1] - x[1] * y[0] > 0, None))
                 return
         if isinstance(curve, Geom2d_BezierCurve):
             curve = Geom2dConvert.CurveToBSplineCurve_s(curve)
         elif not isinstance(curve, Geom2d_BSplineCurve):  # an offset: as near as a spline comes
             curve = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(curve, t0, t1))
-        self._append(key, "spline", (*[_NAN] * 6, t0, t1), spline=spline_of(curve))
-
-    def _append(
-        self,
-        key: tuple[int, int, int],
-        kind: str,
-        numbers: tuple[float, ...],
-        direct: bool = True,
-        spline: Spline | None = None,
-    ) -> None:
-        self._keys.append(key)
-        self._kinds.append(kind)
-        self._numbers.append(numbers)
-        self._direct.append(direct)
-        self._splines.append(spline)
+        self._rows.append((key, "spline", (*[_NAN] * 6, t0, t1), True, spline_of(curve)))
 
     def columns(self) -> Table:
-        keys = np.array(self._keys, np.int64).reshape(-1, 3)
-        numbers = np.array(self._numbers, float).reshape(-1, 8)
+        keys = np.array([key for key, *_ in self._rows], np.int64).reshape(-1, 3)
+        numbers = np.array([row[2] for row in self._rows], float).reshape(-1, 8)
         names = ("origin_u", "origin_v", "axis_u", "axis_v", "radius", "radius2", "t0", "t1")
-        splines = spline_columns(self._splines)
+        splines = spline_columns([spline for *_, spline in self._rows])
         del splines["rational"]
         return {
-            "surface_no": keys[:, 0].copy(),
-            "loop_no": keys[:, 1].copy(),
-            "coedge_no": keys[:, 2].copy(),
-            "kind": list(self._kinds),
-            "direct": np.array(self._direct, bool),
+            **{name: keys[:, i].copy() for i, name in enumerate(("surface_no", "loop_no", "coedge_no"))},
+            "kind": [kind for _, kind, *_ in self._rows],
+            "direct": np.array([direct for *_, direct, _ in self._rows], bool),
             **{name: np.ascontiguousarray(numbers[:, i]) for i, name in enumerate(names)},
             **splines,
         }

@@ -15,10 +15,10 @@ from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
+from relmodel.readers.step.parameters import DEFAULTS
 from relmodel.readers.step.tori import tori
 
-# A spline is called by the name of an analytic form that lies within this of it, mm.
-RECOGNITION_MM = 1e-3
+_P = DEFAULTS
 
 FRAME = tuple(f"{name}_{axis}" for name in ("origin", "axis_x", "axis_z") for axis in "xyz")
 NAN = float("nan")
@@ -73,7 +73,7 @@ def _recogniser(shape: Any) -> Any:
 
 def _is(test: Callable[[float, Any], bool], form: Any) -> bool:
     try:
-        return bool(test(RECOGNITION_MM, form))
+        return bool(test(_P.recognition_mm, form))
     except Exception:
         return False
 
@@ -93,7 +93,7 @@ def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
     if not free:
         return
     try:
-        found = tori(surfaces, np.array(free), RECOGNITION_MM)
+        found = tori(surfaces, np.array(free), _P.recognition_mm)
     except np.linalg.LinAlgError:  # a decomposition that does not converge
         return
     for row in found.row.tolist():

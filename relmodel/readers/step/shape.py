@@ -30,11 +30,12 @@ from relmodel.readers.step.boundary import Coedge, forward, is_reversed, loops_o
 from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.geometry import CurveRows, SurfaceRows
 from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map, vertex_of
+from relmodel.readers.step.parameters import DEFAULTS
 from relmodel.readers.step.pcurves import PcurveRows
 from relmodel.readers.step.recognition import recognise_tori
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
-_AROUND = 0.25  # of the extent of a domain: a loop whose ends are further apart goes around the surface
+_P = DEFAULTS
 
 Labels = dict[int, str]
 
@@ -206,7 +207,7 @@ def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> Non
     step = np.where(faces.reversed[of, None], start - end, end - start)
     gap = np.abs(np.stack([np.bincount(loop, column, len(keys)) for column in step.T], axis=1))
     domain = faces.surfaces.domain[loops["surface_no"]]
-    around = np.any(gap > _AROUND * (domain[:, 1::2] - domain[:, ::2]), axis=1)
+    around = np.any(gap > _P.around * (domain[:, 1::2] - domain[:, ::2]), axis=1)
     closed = ~np.isin(loops["surface_no"], loops["surface_no"][around])
     loops["outer_loop"] = around | (closed & loops["outer_loop"])
 

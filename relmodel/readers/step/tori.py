@@ -9,9 +9,9 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.components import unit
 from relmodel.geometry.surfaces import Surfaces
+from relmodel.readers.step.parameters import DEFAULTS
 
-_SIDE, _CLOSE_SIDE = 7, 25  # points each way of the domain that a torus is laid through, and that it is held against
-_SHARE = 1e-3  # of the depth of a face: a shallow one is near to many a surface
+_P = DEFAULTS
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ def tori(surfaces: Surfaces, row: Ints, tolerance: float) -> Tori:
     The normals of a surface of revolution meet its axis: their Pluecker coordinates are linear in those of the axis
     (Pottmann and Wallner, Computational Line Geometry, 2001).  A torus is one whose meridian is a circle.
     """
-    points, normals = _grid(surfaces, row, _SIDE)
+    points, normals = _grid(surfaces, row, _P.torus_side)
     good = np.isfinite(points).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))
     found, near = _fitted(row[good], points[good], normals[good], tolerance)
     found, near = found[near > 0], near[near > 0]
     if not len(found.row):
         return found
-    points = _grid(surfaces, found.row, _CLOSE_SIDE)[0]
+    points = _grid(surfaces, found.row, _P.torus_close_side)[0]
     return found[_away(found, points) <= near]
 
 
@@ -64,8 +64,8 @@ def _fitted(row: Ints, points: Floats, normals: Floats, tolerance: float) -> tup
     across = unit((arm - np.sum(arm * axis, axis=1, keepdims=True) * axis).T).T
     size = scale[:, 0, 0]
     found = Tori(row, centre * size[:, None] + middle[:, 0], axis, across, major * size, minor * size)
-    depth = np.linalg.svd(points - middle, compute_uv=False)[:, 2] / _SIDE  # root of the mean square
-    near = np.minimum(tolerance, _SHARE * depth)
+    depth = np.linalg.svd(points - middle, compute_uv=False)[:, 2] / _P.torus_side  # root of the mean square
+    near = np.minimum(tolerance, _P.torus_share * depth)
     whole = (_away(found, points) <= near) & (found.major > near) & (found.minor > near)
     return found, np.where(whole, near, 0.0)
 

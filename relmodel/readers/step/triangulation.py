@@ -27,12 +27,9 @@ from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step.boundary import is_reversed
 from relmodel.readers.step.face_measures import integrals
 from relmodel.readers.step.maps import compound
+from relmodel.readers.step.parameters import DEFAULTS
 
-CHORD_MM = 0.05
-CHORD_RAD = 0.15
-# Of a part larger than 5 m the chord grows with it, so that its mesh stays bounded.
-CHORD_SHARE = 1e-5
-MOST_CHORDS = 2.0  # of deviation, before it is a finding
+_P = DEFAULTS
 
 # Algorithms of the kernel, each for the faces that the one before gave up on, and for all where the mesh is then far
 # from the exact geometry.  The second takes several times as long as the first.
@@ -65,8 +62,8 @@ def mesh(
     edges: of each arc the edge and a face that it bounds.  size: diagonal of the shape's box, mm.  closed: whether it
     is to be.  The findings are faces without triangles, and a mesh that is open or far from the exact geometry.
     """
-    chord = max(CHORD_MM, CHORD_SHARE * size)
-    bound = MOST_CHORDS * chord
+    chord = max(_P.chord_mm, _P.chord_share * size)
+    bound = _P.most_chords * chord
     for algorithms in (_ALGORITHMS, _ALGORITHMS[-1:]):
         _triangulate(shape, faces, chord, algorithms)
         made = _triangulations(faces, chord)
@@ -91,7 +88,7 @@ def mesh(
         findings.append(Finding("open_mesh", "sides of triangles have no neighbour", count, 0))
     out = Mesh(
         chord_mm=chord,
-        chord_rad=CHORD_RAD,
+        chord_rad=_P.chord_rad,
         vertices=found.vertices,
         normals=normals_of(surfaces, found.vertex_face, found.uv, found.vertices).astype(np.float32),
         triangles=found.triangles,
@@ -103,7 +100,7 @@ def mesh(
 
 def _triangulate(shape: Any, faces: list[Any], chord: float, algorithms: Sequence[str]) -> None:
     settings = IMeshTools_Parameters()
-    settings.Deflection, settings.Angle = chord, CHORD_RAD
+    settings.Deflection, settings.Angle = chord, _P.chord_rad
     settings.EnableControlSurfaceDeflectionAllSurfaces = True
     BRepTools.Clean_s(shape)
     for algorithm in algorithms:

@@ -1,4 +1,4 @@
-"""Splines of the CAD kernel as columns; runs in the child process of the reader."""
+"""Splines of the CAD kernel, and polylines, as columns; runs in the child process of the reader."""
 
 from __future__ import annotations
 
@@ -34,6 +34,11 @@ def spline_of(curve: Any) -> Spline:
         np.array([curve.Pole(i).Coord() for i in poles]),
         np.array([curve.Weight(i) for i in poles]) if curve.IsRational() else None,
     )
+
+
+def polyline(knots: Floats, points: Floats) -> Spline:
+    """A line through points (n, d) at the parameters `knots` (n,)."""
+    return Spline(1, False, knots, np.r_[2, np.ones(len(knots) - 2), 2].astype(np.int32), points, None)
 
 
 def spline_columns(curves: Sequence[Spline | None]) -> Table:

@@ -1,0 +1,245 @@
+"""The parameters of recognition, a class a subject: every number that decides which features, relations and contacts
+a shape has.
+
+Lengths in mm, angles in rad.  Values without a source named beside them are rules of the shop or were set by judgement,
+and hold on the parts of the tests.
+"""
+
+from dataclasses import dataclass, field
+from math import pi, radians, sin
+
+
+@dataclass(frozen=True)
+class CommonParameters:
+    """What all kinds of features are told by."""
+
+    length_mm: float = 1e-3
+    """mm, for "on one axis", "of one radius" """
+    angle_rad: float = 1e-5
+    """rad, for "along one axis" """
+    steep: float = sin(radians(10))
+    """sine of the greatest draft of walls"""
+    whole_turn_rad: float = 1.9 * pi
+    """rad from which what is turned counts as closed"""
+    draft_rad: float = radians(0.5)
+    """rad from which walls have a draft; they do so alike to a fifth of it"""
+    bins: int = 720
+    """of the full turn, for the union of angles"""
+    most_mesh_surfaces: int = 20_000
+    """surfaces of a mesh beyond which it is a scan and not a tessellated part"""
+    form_quantum: float = 1e-2
+    """mm and mm2 to which forms of one class agree"""
+    class_digits: int = 4
+    """decimals of mm and rad to which dimensions of one class agree"""
+
+
+@dataclass(frozen=True)
+class HoleParameters:
+    """What is drilled in one go."""
+
+    reach: float = 10.0
+    """length of a gap, in diameters, that a drill crosses"""
+    air: float = 3.0
+    """and to what is drilled on either side: the walls of a housing are bored one by one"""
+    within: float = 0.9
+    """share of the radius within which there is nothing but air"""
+    holds_a_pin_rad: float = 1.2 * pi
+    """turn of a cylinder, at least: what is open further is cut out of a side"""
+
+
+@dataclass(frozen=True)
+class PocketParameters:
+    """Which floors with an open side are of pockets."""
+
+    mostly: float = 0.5
+    """share of the boundary of a pocket that another may not have cut away, and of each of its sides"""
+    least_walls: int = 4
+    """walls of a pocket with an open side"""
+
+
+@dataclass(frozen=True)
+class OpeningParameters:
+    """Which walls go around an opening."""
+
+    least_walls: int = 3
+    """walls, which face each other all around"""
+    within: float = 0.9
+    """share of the way to a wall that is looked through"""
+    ellipse_mm: float = 1e-2
+    """mm by which walls may be off the ellipse that they are"""
+
+
+@dataclass(frozen=True)
+class SlotParameters:
+    """Which walls make a slot that runs out at a side."""
+
+    leaning: float = sin(radians(60))
+    """sine of what walls may lean, back or over the floor"""
+    even_rad: float = radians(1)
+    """rad by which walls that lean back differ at most"""
+    beside: float = 0.2
+    """share of a floor's extent that a wall has at least"""
+    keeps: float = 0.9
+    """length of a leaning wall to that of the floor, at most the inverse of this"""
+    corners: int = 2
+    """corners in which two pairs of walls may not meet: the bend of a channel is one"""
+    flat_rad: float = radians(170)
+    """rad: walls of a V that open further are a bent face"""
+
+
+@dataclass(frozen=True)
+class LedgeParameters:
+    """Which walls make a step of a ledge."""
+
+    over: float = sin(radians(10))
+    """sine by which a wall may lean over its floor"""
+    spans: float = 0.9
+    """share of a step's floor that its wall runs along, and of the wall that the floor does"""
+
+
+@dataclass(frozen=True)
+class ThinParameters:
+    """What is thin: ribs, flanges and webs."""
+
+    thin: float = 0.6
+    """thickness of a rib or flange to its height"""
+    touching: float = 0.01
+    """share of the smaller of two planes that one covers at least"""
+    under: float = 0.3
+    """share of a floor that has the web under it"""
+    thin_web: float = 0.2
+    """thickness of a web to its width"""
+    contact: float = 0.6
+    """length of a foot to that of the side on it"""
+    share: float = 0.3
+    """length of a flange to that of the side that it is of"""
+    tall: float = 0.3
+    """height of a flange to that of the part"""
+    same_mm: float = 1e-2
+    """mm, thickness and middle of the segments of one rib"""
+    long: float = 2.0
+    """length of a rib to its thickness: what is shorter is a post"""
+    lean: tuple[float, float] = (sin(radians(0.5)), sin(radians(15)))
+    """sines between which a side with draft leans"""
+    gusset: float = 0.75
+    """area of the side of a gusset to that of the rectangle around it, at most"""
+    crossing: float = 10.0
+    """times its thickness that segments of a rib are apart: what crosses it parts them, with its corners"""
+
+
+@dataclass(frozen=True)
+class TurnedParameters:
+    """Flanges around a shaft."""
+
+    flat: float = 0.5
+    """thickness of a flange to its radius"""
+    wider: float = 1.2
+    """radius of a flange to that of its shaft"""
+
+
+@dataclass(frozen=True)
+class StandingParameters:
+    """Bosses and lugs."""
+
+    gap_rad: float = 0.5
+    """rad without a point: more than a facet spans"""
+    end_of_a_lug_rad: tuple[float, float] = (0.6 * pi, 1.9 * pi)
+    """turn of the rounded end of a lug; a full turn is a boss"""
+    long: float = 5.0
+    """length to width of an island that is a rib, however low"""
+
+
+@dataclass(frozen=True)
+class BlendParameters:
+    """Edges that are rounded or cut off."""
+
+    half_turn_rad: float = 0.95 * pi
+    """rad: a half cylinder between parallel walls is the end of a slot"""
+    slant_rad: tuple[float, float] = (radians(15), radians(75))
+    """of a chamfer to the faces beside it"""
+    narrow: float = 0.8
+    """width of a chamfer to that of the faces beside it"""
+    open_rad: float = 0.3
+    """rad without a point: more than one facet of a mesh spans"""
+    bent: float = 0.02
+    """1 - cos of the least turn that is worth rounding off, and of that to a full one"""
+    same_line: float = 1e-3
+    """mm and rad within which axes are one line"""
+    same_radius_mm: float = 1e-3
+    """mm within which radii are one"""
+
+
+@dataclass(frozen=True)
+class PatternParameters:
+    """Rows, circles and grids of holes."""
+
+    same: float = 1e-2
+    """mm, rad within which places are where the pattern has them"""
+    nearest: int = 8
+    """neighbours that are tried as the next of a row or circle"""
+    least: int = 3
+    """holes of a row or circle"""
+    surely_a_circle: int = 5
+    """holes of a circle that cannot be corners of a grid"""
+    filled: float = 2 / 3
+    """share of the places of a circle that holes take at least"""
+
+
+@dataclass(frozen=True)
+class RelationParameters:
+    """Relations between surfaces and between arcs."""
+
+    exact: tuple[float, float] = (1e-6, 1e-4)
+    """rad and mm within which things count as equal"""
+    fitted: tuple[float, float] = (2e-3, 2e-2)
+    """and where they were fitted to a mesh"""
+    smooth_rad: float = pi / 180
+    """rad within which neighbours go on into each other"""
+    nearest: int = 32
+    """planes in order of offset that are tried for the nearest that overlaps"""
+
+
+@dataclass(frozen=True)
+class ContactParameters:
+    """Contacts between placed parts."""
+
+    touch_mm: float = 0.01
+    """mm between faces that lie on each other, and between the axes or centres of a shaft and its hole"""
+    fit_mm: float = 0.1
+    """mm by which the radii of a shaft and its hole may differ"""
+    fit_share: float = 0.2
+    """and the share of the shaft's radius that is added"""
+    parallel_rad: float = 1e-4
+    """rad between axes that are one way"""
+    least_area_mm2: float = 1e-4
+    """mm2 that two faces have in common"""
+    chord_rad: float = pi / 360
+    """rad of an arc that a chord of a drawn outline spans"""
+    chords: int = 180
+    """chords of a smooth segment of another curve"""
+    inward: float = 1e-7
+    """share of the domain that keeps points off poles, apexes and seams, where no angle or two are theirs"""
+    least_share: float = 1e-9
+    """rad2: a sphere without boundary encloses nothing"""
+
+
+@dataclass(frozen=True)
+class FeatureParameters:
+    """All of them, a field a subject."""
+
+    common: CommonParameters = field(default_factory=CommonParameters)
+    holes: HoleParameters = field(default_factory=HoleParameters)
+    pockets: PocketParameters = field(default_factory=PocketParameters)
+    openings: OpeningParameters = field(default_factory=OpeningParameters)
+    slots: SlotParameters = field(default_factory=SlotParameters)
+    steps: LedgeParameters = field(default_factory=LedgeParameters)
+    thin: ThinParameters = field(default_factory=ThinParameters)
+    turned: TurnedParameters = field(default_factory=TurnedParameters)
+    standing: StandingParameters = field(default_factory=StandingParameters)
+    blends: BlendParameters = field(default_factory=BlendParameters)
+    patterns: PatternParameters = field(default_factory=PatternParameters)
+    relations: RelationParameters = field(default_factory=RelationParameters)
+    contacts: ContactParameters = field(default_factory=ContactParameters)
+
+
+DEFAULTS = FeatureParameters()
