@@ -1,11 +1,51 @@
-"""Names of files to be written."""
+"""Files that people name: whether they can be read or written, told in a sentence before it is tried."""
 
 from __future__ import annotations
 
 import os
+import stat
 from pathlib import Path
 
 from relmodel.errors import InputError
+
+MOST_BYTES = 2 << 30  # more than any reader takes
+MOST_TEXT_BYTES = 64 << 20
+
+
+def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES) -> None:
+    """Raise InputError where there is no `what` at `path`, or a folder, or a device or pipe, which may never end, or
+    where it is larger than `most_bytes`."""
+    try:
+        held = path.stat()
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        raise InputError(f"there is no {what} {path}: check its name") from None
+    except OSError as error:
+        raise _unreadable(path, what, error) from error
+    if not stat.S_ISREG(held.st_mode):
+        raise InputError(f"the {what} {path} is no regular file: name one that is")
+    if held.st_size > most_bytes:
+        raise InputError(f"the {what} {path} is larger than {most_bytes >> 20} MB: split it, or name another")
+
+
+def read_bytes(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> bytes:
+    """What stands in the `what` at `path`.  Raises InputError as `check_readable`, and where it cannot be read."""
+    check_readable(path, what, most_bytes)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise _unreadable(path, what, error) from error
+
+
+def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
+    """The text in the `what` at `path`.  Raises InputError as `read_bytes`, and where it is no text."""
+    try:
+        return read_bytes(path, what, most_bytes).decode()
+    except UnicodeDecodeError as error:
+        raise InputError(f"the {what} {path} is no text in UTF-8: give one that is") from error
+
+
+def _unreadable(path: Path, what: str, error: OSError) -> InputError:
+    return InputError(f"the {what} {path} cannot be read ({error.strerror}): check its name and permissions")
 
 
 def check_writable(path: Path, what: str) -> None:

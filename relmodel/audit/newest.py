@@ -1,4 +1,4 @@
-"""The run that is meant where none is named."""
+"""The run that is meant by what people call it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,18 @@ from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.store import Store
+
+
+def run_named(store: Store, connection: Connection, name: str | None) -> int:
+    """The run of the number that is its name; the newest inspection where none is named, or `last`.
+
+    Raises UsageError for another name, and where there is no inspection.
+    """
+    if name is None or name == "last":
+        return newest_inspection(store, connection)
+    if not name.isdecimal():
+        raise UsageError(f"{name} names no run: give its number, or last")
+    return int(name)
 
 
 def newest_inspection(store: Store, connection: Connection) -> int:

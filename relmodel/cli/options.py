@@ -35,6 +35,19 @@ def store_target(args: argparse.Namespace) -> str:
     return str(target)
 
 
+def add_run(parser: argparse.ArgumentParser) -> None:
+    """`RUN` or `--run RUN` of a verb that is about one run; None where neither is given."""
+    run = parser.add_mutually_exclusive_group()
+    run.add_argument(
+        "number",
+        nargs="?",
+        default=argparse.SUPPRESS,  # or it would take the place of what --run says
+        metavar="RUN",
+        help="the run: its number, or last, the newest inspection (default)",
+    )
+    run.add_argument("--run", dest="number", metavar="RUN", help="the same as RUN alone")
+
+
 def add_format(parser: argparse.ArgumentParser) -> None:
     """`--format`, which every verb that prints data has."""
     parser.add_argument(

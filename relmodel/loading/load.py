@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from relmodel.errors import InputError
 from relmodel.model.model import Finding
+from relmodel.paths import check_readable
 from relmodel.progress import Progress, silent
 from relmodel.readers import TIME_LIMIT_S, Reader, ReadOptions, read
 from relmodel.readers.formats import check_unit, format_of
@@ -115,8 +116,7 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
                 f"{path.name} is to be loaded as the variant {request.variant!r}: give text, '' for the plain one"
             )
         form = format_of(path)
-        if not path.is_file():
-            raise InputError(f"there is no file {path}: check its name")
+        check_readable(path)
         if path.stat().st_size == 0:
             raise InputError(f"{path} is empty: export it again")
         if form == "mesh":

@@ -42,9 +42,9 @@ def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) 
     finite, or exceeds a limit.
     """
     from relmodel.errors import InputError
+    from relmodel.paths import check_readable
 
-    if not path.is_file():
-        raise InputError(f"there is no file {path}: check its name")
+    check_readable(path)
     if in_child:
         from relmodel.readers.child import read_in_child
 

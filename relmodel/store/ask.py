@@ -29,6 +29,7 @@ Result = TypeVar("Result")
 _EXPLAIN = re.compile(
     r"(?:[ \t\n\r\f\v]|--[^\n\r]*[\n\r]|/\*(?:[^*/]|\*(?!/)|/(?!\*))*\*/)*+explain(?![\w$])", re.IGNORECASE
 )
+_HINTS = ("Did you mean", "Candidate ", "HINT:")
 _ONE_QUERY = "give one SELECT, WITH, VALUES, TABLE or EXPLAIN that only reads"
 
 
@@ -37,7 +38,7 @@ def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> 
 
     `store` is open read-only.  Taken is one SELECT, WITH, VALUES, TABLE or EXPLAIN, which is stopped after
     `time_limit_s`.  On DuckDB external access is off and the configuration locked from here on; on PostgreSQL the
-    transaction is read-only and rolled back.  Raises InputError with the database's first line where the statement is
+    transaction is read-only and rolled back.  Raises InputError with the database's words where the statement is
     wrong, would write or takes too long; StoreError where PostgreSQL's role may reach beyond the database, as a
     superuser may: the server would not hold a statement back from its files and programs.
     """
@@ -69,8 +70,16 @@ def _ask(
                     raise InputError(
                         f"the statement was stopped after {time_limit_s:g} s: ask for less, or give it more time"
                     ) from error
-                raise InputError(f"the statement was refused: {str(said).strip().splitlines()[0]}") from error
+                raise InputError(f"the statement was refused: {_sentence(said)}") from error
             raise
+
+
+def _sentence(said: BaseException) -> str:
+    """What a database says of a statement, on one line: what is wrong and its hint, but neither the statement again,
+    which DuckDB shows after a blank line, nor all functions of a name."""
+    first, *others = str(said).strip().partition("\n\n")[0].splitlines()
+    hints = [line.removeprefix("HINT:").strip() for line in others if line.startswith(_HINTS)]
+    return " ".join([first if first.endswith(("!", ".")) or not hints else f"{first}:", *hints]).rstrip(".")
 
 
 def lock_down(store: Store, connection: Connection) -> None:
@@ -135,8 +144,7 @@ def _answered_by_postgresql(
         except Exception as error:
             if type(error).__name__ != "SyntaxError":
                 raise
-            first = str(error).strip().splitlines()[0]
-            raise InputError(f"the statement was refused ({first}): {_ONE_QUERY}") from error
+            raise InputError(f"the statement was refused ({_sentence(error)}): {_ONE_QUERY}") from error
     return fetch(driver.execute(statement, prepare=True))
 
 

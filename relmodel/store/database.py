@@ -170,7 +170,7 @@ class Database:
         Raises StoreError where the database fails, refuses it to the role, or is closed.
         """
         self._refuse_closed()
-        with self.failures(), self.connect() as connection:
+        with self.failures(), self.connect() as connection, self._interrupts(connection):
             if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
                 connection = connection.execution_options(isolation_level="REPEATABLE READ")
             yield connection
@@ -185,8 +185,23 @@ class Database:
         self._refuse_closed()
         if self._read_only:
             raise StoreError(f"the store {self.name} is open for reading only: open it without read_only to write")
-        with self.failures(), self.connect() as connection, connection.begin():
+        with self.failures(), self.connect() as connection, connection.begin(), self._interrupts(connection):
             yield connection
+
+    @contextmanager
+    def _interrupts(self, connection: Connection) -> Iterator[None]:
+        """Ctrl-C while DuckDB is at work, of which its client makes another error, as the KeyboardInterrupt that it is.
+
+        DuckDB works on until it is told, and whoever closed the connection would wait for that.
+        """
+        try:
+            yield
+        except RuntimeError as error:
+            if not isinstance(error.__cause__, KeyboardInterrupt):
+                raise
+            driver: Any = connection.connection.driver_connection
+            driver.interrupt()
+            raise KeyboardInterrupt from error
 
     def patiently(self, work: Callable[[], T]) -> T:
         """What `work` gives, tried again some seconds long where a server refuses to serialise it or restarts."""

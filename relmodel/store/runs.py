@@ -9,7 +9,7 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -20,7 +20,9 @@ import numpy as np
 
 import relmodel
 from relmodel.columns import Columns
+from relmodel.errors import InputError
 from relmodel.identity import code_commit, code_sha256
+from relmodel.paths import check_readable
 from relmodel.store import bulk, journal, sql
 from relmodel.store.alive import Pulse
 
@@ -51,12 +53,11 @@ def _installed_version(name: str) -> str | None:
 def digest_inputs(paths: Mapping[str, str | Path]) -> dict[str, tuple[str, str]]:
     """Inputs of a run, role -> (file name, SHA-256), of the files by role that can be read."""
     found = {}
-    for role, path in paths.items():
-        try:
-            with Path(path).open("rb") as file:
-                found[role] = (Path(path).name, hashlib.file_digest(file, "sha256").hexdigest())
-        except OSError:
-            continue
+    for role, path in ((role, Path(path)) for role, path in paths.items()):
+        with suppress(InputError, OSError):
+            check_readable(path)
+            with path.open("rb") as file:
+                found[role] = (path.name, hashlib.file_digest(file, "sha256").hexdigest())
     return found
 
 

@@ -15,6 +15,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrix_columns
+from relmodel.paths import read_bytes
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store, digest_inputs, sql
 from relmodel.world.kinematics import Robots
@@ -65,7 +66,7 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
         values = [_joint_values(file, number, found) for number, found in enumerate(robots)]
         link_paths = _link_paths(store, connection, file, pinned, robots)
         poses = _poses(store, connection, file, pinned, robots, values)
-        rig_digests = {name: hashlib.sha256(rig.read_bytes()).hexdigest() for name, rig in file.rigs.items()}
+        rig_digests = {name: hashlib.sha256(read_bytes(rig, "rig file")).hexdigest() for name, rig in file.rigs.items()}
     content_key = _content_key(file, pinned, poses, rig_digests)
     inputs = {f"rig {name}": (file.rigs[name].name, digest) for name, digest in rig_digests.items()}
 

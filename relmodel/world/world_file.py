@@ -33,6 +33,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
+from relmodel.paths import read_bytes
 
 ROLES = ("inspected", "fixture", "robot", "tool")
 
@@ -132,10 +133,7 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
                     raise InputError(f"the world file {path} has the key {key!r} twice, at line {line}: remove one")
             return super().construct_mapping(node, deep)
 
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"the world file {path} cannot be read: {error.strerror}") from error
+    raw = read_bytes(path, "world file")
     try:
         data = yaml.load(raw.decode(), Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:

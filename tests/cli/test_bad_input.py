@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import gzip
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -162,7 +163,7 @@ def test_files_that_are_no_yaml(
     assert str(file) in said
     assert_only_failed(store, before, said)
     file.unlink()
-    assert "cannot be read" in refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
+    assert f"there is no rig file {file}" in refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
 
 
 def no_picture(good: Path, to: Path) -> None:
@@ -203,7 +204,7 @@ def a_folder(good: Path, to: Path) -> None:
 
 BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
     (nothing, "there is no image"),
-    (a_folder, "is no file"),
+    (a_folder, "is no regular file"),
     (no_picture, "no picture"),
     (empty, "no picture"),
     (truncated, "cannot be read"),
@@ -301,6 +302,56 @@ def test_missing_step(store: str, tmp_path: Path, capsys: pytest.CaptureFixture[
     said = refused(capsys, "load", str(tmp_path / "none.step"), "--object", "bulkhead", "--store", store)
     assert "there is no file" in said
     assert_only_failed(store, before, said)
+
+
+def a_device(to: Path) -> None:
+    to.symlink_to("/dev/zero")
+
+
+def a_huge_file(to: Path) -> None:
+    with to.open("wb") as file:
+        file.truncate(3 << 30)
+
+
+NO_FILES: list[tuple[str, Callable[[Path], None], str]] = [
+    ("load given.step", a_device, "is no regular file"),
+    ("load given.stl --unit mm", os.mkfifo, "is no regular file"),
+    ("load given.step", Path.mkdir, "is no regular file"),
+    ("load given.glb", a_huge_file, "is larger than 2048 MB"),
+    ("world given.yaml", a_device, "is no regular file"),
+    ("inspect --left given.png", a_huge_file, "is larger than 512 MB"),
+    ("inspect --rig given.yaml", a_device, "is no regular file"),
+    ("inspect --prior given.yaml", a_huge_file, "is larger than 64 MB"),
+    ("extract given.png", os.mkfifo, "is no regular file"),
+    ("rig show given.yaml", a_device, "is no regular file"),
+    ("find --polyhedron given.yaml", a_device, "is no regular file"),
+    ("sql --file given.sql", a_device, "is no regular file"),
+]
+
+
+@pytest.mark.parametrize(("words", "make", "says"), NO_FILES, ids=[f"{w}-{m.__name__}" for w, m, _ in NO_FILES])
+def test_what_is_no_file_or_may_never_end_is_not_read(
+    words: str,
+    make: Callable[[Path], None],
+    says: str,
+    store: str,
+    pair: Pair,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Least of all for its digest, which a run keeps of what it was given."""
+    before = counts(store)
+    verb, *given = words.replace("given", str(tmp_path / "given")).split()
+    file = next(Path(word) for word in given if word.startswith(str(tmp_path)))
+    make(file)
+    options = pair.options(**{given[0].removeprefix("--"): file}) if verb == "inspect" else given
+    said = refused(capsys, verb, *options, "--store", store)
+    assert str(file) in said
+    assert says in said
+    if verb in ("load", "world", "inspect", "extract"):
+        assert_only_failed(store, before, said)
+    else:
+        assert counts(store) == before
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -116,6 +117,25 @@ def test_what_there_is_not_is_wrong_use(
 
 def by_name(found: list[Difference], section: str) -> dict[str, Difference]:
     return {one.name: one for one in found if one.section == section}
+
+
+def test_a_run_is_named_alike_everywhere(
+    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, page = str(inspection.answer["run"]), ["-o", str(tmp_path / "page.html")]
+
+    def said(*words: str, status: int = 0) -> tuple[str, str]:
+        assert main([*words, "--store", inspection.store]) == status
+        return capsys.readouterr()
+
+    for verb, *more in (["why"], ["replay", "--dry"]):
+        assert len({said(verb, *name, *more) for name in ([], ["last"], [run], ["--run", "last"], ["--run", run])}) == 1
+        assert said(verb, "1", *more, status=2) == said(verb, "--run", "1", *more, status=2)  # a load
+    assert said("report", "--run", "last", *page) == said("report", run, *page)
+    for call in (["prune", "runs", "--run"], ["compare", run], ["export", "-o", str(tmp_path / "rows"), "--run"]):
+        assert said(*call, "last") == said(*call, run)
+    for call in (["why"], ["replay", "--run"], ["report", *page], ["prune", "runs", "--run"], ["compare", run]):
+        assert said(*call, "first", status=2)[1].endswith(": first names no run: give its number, or last\n")
 
 
 def test_runs_that_differ_in_nothing_and_in_what_was_asked(

@@ -110,6 +110,33 @@ def test_whatever_else_is_refused_in_a_sentence(asked: Store, tmp_path: Path) ->
     assert relations(asked) == before
 
 
+@pytest.mark.parametrize(
+    ("statement", "by_duckdb", "by_postgresql"),
+    [
+        (
+            "SELECT * FROM sds_relatoin",
+            'sds_relatoin does not exist! Did you mean "sds_relation"?',
+            'relation "sds_relatoin" does not exist',
+        ),
+        (
+            "SELECT\n\n relatoin FROM sds_relation",
+            'Referenced column "relatoin" not found in FROM clause! Candidate bindings: "relation"',
+            'column "relatoin" does not exist: Perhaps you meant to reference the column "sds_relation.relation"',
+        ),
+        (
+            "SELECT r.level FROM sds_relation",
+            'Referenced table "r" not found! Candidate tables: "sds_relation"',
+            'missing FROM-clause entry for table "r"',
+        ),
+        ("SELECT 1 FROM", "syntax error at end of input", "syntax error at end of input"),
+    ],
+)
+def test_the_engine_s_own_hint_is_told(asked: Store, statement: str, by_duckdb: str, by_postgresql: str) -> None:
+    with pytest.raises(InputError, match=r"^the statement was refused[^\n]*$") as refused:
+        ask(asked, statement)
+    assert (by_duckdb if asked.dialect == "duckdb" else by_postgresql) in str(refused.value)
+
+
 def test_statements_that_take_too_long_are_stopped(asked: Store) -> None:
     endless = ["SELECT count(*) FROM generate_series(1, 1000000) AS a, generate_series(1, 1000000) AS b"]
     if asked.dialect == "postgresql":  # one that sleeps, and lifts the limit for those after it

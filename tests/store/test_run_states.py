@@ -8,9 +8,11 @@ import os
 import shutil
 import signal
 import subprocess
+from contextlib import AbstractContextManager
 from datetime import UTC, datetime
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -51,6 +53,22 @@ def spend() -> tuple[datetime, datetime]:
     began = datetime.now(UTC)
     hashlib.pbkdf2_hmac("sha256", b"", b"", 20_000)
     return began, datetime.now(UTC)
+
+
+def count_long(transaction: AbstractContextManager[sa.Connection]) -> None:
+    """Ask the database for what takes it many seconds, and interrupt that as Ctrl-C does."""
+    long = sa.text("SELECT count(*) FROM generate_series(1, 100000) AS a, generate_series(1, 100000) AS b")
+    with transaction as connection:
+        Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        connection.execute(long)
+
+
+def test_an_interrupt_ends_what_the_database_does(fresh_store: str) -> None:
+    with Store.open(fresh_store) as store:
+        for transaction in (store.read, store.write):
+            with pytest.raises(KeyboardInterrupt), Run.begin(store, "load", {}) as run:
+                count_long(transaction())
+            assert [(e.state, e.message) for e in events(store, run.id)[1:]] == [("failed", "interrupted")]
 
 
 def test_steps_are_stamped_when_they_end_and_add_up(fresh_store: str) -> None:

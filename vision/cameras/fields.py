@@ -9,21 +9,10 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
+from relmodel.paths import read_text
 
 # A rotation typed or rounded to six digits is off by some 1e-6; anything worse is a mistake, not round-off.
 ROTATION_TOLERANCE = 1e-4
-
-
-def read_text(path: Path, what: str) -> str:
-    """The text of the `what` file; InputError where there is none to read."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except OSError as e:
-        raise InputError(f"the {what} file {path} cannot be read ({e.strerror}): check the path") from e
-    except ValueError as e:
-        raise InputError(
-            f"the {what} file {path} is no text: give one of the formats that the documentation lists"
-        ) from e
 
 
 def parse_yaml(text: str, path: Path, what: str, loader: Any = None) -> dict[str, Any]:
@@ -43,7 +32,7 @@ def parse_yaml(text: str, path: Path, what: str, loader: Any = None) -> dict[str
 
 def read_yaml(path: Path, what: str) -> dict[str, Any]:
     """The mapping in a YAML or JSON file."""
-    return parse_yaml(read_text(path, what), path, what)
+    return parse_yaml(read_text(path, f"{what} file"), path, what)
 
 
 def member(data: dict[str, Any], key: str, path: Path, where: str) -> Any:

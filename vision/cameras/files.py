@@ -10,9 +10,9 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
-from relmodel.paths import check_writable
+from relmodel.paths import check_writable, read_text
 from vision.cameras.cameras import Camera, Needs, Prior, Rig
-from vision.cameras.fields import member, numbers, parse_yaml, read_text, read_yaml, rigid
+from vision.cameras.fields import member, numbers, parse_yaml, read_yaml, rigid
 from vision.cameras.formats import colmap, kalibr, opencv, own, ros
 
 # Fields that lenses have: from 0.1 mrad across the picture to 85 degrees off the axis.
@@ -37,7 +37,7 @@ def read_rig(path: Path | str, *, unit_mm: float | None = None) -> Rig:
     if colmap.is_model(path):
         form, rig = "colmap", colmap.read(path)
     else:
-        text = opencv.without_header(read_text(path, "rig"))
+        text = opencv.without_header(read_text(path, "rig file"))
         data = parse_yaml(text, path, "rig", opencv.Loader)
         form = _format_of(data)
         rig = _YAML[form].parse(data, path)

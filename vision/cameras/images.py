@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
+from relmodel.paths import read_bytes
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -59,13 +60,8 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
     from PIL import Image, UnidentifiedImageError
 
     path = Path(path)
-    if not path.is_file():
-        trouble = f"{path} is no file" if path.exists() else f"there is no image {path}"
-        raise InputError(f"{trouble}: check the name")
-    if path.stat().st_size > MAX_FILE_BYTES:
-        raise InputError(f"the image {path} is larger than {MAX_FILE_BYTES // 1024**2} MB: give a single picture")
+    data = read_bytes(path, "image", MAX_FILE_BYTES)
     try:
-        data = path.read_bytes()
         with (
             warnings.catch_warnings(action="ignore"),
             Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image,

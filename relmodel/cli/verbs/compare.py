@@ -16,8 +16,8 @@ EXAMPLE = "relmodel compare 3 7 --store cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("first", type=int, metavar="RUN", help="number of a run")
-    parser.add_argument("second", type=int, metavar="RUN", help="number of another")
+    parser.add_argument("first", metavar="RUN", help="a run: its number, or last, the newest inspection")
+    parser.add_argument("second", metavar="RUN", help="another")
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", dest="format", action="store_const", const="json", help="print JSON")
     form.add_argument("--md", dest="format", action="store_const", const="markdown", help="print a table in Markdown")
@@ -26,11 +26,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.audit.compare import Difference, compare_runs
+    from relmodel.audit.newest import run_named
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:
-        found = compare_runs(store, args.first, args.second)
+        with store.read() as connection:
+            first, second = (run_named(store, connection, name) for name in (args.first, args.second))
+        found = compare_runs(store, first, second)
     if found or args.format == "json":
         print_rows(Difference._fields, found, args.format)
-    say(f"{len(found)} differences between run {args.first} and run {args.second}")
+    say(f"{len(found)} differences between run {first} and run {second}")
     return 0

@@ -34,7 +34,7 @@ _OTHER_FORMS = (".gltf", ".json", ".xlsx", ".csv", ".parquet", ".obj", ".stl", "
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("object", metavar="OBJECT", nargs="?", help="name of the object")
     parser.add_argument("--variant", default="", help="its variant, where it has several")
-    parser.add_argument("--run", metavar="RUN", dest="of_run", help="an inspection instead: number of its run, or last")
+    parser.add_argument("--run", metavar="RUN", dest="number", help="an inspection instead: number of its run, or last")
     parser.add_argument("-o", "--out", type=Path, metavar="FILE|FOLDER", help="what to write of the object or run")
     parser.add_argument(
         "--tables", choices=("parquet", "csv"), default="parquet", help="form of the tables in a folder"
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
             parts = export_parts(store, connection, args.parquet, args.world)
             written = [f"{args.parquet} is written: {parts} placed parts"]
         else:
-            export = _export_object if args.of_run is None else _export_run
+            export = _export_object if args.number is None else _export_run
             written = [f"{file} is written" for file in export(args, store, connection, progress)]
     for words in written:
         say(words)
@@ -69,14 +69,12 @@ def run(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> None:
     """Refuses options that do not go together."""
-    given = sum(one is not None for one in (args.object, args.of_run, args.parquet))
+    given = sum(one is not None for one in (args.object, args.number, args.parquet))
     if given != 1 or (args.parquet is None) != (args.out is not None):
         raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")
     if args.world is not None and args.parquet is None:
         raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
-    if args.of_run is not None and not (args.of_run == "last" or args.of_run.isdecimal()):
-        raise UsageError(f"--run {args.of_run} names no run: give its number, or last")
-    ends = (".glb",) if args.of_run is None else (".glb", ".json")
+    ends = (".glb",) if args.number is None else (".glb", ".json")
     if args.out is not None and args.out.suffix.lower() in set(_OTHER_FORMS) - set(ends):
         raise UsageError(
             f"{args.out} is named as a model of another format: end its name with {' or '.join(ends)}, or name a folder"
@@ -96,11 +94,11 @@ def _export_object(args: argparse.Namespace, store: Store, connection: Connectio
 
 
 def _export_run(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
-    from relmodel.audit.newest import newest_inspection
+    from relmodel.audit.newest import run_named
     from relmodel.show.tables import write_tables
     from vision.inspection.results import read_results, write_json, write_scene
 
-    run_id = newest_inspection(store, connection) if args.of_run == "last" else int(args.of_run)
+    run_id = run_named(store, connection, args.number)
     results = read_results(store, connection, run_id)
     form = args.out.suffix.lower()
     if form == ".json":

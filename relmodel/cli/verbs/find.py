@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from relmodel.cli.options import add_format, store_target
 from relmodel.cli.output import say
 from relmodel.errors import InputError, UsageError
+from relmodel.paths import read_text
 from relmodel.printing import print_rows
 
 if TYPE_CHECKING:
@@ -124,9 +125,7 @@ def _half_spaces(path: Path) -> list[list[float]]:
     import yaml
 
     try:
-        said = yaml.safe_load(path.read_text())
+        said = yaml.safe_load(read_text(path, "polyhedron"))
         return [[float(number) for number in row] for row in said["half_spaces"]]
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}): name a YAML file with half_spaces") from error
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path} lists no half-spaces: give half_spaces: [[nx, ny, nz, d], ...]") from error

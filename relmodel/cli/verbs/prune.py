@@ -18,7 +18,9 @@ EXAMPLE = """relmodel prune runs --older-than 90 --verdict refused --store cell.
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("what", choices=("runs", "pictures"), help="all that inspections found, or pictures only")
-    parser.add_argument("--run", dest="number", type=int, metavar="RUN", help="this run")
+    parser.add_argument(
+        "--run", dest="number", metavar="RUN", help="this run: its number, or last, the newest inspection"
+    )
     parser.add_argument("--state", choices=("finished", "failed", "killed"), help="those in this state")
     parser.add_argument("--verdict", choices=("accepted", "ambiguous", "refused"), help="those of this verdict")
     parser.add_argument("--older-than", type=float, metavar="DAYS", help="those that began longer ago")
@@ -27,11 +29,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.audit.newest import run_named
     from relmodel.audit.prune import Pruning, plan_pruning, prune
     from relmodel.store import Store
 
-    asked = Pruning(args.what, args.number, args.state, args.verdict, args.older_than)
     with Store.open(store_target(args)) as store:
+        with store.read() as connection:
+            one = None if args.number is None else run_named(store, connection, args.number)
+        asked = Pruning(args.what, one, args.state, args.verdict, args.older_than)
         if args.yes:
             number, runs, rows = prune(store, asked)
             told = f"{len(runs)} runs were pruned (run {number})"

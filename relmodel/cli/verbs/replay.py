@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 
-from relmodel.cli.options import add_format, store_target
+from relmodel.cli.options import add_format, add_run, store_target
 from relmodel.cli.output import say
 from relmodel.printing import print_rows
 
@@ -17,21 +17,19 @@ EXAMPLE = "relmodel replay 7 --store cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("number", type=int, nargs="?", metavar="RUN", help="the run (default: the newest inspection)")
+    add_run(parser)
     parser.add_argument("--dry", action="store_true", help="say only how many rows there are to replay from")
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.audit.newest import newest_inspection
+    from relmodel.audit.newest import run_named
     from relmodel.store import Store
     from vision.inspection.replay import Outcome, count_rows, replay
 
     with Store.open(store_target(args), read_only=True) as store:
-        number = args.number
-        if number is None:
-            with store.read() as connection:
-                number = newest_inspection(store, connection)
+        with store.read() as connection:
+            number = run_named(store, connection, args.number)
         if args.dry:
             print_rows(("relation", "rows"), count_rows(store, number), args.format)
             return 0

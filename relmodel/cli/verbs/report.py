@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from relmodel.cli.options import store_target
+from relmodel.cli.options import add_run, store_target
 from relmodel.cli.output import say
 from relmodel.errors import UsageError
 
@@ -20,7 +20,7 @@ EXAMPLE = """relmodel report 3 -o run.html --store cell.duckdb
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("number", metavar="RUN", nargs="?", type=int, help="the run, as relmodel runs numbers it")
+    add_run(parser)
     parser.add_argument("--object", metavar="NAME", help="of this object instead")
     parser.add_argument("--variant", default="", help="with --object: its variant")
     parser.add_argument(
@@ -49,10 +49,10 @@ def run(args: argparse.Namespace) -> int:
             write_page(args.out, lambda: object_page(store, connection, args.object, args.variant))
             of = " variant ".join(filter(None, [args.object, args.variant]))
         else:
-            from relmodel.audit.newest import newest_inspection
+            from relmodel.audit.newest import run_named
             from relmodel.report.run import run_page
 
-            number = newest_inspection(store, connection) if args.number is None else args.number
+            number = run_named(store, connection, args.number)
             write_page(args.out, lambda: run_page(store, connection, number))
             of = f"run {number}"
     say(f"{args.out} is written: {of}")

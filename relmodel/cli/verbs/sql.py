@@ -13,7 +13,8 @@ import sys
 from pathlib import Path
 
 from relmodel.cli.options import add_format, store_target
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import UsageError
+from relmodel.paths import read_text
 from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel sql --store cell.duckdb 'SELECT kind, count(*) FROM feature_class GROUP BY kind'"
@@ -47,10 +48,7 @@ def _query(args: argparse.Namespace) -> str:
     if args.file is not None:
         if args.query != "-":
             raise UsageError("two statements are given: as argument and by --file; give one")
-        try:
-            text = args.file.read_text()
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"cannot read the statement from {args.file}: {error}") from error
+        text = read_text(args.file, "statement")
     else:
         text = sys.stdin.read() if args.query == "-" else args.query
     if not text.strip():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 
-from relmodel.cli.options import add_format, store_target
+from relmodel.cli.options import add_format, add_run, store_target
 from relmodel.errors import UsageError
 from relmodel.printing import print_rows
 from relmodel.text import visible
@@ -19,7 +19,7 @@ EXAMPLE = """relmodel why 7 --verdict --store cell.duckdb
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("number", type=int, nargs="?", metavar="RUN", help="the run (default: the newest inspection)")
+    add_run(parser)
     subject = parser.add_mutually_exclusive_group()
     subject.add_argument("--verdict", action="store_true", help="why the pose is accepted, ambiguous or refused")
     subject.add_argument("--pose", action="store_true", help="what the pose rests on")
@@ -29,15 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.audit.newest import newest_inspection
+    from relmodel.audit.newest import run_named
     from relmodel.audit.why import Sentence, explain_arc, explain_feature, explain_pose, explain_verdict
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:
-        number = args.number
-        if number is None:
-            with store.read() as connection:
-                number = newest_inspection(store, connection)
+        with store.read() as connection:
+            number = run_named(store, connection, args.number)
         if args.arc is not None:
             said = explain_arc(store, number, *_arc(args.arc))
         elif args.feature is not None:

@@ -199,7 +199,7 @@ def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> N
 def test_files_that_hold_no_mapping(tmp_path: Path, text: str) -> None:
     with pytest.raises(InputError):
         read_prior(write(tmp_path, text))
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="there is no rig file"):
         read_rig(tmp_path / "none.yaml")
 
 

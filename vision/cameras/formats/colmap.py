@@ -15,8 +15,8 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import inverse
+from relmodel.paths import MOST_BYTES, read_text
 from vision.cameras.cameras import Camera, Rig
-from vision.cameras.fields import read_text
 from vision.cameras.formats.common import check_expressible, default_names, pinhole
 
 _HALF_PIXEL = 0.5
@@ -39,11 +39,10 @@ def is_model(path: Path) -> bool:
     if path.is_dir():
         return True
     try:
-        with path.open(encoding="utf-8") as file:
-            line = next((line for line in file if line.strip() and not line.lstrip().startswith("#")), "")
-    except (OSError, ValueError):
+        lines = map(str.strip, read_text(path, "rig file").splitlines())
+    except InputError:
         return False
-    return _CAMERA_LINE.match(line.strip()) is not None
+    return _CAMERA_LINE.match(next((line for line in lines if line and not line.startswith("#")), "")) is not None
 
 
 def files(path: Path) -> list[Path]:
@@ -152,7 +151,8 @@ def _poses_of_images(path: Path, cameras: set[int]) -> tuple[dict[int, Floats] |
     """rig_from_camera and names by CAMERA_ID, in the order of the images; None where a camera has not one image alone,
     and no names where the images' are not clear."""
     # Every second line, empty or not, lists the points of an image.
-    lines = [line for line in read_text(path, "images").splitlines() if not line.lstrip().startswith("#")]
+    text = read_text(path, "file of images", MOST_BYTES)
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
     while lines and not lines[0].strip():
         lines.pop(0)
     images = [words for line in lines[::2] if (words := line.split())]
@@ -195,7 +195,7 @@ def _pose_numbers(pose: Floats) -> list[float]:
 
 def _lines(path: Path) -> list[list[str]]:
     """The words of each line that is neither empty nor a comment."""
-    lines = (line.split() for line in read_text(path, "rig").splitlines())
+    lines = (line.split() for line in read_text(path, "rig file").splitlines())
     return [words for words in lines if words and not words[0].startswith("#")]
 
 
