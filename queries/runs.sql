@@ -1,7 +1,9 @@
 -- Runs, the latest first.
 -- Takes kind, state and verdict, null for any; gives run, kind, state (running, finished, failed or killed), verdict,
--- began_at, seconds, message.
-SELECT run_id AS run, kind, state, verdict, began_at, seconds, message
+-- changed, contradicted, not_confirmed and undecidable (how many parts and features), variant (that the pictures show
+-- another), began_at, seconds, message.
+SELECT run_id AS run, kind, state, verdict, changed, contradicted, not_confirmed, undecidable, variant, began_at,
+    seconds, message
 FROM run_summary
 WHERE (CAST(:kind AS TEXT) IS NULL OR kind = CAST(:kind AS TEXT))
     AND (CAST(:state AS TEXT) IS NULL OR state = CAST(:state AS TEXT))

@@ -97,7 +97,7 @@ COMMENT ON COLUMN measured_size.nominal IS 'the model''s';
 COMMENT ON COLUMN measured_size.value IS 'the measured one';
 COMMENT ON COLUMN measured_size.sigma IS 'its standard deviation';
 COMMENT ON COLUMN measured_size.unit IS 'mm, of a turn deg';
-COMMENT ON COLUMN measured_size.changed IS 'whether it is surely another than the model''s';
+COMMENT ON COLUMN measured_size.changed IS 'whether it is surely another than the model''s: an item is in the state changed where one of its sizes is';
 
 CREATE TABLE measured_distance (
     run_id BIGINT NOT NULL,

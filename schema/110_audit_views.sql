@@ -1,19 +1,112 @@
 -- Audit: what a run decided and why, as views that a person can query.
 
+CREATE VIEW variant_shown AS
+WITH ranked AS (
+    SELECT e.run_id, e.object_no, e.rank_no, e.placed, e.against, e.decided, v.name,
+        CASE v.variant WHEN '' THEN '(unnamed)' ELSE v.variant END AS variant,
+        max(e.log_odds) OVER (PARTITION BY e.run_id, e.object_no) - e.log_odds AS nats_less
+    FROM variant_evidence AS e
+    JOIN object_variant AS v ON v.id = e.object_variant_id
+),
+shown AS (  -- 3 nats, 20 to 1, tell one variant from another
+    SELECT r.run_id, r.object_no, max(r.name) AS name,
+        string_agg(CASE WHEN r.nats_less < 3 THEN r.variant END, ' or ' ORDER BY r.rank_no) AS variant,
+        count(CASE WHEN r.nats_less < 3 THEN 1 END) AS alike, min(r.rank_no) AS best_no,
+        max(CASE WHEN r.placed THEN r.rank_no END) AS placed_no,
+        max(CASE WHEN r.placed THEN r.nats_less END) AS placed_less
+    FROM ranked AS r
+    GROUP BY r.run_id, r.object_no
+    HAVING count(*) > 1
+)
+SELECT s.run_id, s.object_no, s.name, s.variant, p.variant AS placed_variant, s.placed_less >= 3 AS another,
+    concat('the pictures show variant ', s.variant, ' of ', s.name, CASE
+        WHEN s.placed_less >= 3 THEN concat(', not ', p.variant)
+        WHEN s.alike > 1 THEN ', which they do not tell apart'
+        ELSE ', as the world says'
+    END) AS words,
+    CASE
+        WHEN s.placed_less >= 3 THEN concat('variant ', b.variant, ' explains the pictures better than ', p.variant,
+            ', which the world has there, by ', CAST(s.placed_less AS NUMERIC(18, 0)), ' nats of evidence, and ',
+            b.against, ' of ', b.decided, ' parts and features are not as it has them, against ', p.against, ' of ',
+            p.decided)
+        ELSE concat('variant ', b.variant, ' explains the pictures better than ', o.variant, ' by ',
+            CAST(o.nats_less AS NUMERIC(18, 0)), ' nats of evidence')
+    END AS evidence
+FROM shown AS s
+JOIN ranked AS p ON p.run_id = s.run_id AND p.rank_no = s.placed_no
+JOIN ranked AS b ON b.run_id = s.run_id AND b.rank_no = s.best_no
+JOIN ranked AS o ON o.run_id = s.run_id AND o.rank_no = s.best_no + 1;
+COMMENT ON VIEW variant_shown IS 'Which variant of an inspected object the pictures show, where several were weighed.';
+COMMENT ON COLUMN variant_shown.run_id IS 'the run';
+COMMENT ON COLUMN variant_shown.object_no IS 'the object of the run''s world';
+COMMENT ON COLUMN variant_shown.name IS 'name of the object';
+COMMENT ON COLUMN variant_shown.variant IS 'the variant shown, or those that the pictures do not tell apart (less than 3 nats, 20 to 1), joined by or';
+COMMENT ON COLUMN variant_shown.placed_variant IS 'the variant that the world has there';
+COMMENT ON COLUMN variant_shown.another IS 'whether the one shown is surely another than that';
+COMMENT ON COLUMN variant_shown.words IS 'which one the pictures show, and not';
+COMMENT ON COLUMN variant_shown.evidence IS 'what says so, one sentence';
+
+CREATE VIEW inspection_outcome AS
+WITH counted AS (
+    SELECT run_id, count(CASE state WHEN 'changed' THEN 1 END) AS changed,
+        count(CASE state WHEN 'contradicted' THEN 1 END) AS contradicted,
+        count(CASE state WHEN 'not_confirmed' THEN 1 END) AS not_confirmed,
+        count(CASE state WHEN 'undecidable' THEN 1 END) AS undecidable
+    FROM presence
+    WHERE level <> 'surface'
+    GROUP BY run_id
+),
+other AS (
+    SELECT run_id, string_agg(words, '; ' ORDER BY object_no) AS variant
+    FROM variant_shown
+    WHERE another
+    GROUP BY run_id
+)
+SELECT p.run_id, p.verdict, c.changed, c.contradicted, c.not_confirmed, c.undecidable, o.variant,
+    concat_ws('; ', p.verdict,
+        nullif(concat_ws(', ',
+            CASE WHEN c.changed > 0 THEN concat(c.changed, ' changed') END,
+            CASE WHEN c.contradicted > 0 THEN concat(c.contradicted, ' contradicted') END,
+            CASE WHEN c.not_confirmed > 0 THEN concat(c.not_confirmed, ' not confirmed') END,
+            CASE WHEN c.undecidable > 0 THEN concat(c.undecidable, ' undecidable') END), ''),
+        o.variant) AS outcome,
+    coalesce(c.changed + c.contradicted > 0, FALSE) OR o.variant IS NOT NULL AS differs
+FROM pose AS p
+LEFT JOIN counted AS c ON c.run_id = p.run_id
+LEFT JOIN other AS o ON o.run_id = p.run_id;
+COMMENT ON VIEW inspection_outcome IS 'The verdict of an inspection with what is not as the model says: how many of the parts and features in view, and which variant the pictures show.';
+COMMENT ON COLUMN inspection_outcome.run_id IS 'the run';
+COMMENT ON COLUMN inspection_outcome.verdict IS 'accepted, ambiguous or refused: of the pose';
+COMMENT ON COLUMN inspection_outcome.changed IS 'parts and features that are there in another size or place; null where nothing was looked at, as where the pose is refused';
+COMMENT ON COLUMN inspection_outcome.contradicted IS 'parts and features in whose place something else is; null likewise';
+COMMENT ON COLUMN inspection_outcome.not_confirmed IS 'parts and features that should be seen and are not; null likewise';
+COMMENT ON COLUMN inspection_outcome.undecidable IS 'parts and features of which the pictures do not tell; null likewise';
+COMMENT ON COLUMN inspection_outcome.variant IS 'that the pictures show another variant than the world has; null where they do not, or none was weighed';
+COMMENT ON COLUMN inspection_outcome.outcome IS 'all of it in words';
+COMMENT ON COLUMN inspection_outcome.differs IS 'whether something is changed or contradicted, or another variant shown';
+
 CREATE VIEW run_summary AS
 SELECT
-    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, p.verdict, e.message, p.evidence_ratio
+    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, p.verdict, o.changed, o.contradicted, o.not_confirmed,
+    o.undecidable, o.variant, o.outcome, e.message, p.evidence_ratio
 FROM run AS r
 JOIN run_state AS s ON s.run_id = r.id
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
-LEFT JOIN pose AS p ON p.run_id = r.id;
-COMMENT ON VIEW run_summary IS 'Every run with how it ended, and the verdict where it was an inspection.';
+LEFT JOIN pose AS p ON p.run_id = r.id
+LEFT JOIN inspection_outcome AS o ON o.run_id = r.id;
+COMMENT ON VIEW run_summary IS 'Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.';
 COMMENT ON COLUMN run_summary.run_id IS 'the run';
 COMMENT ON COLUMN run_summary.kind IS 'what was run';
 COMMENT ON COLUMN run_summary.began_at IS 'when the run began';
 COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s; null while it runs, and where it was killed';
 COMMENT ON COLUMN run_summary.state IS 'running, finished, failed or killed';
 COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection: accepted, ambiguous or refused; null of other runs';
+COMMENT ON COLUMN run_summary.changed IS 'parts and features that are there in another size or place, as in inspection_outcome';
+COMMENT ON COLUMN run_summary.contradicted IS 'parts and features in whose place something else is, likewise';
+COMMENT ON COLUMN run_summary.not_confirmed IS 'parts and features that should be seen and are not, likewise';
+COMMENT ON COLUMN run_summary.undecidable IS 'parts and features of which the pictures do not tell, likewise';
+COMMENT ON COLUMN run_summary.variant IS 'that the pictures show another variant than the world has, likewise';
+COMMENT ON COLUMN run_summary.outcome IS 'verdict, counts and variant in words, likewise';
 COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
 COMMENT ON COLUMN run_summary.evidence_ratio IS 'evidence found in the images over what a right pose would find; null where it was no inspection';
 
@@ -196,6 +289,8 @@ COMMENT ON COLUMN attribute_log.stated_at IS 'when that run began';
 COMMENT ON COLUMN attribute_log.stated_by IS 'name of the user who ran relmodel set; null of other runs';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('variant_shown', 'localisation', 'view'),
+    ('inspection_outcome', 'localisation', 'view'),
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),

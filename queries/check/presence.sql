@@ -1,4 +1,4 @@
--- Items whose evidence is not the sum of the cameras', or whose state contradicts its evidence.
+-- Items whose evidence is not the sum of the cameras', or whose state contradicts its evidence or its sizes.
 -- Takes nothing; gives run_id, item_no and what is wrong.
 WITH total AS (
     SELECT c.run_id, c.item_no, sum(c.log_odds) AS log_odds, sum(c.told_px) AS told_px, sum(c.supported_px) AS supported_px
@@ -6,6 +6,8 @@ WITH total AS (
     GROUP BY c.run_id, c.item_no
 ), stopped AS (
     SELECT DISTINCT t.run_id, t.item_no FROM seen_through AS t WHERE t.stopped
+), another AS (
+    SELECT DISTINCT m.run_id, m.item_no FROM measured_size AS m WHERE m.changed
 )
 SELECT s.run_id, s.item_no, 'cameras do not add up' AS problem
 FROM presence AS s
@@ -20,7 +22,10 @@ LEFT JOIN stopped AS h ON h.run_id = s.run_id AND h.item_no = s.item_no
 WHERE (s.state = 'confirmed' AND s.log_odds <= 0)
     OR (s.state IN ('contradicted', 'not_confirmed') AND s.log_odds >= 0 AND h.run_id IS NULL)
     OR (h.run_id IS NOT NULL AND s.state <> 'contradicted')
-    OR (s.state = 'changed' AND s.moved_mm IS NULL AND NOT EXISTS (
-        SELECT 1 FROM measured_size AS m WHERE m.run_id = s.run_id AND m.item_no = s.item_no AND m.changed
-    ))
+UNION ALL
+SELECT s.run_id, s.item_no, 'state against the sizes'
+FROM presence AS s
+LEFT JOIN another AS a ON a.run_id = s.run_id AND a.item_no = s.item_no
+WHERE (s.state = 'changed' AND a.run_id IS NULL)
+    OR (s.state NOT IN ('changed', 'contradicted') AND a.run_id IS NOT NULL)
 ORDER BY run_id, item_no, problem

@@ -70,6 +70,10 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     scene, part_of = run_scene(store, connection, run)
     word, mood = _ENDS.get(told.state if pose is None else pose.verdict, (told.state, "warn"))
     reason = (pose.reason if pose is not None else told.message) or _NO_MORE.get(told.state, "")
+    if pose is not None:
+        word = pose.outcome[0].upper() + pose.outcome[1:]
+        mood = "warn" if mood == "good" and pose.differs else mood
+        reason = "; ".join([reason, *(r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run))])
     drawn = Markup("").join(p.drawing for p in pictures)
     return render(
         "run.html",

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +18,24 @@ import sqlalchemy as sa
 import yaml
 
 from relmodel.cli.main import main
+from relmodel.cli.verbs.inspect import print_answer
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.cli.conftest import DEMO, Inspection, halve, inspected
+from tests.cli.test_serve import rows, serving
+from tests.pages import Page
+from vision.inspection import inspection
+from vision.inspection.notebook import PicturedInspection
 from vision.presence.parameters import DEFAULTS
 
 Answer = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def folder(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with variant A where variant B stands, inspected; crops and the answer beside it."""
+def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, inspection.Inspection]:
+    """A store with variant A where variant B stands, inspected, with crops beside it; and the answer."""
     folder = tmp_path_factory.mktemp("presence")
     shutil.copy(bulkhead_template, folder / "cell.duckdb")
     with Store.open(folder / "cell.duckdb") as store:
@@ -39,13 +45,32 @@ def folder(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) ->
     (folder / "world.yaml").write_text(yaml.safe_dump(world))
     assert main(["world", str(folder / "world.yaml"), "--store", str(folder / "cell.duckdb")]) == 0
     options = halve("pair_04", folder).options(world=world["world"], crops=folder / "crops")
-    (folder / "answer.json").write_text(json.dumps(inspected(str(folder / "cell.duckdb"), *options)))
-    return folder
+    answers = []
+
+    def inspect(*given: Any, **named: Any) -> inspection.Inspection:
+        answers.append(inspection.inspect(*given, **named))
+        return answers[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vision.inspection.inspect", inspect)
+        said = inspected(str(folder / "cell.duckdb"), *options)
+    assert said == json.loads(json.dumps(answers[0].to_json()))
+    return folder, answers[0]
 
 
 @pytest.fixture(scope="module")
-def answer(folder: Path) -> Answer:
-    read: Answer = json.loads((folder / "answer.json").read_text())
+def folder(done: tuple[Path, inspection.Inspection]) -> Path:
+    return done[0]
+
+
+@pytest.fixture(scope="module")
+def found(done: tuple[Path, inspection.Inspection]) -> inspection.Inspection:
+    return done[1]
+
+
+@pytest.fixture(scope="module")
+def answer(found: inspection.Inspection) -> Answer:
+    read: Answer = json.loads(json.dumps(found.to_json()))
     return read
 
 
@@ -127,6 +152,23 @@ def test_rows_say_what_the_answer_says(answer: Answer, store: Store) -> None:
     assert len(by_camera) == 2 * len(rows)
 
 
+def test_a_feature_has_changed_where_one_of_its_sizes_has(answer: Answer, store: Store) -> None:
+    items = answer["presence"]["items"]
+    assert any(m["what"] == "offset" and m["changed"] for i in items for m in i["measured"])
+    for i in items:
+        another = any(m["changed"] for m in i["measured"])
+        assert another == (i["state"] == "changed") or i["seen_through"], i["path"]
+        assert all(m["value"] > 0 for m in i["measured"] if m["what"] in ("diameter", "thickness", "width"))
+    with store.read() as connection:
+        told = connection.execute(
+            sa.text(
+                "SELECT DISTINCT p.path FROM presence AS p JOIN measured_size AS m ON m.run_id = p.run_id "
+                "AND m.item_no = p.item_no WHERE m.changed AND p.state = 'changed'"
+            )
+        ).scalars()
+        assert set(told) == {i["path"] for i in items if i["state"] == "changed"}
+
+
 def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store) -> None:
     said: dict[str, list[dict[str, Any]]] = {}
     for name in ("contradicted_features", "diameter_over_time"):
@@ -187,6 +229,88 @@ def test_the_pictures_are_said_unasked_to_show_the_other_variant(answer: Answer,
         rows = connection.execute(sa.text((resource_dir("queries") / "examples/variants_seen.sql").read_text())).all()
     assert [(r.variant, r.placed) for r in rows] == [("B", False), ("A", True)]
     assert rows[1].nats_less == pytest.approx(first["log_odds"] - second["log_odds"], abs=1e-2)
+
+
+def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
+    states = [i["state"] for i in answer["presence"]["items"] if i["level"] != "surface"]
+    said = answer["outcome"]
+    for state in ("changed", "contradicted", "not_confirmed", "undecidable"):
+        assert said[state] == states.count(state)
+    assert said["unchecked"] == said["not_confirmed"] + said["undecidable"]
+    assert said["variant"] == "the pictures show variant B of bulkhead, not A"
+    assert said["words"].startswith(f"accepted; {states.count('changed')} changed, ")
+    assert said["words"].endswith(f"; {said['variant']}")
+
+
+def test_the_outcome_stands_wherever_the_verdict_stands(
+    answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, run, said = str(folder / "cell.duckdb"), answer["run"], answer["outcome"]
+    (evidence,) = said["variants"]
+    capsys.readouterr()
+    print_answer(found, "table")
+    shown = capsys.readouterr().err
+    assert f"run {run}: {said['words']}\n" in shown
+    assert evidence in shown
+    assert said["words"] in PicturedInspection(**vars(found))._repr_html_()
+    counts = {name: said[name] for name in ("changed", "contradicted", "not_confirmed", "undecidable", "variant")}
+    assert main(["runs", "--kind", "inspect", "--store", target, "--format", "json"]) == 0
+    with serving(target) as server:
+        for listed in (json.loads(capsys.readouterr().out), rows(server, "/runs", kind="inspect")):
+            assert [{name: row[name] for name in counts} for row in listed] == [counts]
+    assert main(["why", "--verdict", "--store", target]) == 0
+    shown = capsys.readouterr().out
+    assert f"run {run}: {said['words']}" in shown
+    assert evidence in shown
+    page, exported = tmp_path / "run.html", tmp_path / "run.json"
+    assert main(["report", "-o", str(page), "--store", target]) == 0
+    read = Page(page.read_text())
+    assert read.with_class("verdict", "warn")
+    assert f"A{said['words'][1:]}" in read.text
+    assert evidence in " ".join(read.text.split())
+    assert main(["export", "--run", "last", "-o", str(exported), "--store", target]) == 0
+    kept = json.loads(exported.read_text())
+    assert {name: kept[name] for name in counts} == counts
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        (row,) = connection.execute(sa.text("SELECT * FROM run_summary WHERE run_id = :run"), {"run": run})
+        assert row.outcome == kept["outcome"] == said["words"]
+        assert {name: row._mapping[name] for name in counts} == counts
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [(None, 0), ("changed", 5), ("variant", 5), ("contradicted, unchecked", 5), ("sized", 2), ("changed,", 2)],
+)
+def test_an_accepted_pose_fails_on_what_is_asked(
+    words: str | None,
+    status: int,
+    found: inspection.Inspection,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("vision.inspection.inspect", lambda *_, **__: found)
+    call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml")]
+    call += [] if words is None else ["--fail-on", words]
+    assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
+    if status == 2:
+        assert capsys.readouterr().err.strip().endswith("give some of changed,contradicted,variant,unchecked")
+
+
+def test_what_is_not_there_fails_nothing(
+    found: inspection.Inspection, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it would end with the right model; a refused pose keeps its status."""
+    good = replace(found.outcome, changed=0, contradicted=0, not_confirmed=0, undecidable=3, variant=None)
+    for verdict, words, status in (
+        ("accepted", "changed,contradicted,variant", 0),
+        ("accepted", "unchecked", 5),
+        ("ambiguous", "unchecked", 1),
+    ):
+        said = replace(found, verdict=verdict, outcome=good)
+        monkeypatch.setattr("vision.inspection.inspect", lambda *_, said=said, **__: said)
+        call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml", "--fail-on", words)]
+        assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
 
 
 def test_crops_show_the_worst_first(answer: Answer, folder: Path) -> None:

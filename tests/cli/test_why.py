@@ -63,7 +63,10 @@ def test_verdict_pose_and_parts_are_explained(of_engine: Inspection) -> None:
     answer = of_engine.answer
     with Store.open(of_engine.store, read_only=True) as store:
         verdict = explain_verdict(store, answer["run"])
-        assert verdict[0].sentence == f"run {answer['run']} is {answer['verdict']}: {answer['reason']}"
+        assert [one.sentence for one in verdict[:2]] == [
+            f"run {answer['run']}: {answer['outcome']['words']}",
+            f"the pose is {answer['verdict']}: {answer['reason']}",
+        ]
         rules = [one.sentence for one in verdict if one.topic == "rules"]
         assert len(rules) == 6
         assert all(rule.startswith("passed") for rule in rules)

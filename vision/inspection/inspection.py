@@ -27,6 +27,7 @@ from vision.extraction.primitives import Primitives
 from vision.inspection.audit import record_decisions
 from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.matched_views import match_views, measure_relational_distances
+from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
@@ -66,6 +67,7 @@ class Inspection:
     """The answer of an inspection; transforms are 4x4, mm, of the best hypothesis whatever the verdict, and None only
     where nothing is in view.
 
+    outcome: what is not as the model says, to stand beside the verdict.
     posterior: probability that the best hypothesis is the right one.  missing: what was missing for acceptance, a
     sentence each.  needs: how exactly the pose was needed.  sigma_mm, sigma_rad: standard deviations of the pose along
     the worst directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
@@ -80,6 +82,7 @@ class Inspection:
 
     run: int
     verdict: str
+    outcome: Outcome
     reason: str
     posterior: float
     missing: list[str]
@@ -107,6 +110,7 @@ class Inspection:
         return {
             "run": self.run,
             "verdict": self.verdict,
+            "outcome": self.outcome.to_json(),
             "reason": self.reason,
             "posterior": self.posterior,
             "missing": self.missing,
@@ -308,7 +312,8 @@ def _inspect(
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
-    return _answer(run, cameras, needs, found, correction, parts, presence, ranked, selection)
+    outcome = read_outcome(store, run.id)
+    return _answer(run, cameras, needs, found, outcome, correction, parts, presence, ranked, selection)
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -358,6 +363,7 @@ def _answer(
     rig: Rig,
     needs: Needs,
     found: Localisation,
+    outcome: Outcome,
     correction: Correction | None,
     parts: PartsInView | None,
     presence: Presence | None,
@@ -369,6 +375,7 @@ def _answer(
     return Inspection(
         run=run.id,
         verdict=verdict.verdict,
+        outcome=outcome,
         reason=verdict.reason,
         posterior=verdict.posterior,
         missing=verdict.missing,

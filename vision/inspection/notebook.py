@@ -28,7 +28,7 @@ class PicturedInspection(Inspection):
 
     def _repr_html_(self) -> str:
         parts = sum(row["level"] == "part" for row in self.parts_in_view)
-        words = f"{self.verdict} (run {self.run}): {self.reason}; {parts} parts in view"
+        words = "; ".join((f"{self.outcome.words} (run {self.run})", self.reason, f"{parts} parts in view"))
         shown = base64.b64encode(self.picture).decode()
         return f'<p>{escape(visible(words))}</p><img src="data:image/png;base64,{shown}" alt="model over the pictures">'
 

@@ -90,7 +90,7 @@ def write_scene(
         geometry = names[key] if names[key] in scene.geometry else None
         seen = {"in_view": bool(part["in_view"])}
         scene.graph.update(part["path"], "world", matrix=in_metres(pose), geometry=geometry, metadata=seen)
-    found = {name: answer[name] for name in ("run", "verdict", "reason", "posterior", "covariance")}
+    found = {name: answer[name] for name in ("run", "verdict", "outcome", "reason", "posterior", "covariance")}
     cameras: dict[str, dict[str, Any]] = {}
     for name, pose, extras in (
         ("rig", answer["world_from_rig"], found),

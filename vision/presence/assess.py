@@ -73,7 +73,7 @@ def assess(
     )
     carriers = find_carriers(samples, find_tangent(stored, p.moved.tangent_cosine))
     edges = Edges(samples, carriers, beside, support, runs, find_usable(samples, beside, support, blends, p.moved))
-    surfaces = assess_surfaces(edges, len(rig.cameras), len(stored.surface_no), p)
+    surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     openings = look_through(items, samples, [pictures[name] for name in rig.cameras], seen, p.openings)

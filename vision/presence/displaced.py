@@ -16,8 +16,8 @@ from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.stored_scene import StoredScene
 from vision.presence.items import Items
-from vision.presence.measures import Measures
-from vision.presence.parameters import DisplacedParameters
+from vision.presence.measures import DISPLACED, Measures
+from vision.presence.parameters import DisplacedParameters, StateParameters
 from vision.presence.pieces import (
     PieceView,
     find_axes,
@@ -187,7 +187,7 @@ def _gather(found: list[tuple[int, _Place]]) -> Displacements:
     )
 
 
-def tell_displacements(items: Items, displacements: Displacements) -> Measures:
+def tell_displacements(items: Items, displacements: Displacements, p: StateParameters) -> Measures:
     """Of the parts that lie elsewhere how far, along the world's axes too, and how they are turned."""
     part = np.array([level == "part" for level in items.level])
     rows = np.flatnonzero(
@@ -196,16 +196,15 @@ def tell_displacements(items: Items, displacements: Displacements) -> Measures:
     order = np.argsort(displacements.occurrence)
     at = order[np.searchsorted(displacements.occurrence, items.occurrence[rows], sorter=order)]
     it = displacements
-    columns = [
-        ("displacement", it.distance, it.sigma),
-        *((name, it.shift[:, k], it.shift_sigma[:, k]) for k, name in enumerate(("dx", "dy", "dz"))),
-        ("turn", np.degrees(it.turn), np.degrees(it.turn_sigma)),
-    ]
+    value = np.stack([it.distance, *it.shift.T, np.degrees(it.turn)])[:, at]
+    sigma = np.stack([it.sigma, *it.shift_sigma.T, np.degrees(it.turn_sigma)])[:, at]
+    changed = np.stack([it.far, it.far, it.far, it.far, it.turned])[:, at]
+    changed[1:4] &= np.abs(value[1:4]) > np.maximum(p.changed_mm, p.changed_sigma * sigma[1:4])
     return Measures(
-        item=np.tile(rows, len(columns)),
-        what=[name for name, _, _ in columns for _ in rows],
-        nominal=np.zeros(len(columns) * len(rows)),
-        value=np.concatenate([value[at] for _, value, _ in columns]),
-        sigma=np.concatenate([sigma[at] for _, _, sigma in columns]),
-        changed=np.concatenate([it.far[at], *np.zeros((3, len(rows)), bool), it.turned[at]]),
+        item=np.tile(rows, len(DISPLACED)),
+        what=np.repeat(DISPLACED, len(rows)).tolist(),
+        nominal=np.zeros(value.size),
+        value=value.ravel(),
+        sigma=sigma.ravel(),
+        changed=changed.ravel(),
     )

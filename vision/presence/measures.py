@@ -11,6 +11,8 @@ from vision.presence.items import Items
 from vision.presence.parameters import StateParameters
 from vision.presence.surfaces import Surfaces
 
+DISPLACED = ("displacement", "dx", "dy", "dz", "turn")  # of parts that lie elsewhere
+
 
 @dataclass(frozen=True)
 class Measures:
@@ -42,53 +44,74 @@ def join(a: Measures, b: Measures) -> Measures:
     )
 
 
-def measure_items(items: Items, radius: Floats, surfaces: Surfaces, p: StateParameters) -> Measures:
-    """All sizes that the displacements of surfaces give."""
-    feature = np.array([level == "feature" for level in items.level])
-    surface = items.surface
-    measured = np.isfinite(surfaces.mm[surface])
-    closed = measured & np.isfinite(surfaces.shift_sigma[surface])
-    flat = measured & ~closed
-    round_ = closed & np.isfinite(radius[surface]) & feature[items.member]
-    sign = np.where(surfaces.inward[surface], -2.0, 2.0)
-    diameter = 2 * radius[surface]
+def find_moved(items: Items, surfaces: Surfaces, told_px: Floats, least_share: float) -> Bools:
+    """Which rows of `items.member` are faces that have moved and say so of their feature or surface.
+
+    told_px (n,): of items: a face with less than a share of that says nothing of the item, as one face of a body.
+    """
+    much = surfaces.told_px[items.surface] >= least_share * told_px[items.member]
+    return np.asarray(surfaces.moved[items.surface] & much & (np.array(items.level)[items.member] != "part"))
+
+
+def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools, p: StateParameters) -> Measures:
+    """All sizes that the displacements of surfaces give, and which are surely others: a feature or surface has changed
+    where one of its sizes has.
+
+    moved: as `find_moved` gives.
+    """
+    level, kind = np.array(items.level)[items.member], np.array(items.kind)
+    surface, opposed, others = items.surface, surfaces.opposed, np.arange(len(items))
+    mm, sigma, shift_sigma = surfaces.mm[surface], surfaces.sigma[surface], surfaces.shift_sigma[surface]
+    aside = np.linalg.norm(surfaces.shift[surface], axis=1)
+    measured = np.isfinite(mm)
+    round_ = measured & np.isfinite(shift_sigma) & np.isfinite(radius[surface]) & (level == "feature")
+    single = measured & ~round_ & (level != "part")
+    diameter, grows = 2 * radius[surface], np.where(surfaces.inward[surface], -2.0, 2.0)
+    zero, always = np.zeros(len(surface)), np.ones(len(surface), bool)
+    # Whether a single face lies elsewhere, as a wall of a pocket, is known from where it was sought, and a web's other
+    # side is hardly ever seen: widths and webs are told, and judged where a face of theirs has moved.
+    has_moved = np.zeros(len(items), bool)
+    has_moved[items.member[moved]] = True
+    thickness, thickness_sigma = _thicknesses(items, surfaces, measured)
+    width = opposed.sizes(surfaces.mm)
+    width_sigma = np.hypot(surfaces.sigma[opposed.one], surfaces.sigma[opposed.other])
+    wall_moved = has_moved[opposed.item] & (surfaces.moved[opposed.one] | surfaces.moved[opposed.other])
     pieces = [
+        _columns("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, always),
+        _columns("shift", round_, items.member, zero, aside, shift_sigma, always),
+        _columns("offset", single, items.member, zero, mm, sigma, moved),
         _columns(
-            items, round_, "diameter", diameter, diameter + sign * surfaces.mm[surface], 2 * surfaces.sigma[surface]
+            "thickness", np.isfinite(thickness), others, items.thickness, thickness, thickness_sigma,
+            (kind == "rib") | has_moved,
         ),
         _columns(
-            items, round_, "shift", np.zeros(len(surface)), np.linalg.norm(surfaces.shift[surface], axis=1),
-            surfaces.shift_sigma[surface],
+            "width", np.isfinite(width) & (opposed.sign < 0), opposed.item, opposed.mm, width, width_sigma, wall_moved
         ),
-        _columns(
-            items, flat & (np.array(items.level)[items.member] != "part"), "offset",
-            np.zeros(len(surface)), surfaces.mm[surface], surfaces.sigma[surface],
-        ),
-        _thicknesses(items, surfaces, measured),
-        _widths(items, surfaces, flat),
     ]  # fmt: skip
-    item = np.concatenate([piece[0] for piece in pieces])
-    what = [name for piece in pieces for name in piece[1]]
-    nominal, value, sigma = (np.concatenate([piece[k] for piece in pieces]) for k in (2, 3, 4))
+    what = np.array([name for piece in pieces for name in piece[0]], "U9")
+    item, nominal, value, sigma, judged = (np.concatenate([piece[k] for piece in pieces]) for k in range(1, 6))
     off = np.abs(value - nominal)
-    # A web's other side is hardly ever seen: its thickness is told, not judged.
-    judged = (np.array(what) != "thickness") | (np.array(items.kind)[item] == "rib")
-    # Whether a single surface lies elsewhere, as a wall of a pocket, is known from where it was sought.
-    judged &= ~np.isin(what, ("offset", "width"))
-    least = np.where(np.array(what) == "thickness", p.changed_wall_mm, p.changed_mm)
-    changed = judged & (off > p.changed_sigma * sigma) & (off > least)
-    return Measures(item, what, nominal, value, sigma, changed)
+    least = np.where(what == "thickness", p.changed_wall_mm, p.changed_mm)
+    changed = judged & ((what == "offset") | (off > p.changed_sigma * sigma) & (off > least))
+    # What no part can be is no measure of it.
+    most = np.full(len(items), np.inf)
+    np.minimum.at(most, opposed.item, opposed.most)
+    kept = np.isin(what, ("offset", "shift")) | (value > 0) & (value <= most[item])
+    return Measures(item[kept], what[kept].tolist(), nominal[kept], value[kept], sigma[kept], changed[kept])
 
 
-_Columns = tuple[Ints, list[str], Floats, Floats, Floats]
+_Columns = tuple[list[str], Ints, Floats, Floats, Floats, Bools]
 
 
-def _columns(items: Items, rows: Bools, what: str, nominal: Floats, value: Floats, sigma: Floats) -> _Columns:
-    return items.member[rows], [what] * int(rows.sum()), nominal[rows], value[rows], sigma[rows]
+def _columns(
+    what: str, rows: Bools, item: Ints, nominal: Floats, value: Floats, sigma: Floats, judged: Bools
+) -> _Columns:
+    return [what] * int(rows.sum()), item[rows], nominal[rows], value[rows], sigma[rows], judged[rows]
 
 
-def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> _Columns:
-    """Of ribs and webs, where surfaces on both sides are measured: the nominal and how far both sides lie outward."""
+def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> tuple[Floats, Floats]:
+    """Of ribs and webs, mm and sigma (n,): the nominal and how far both sides lie outward; nan of other items, and of
+    those of which one side is not measured."""
     flat = np.linalg.norm(surfaces.normal, axis=1) > 0.99
     rows = np.flatnonzero(measured & np.isfinite(items.thickness[items.member]) & flat[items.surface])
     item, normal = items.member[rows], surfaces.normal[items.surface[rows]]
@@ -97,37 +120,11 @@ def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> _Columns:
     reference = np.zeros((len(items), 3))
     reference[items.member[first]] = surfaces.normal[items.surface[first]]
     facing = np.einsum("ni,ni->n", normal, reference[item])
-    sums = []
+    value, variance = items.thickness.copy(), np.zeros(len(items))
     for side in (facing > 0.98, facing < -0.98):
         weight = np.where(side, surfaces.sigma[items.surface[rows]] ** -2.0, 0.0)
-        total = np.bincount(item, weight, len(items))
-        sums.append((total, np.bincount(item, weight * surfaces.mm[items.surface[rows]], len(items))))
-    both = np.flatnonzero((sums[0][0] > 0) & (sums[1][0] > 0))
-    nominal = items.thickness[both]
-    value = nominal + sum(s[both] / w[both] for w, s in sums)
-    sigma = np.sqrt(np.asarray(sum(1 / w[both] for w, _ in sums)))
-    return both, ["thickness"] * len(both), nominal, np.asarray(value), sigma
-
-
-def _widths(items: Items, surfaces: Surfaces, measured: Bools) -> _Columns:
-    """Of pockets, between walls that face each other where both are measured: the distance between them along their
-    normals in the middle of their edges, by the model and with both walls where they were found."""
-    rows = np.flatnonzero(
-        measured
-        & (np.array(items.kind)[items.member] == "pocket")
-        & (np.linalg.norm(surfaces.normal, axis=1) > 0.99)[items.surface]
-    )
-    pairs = [np.zeros((2, 0), np.int64)]
-    for k in range(1, int(np.bincount(items.member[rows]).max(initial=1))):
-        same = items.member[rows[:-k]] == items.member[rows[k:]]
-        pairs.append(np.stack([rows[:-k][same], rows[k:][same]]))
-    one, other = np.concatenate(pairs, axis=1)
-    a, b = items.surface[one], items.surface[other]
-    normal, way = surfaces.normal[a], surfaces.middle[b] - surfaces.middle[a]
-    across = np.einsum("ni,ni->n", normal, way)
-    facing = (np.einsum("ni,ni->n", normal, surfaces.normal[b]) < -0.9999) & (across > 0)
-    one, a, b, nominal = one[facing], a[facing], b[facing], across[facing]
-    order = np.lexsort((b, a, items.member[one]))
-    one, a, b, nominal = one[order], a[order], b[order], nominal[order]
-    value = nominal - surfaces.mm[a] - surfaces.mm[b]
-    return items.member[one], ["width"] * len(one), nominal, value, np.hypot(surfaces.sigma[a], surfaces.sigma[b])
+        total = np.bincount(item, weight, len(items)).astype(float)
+        total[total == 0] = np.nan
+        value += np.bincount(item, weight * surfaces.mm[items.surface[rows]], len(items)) / total
+        variance += 1 / total
+    return value, np.sqrt(variance)

@@ -5,7 +5,8 @@ wider, a floor lies deeper.  So an edge lies where the displacements of its two 
 displacements are sought together: that surface whose displacement the pictures speak for most is moved first, for it
 explains edges of its neighbours too, which then need not move.  What speaks for a displacement are the shares of edges
 found there against those found in place, edge by edge (`runs.compute_log_odds`), so that one long shadow beside one
-edge says no more than that edge can.  Elements that belong to predicted edges of other surfaces say nothing.
+edge says no more than that edge can.  Elements that belong to predicted edges of other surfaces say nothing.  No face
+moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.carriers import Carriers
+from vision.presence.opposed import Opposed
 from vision.presence.parameters import MovedParameters, PresenceParameters
 from vision.presence.runs import Runs, compute_log_odds
 from vision.presence.samples import Beside, Samples
@@ -88,18 +90,18 @@ def collect_pulls(edges: Edges, mm: Floats, p: MovedParameters) -> Pulls:
     return Pulls(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
 
-def seek_moved(edges: Edges, count: int, cameras: int, p: PresenceParameters) -> Moved:
+def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters) -> Moved:
     """Where the surfaces of a scene of `count` lie together."""
     search = _Search(edges, count, cameras, p)
     mm, log_odds = np.zeros((2, count))
-    one, other = search.neighbours
     stale = search.sought
     for _ in range(p.moved.rounds):
-        best, log_odds[stale], by_camera = search.weigh(stale, mm)
+        best, log_odds[stale], by_camera = search.weigh(stale, mm, *opposed.limit(mm, p.moved.least_left_mm))
         told = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera.min(axis=1, initial=np.inf) >= 0)
         wanted = mm.copy()
         wanted[stale] = np.where(told, best, 0.0)
-        # Of neighbours that would move, or move back, the surest does.
+        # Of neighbours that would move, or move back, the surest does; and of those that would meet.
+        one, other = np.concatenate([search.neighbours, opposed.meet(wanted, p.moved.least_left_mm)], axis=1)
         gain = np.where(wanted != mm, np.maximum(log_odds, 1e-9), 0.0)
         strongest = np.zeros(count)
         np.maximum.at(strongest, one, gain[other])
@@ -144,11 +146,11 @@ class _Search:
         ]
         pairs = np.concatenate([np.zeros((0, 2), np.int64), *both])
         pairs = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
-        self.neighbours = tuple(pairs[pairs[:, 0] != pairs[:, 1]].T)
+        self.neighbours = pairs[pairs[:, 0] != pairs[:, 1]].T
 
-    def weigh(self, surface: Ints, mm: Floats) -> tuple[Floats, Floats, Floats]:
-        """The best displacement (m,) of surfaces, away from their place, with its log odds (m,) against in place, and
-        by camera (m, c)."""
+    def weigh(self, surface: Ints, mm: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
+        """The best displacement (m,) of surfaces, away from their place and between bounds (s,), with its log odds (m,)
+        against in place, and by camera (m, c)."""
         p, cells, runs = self.p, len(self.grid), self.edges.runs
         number = np.full(self.count, -1)
         number[surface] = np.arange(len(surface))
@@ -159,7 +161,9 @@ class _Search:
         by_camera -= by_camera[:, :, cells // 2, None]
         clear = np.maximum(p.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
         penalty = np.log(2 * p.reach_mm / p.distinct_mm)
-        total = np.where(np.abs(self.grid) >= clear[:, None], by_camera.sum(axis=1) - penalty, -np.inf)
+        there = (self.grid >= low[surface, None]) & (self.grid <= high[surface, None])
+        there &= np.abs(self.grid) >= clear[:, None]
+        total = np.where(there, by_camera.sum(axis=1) - penalty, -np.inf)
         best = total.argmax(axis=1) if len(surface) else np.zeros(0, np.int64)
         every = np.arange(len(surface))
         return self.grid[best], total[every, best], by_camera[every, :, best]

@@ -111,6 +111,8 @@ class MovedParameters:
     """px within which what belongs to an edge of other surfaces hides another"""
     own_px: float = 2.0
     """px from an edge's place within which what lies on a blend may still be the edge"""
+    least_left_mm: float = 1.0
+    """mm between two opposite faces, of material or room: no displacement leaves less"""
     min_px_per_mm: float = 0.15
     """px by which an edge must move in the picture for each mm to tell anything"""
     least_mm: float = 0.75

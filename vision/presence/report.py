@@ -76,7 +76,7 @@ def _describe_failure(presence: Presence, row: int) -> str:
         turned = f"turned by {turn:.1f} degrees, sigma {turn_sigma:.1g}; " if "turn" in surely else ""
         where = f"its middle lies {far:.1f} mm from its place, sigma {sigma:.1g}: {along} along x, y, z"
         return f"{path}: {state}, {turned}{where}"
-    for k in mine[sizes.changed[mine]].tolist():
+    for k in mine[sizes.changed[mine] & (np.array(sizes.what)[mine] != "offset")].tolist():
         words = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
         return f"{path}: {state}, {sizes.what[k]} {words}"
     if np.isfinite(presence.moved_mm[row]) and presence.state[row] == CHANGED:

@@ -11,7 +11,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.displaced import Displacements, tell_displacements
 from vision.presence.distances import Distances
 from vision.presence.items import Items
-from vision.presence.measures import Measures, join, measure_items
+from vision.presence.measures import DISPLACED, Measures, find_moved, join, measure_items
 from vision.presence.openings import Openings
 from vision.presence.parameters import StateParameters
 from vision.presence.regions import RegionSupport
@@ -93,14 +93,16 @@ def decide(
     nan for others."""
     evidence = gather_evidence(items, runs, len(cameras))
     evidence, by_region = _add_regions(evidence, items, regions, p)
-    displaced = tell_displacements(items, displacements)
-    measures = join(measure_items(items, radius, surfaces, p), displaced)
-    moved = _most_moved(items, surfaces, evidence.told_px.sum(axis=1), p.least_moved_share)
+    displaced = tell_displacements(items, displacements, p)
+    moved = find_moved(items, surfaces, evidence.told_px.sum(axis=1), p.least_moved_share)
+    measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
+    most_moved = _most_moved(items, surfaces, moved)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
     edge, told = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(told, 1e-9)
-    resized = np.zeros(len(items), bool)
-    resized[measures.item[measures.changed]] = True
+    changed, resized = np.zeros((2, len(items)), bool)
+    changed[measures.item[measures.changed]] = True
+    resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
 
     state = np.full(len(items), UNDECIDABLE, np.int8)
     reason = np.full(len(items), DIVIDED, np.int8)
@@ -114,9 +116,8 @@ def decide(
     gone = (total <= -p.contradicted_log_odds) & (expected >= p.contradicted_expected) & (share <= p.contradicted_share)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
-    settle(moved.surface >= 0, CHANGED, BESIDE)
+    settle(changed, CHANGED, BESIDE)
     settle(resized, CHANGED, RESIZED)
-    settle(np.isin(np.arange(len(items)), displaced.item), CHANGED, BESIDE)
     few = (told < p.least_px) & ~by_region
     settle(by_region & (state == CONFIRMED) & (share < p.mostly), CONFIRMED, REGION)
     settle(few, UNDECIDABLE, SHORT)
@@ -125,10 +126,11 @@ def decide(
     stopped = np.zeros(len(items), bool)
     stopped[openings.item[openings.stopped]] = True
     settle(stopped, CONTRADICTED, STOPPED)
+    # Of what is undecidable nothing is surely another.
+    measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     return Presence(
-        items, runs, cameras, evidence, state, reason, moved.mm, moved.sigma, moved.log_odds, measures, distances,
-        openings, unexplained,
-    )  # fmt: skip
+        items, runs, cameras, evidence, state, reason, *most_moved, measures, distances, openings, unexplained
+    )
 
 
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
@@ -206,27 +208,11 @@ def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints, Bools]:
     return item, run, lent
 
 
-@dataclass(frozen=True)
-class _Moved:
-    surface: Ints
-    mm: Floats
-    sigma: Floats
-    log_odds: Floats
-
-
-def _most_moved(items: Items, surfaces: Surfaces, told_px: Floats, least_share: float) -> _Moved:
-    """Of each feature and surface its surface that has moved most surely; -1 and nan for none, and for parts.
-
-    told_px (n,): of items: a surface with less than a share of that says nothing of the item, as one face of a body.
-    """
-    count = len(items)
-    part = np.array([level == "part" for level in items.level])
-    much = surfaces.told_px[items.surface] >= least_share * told_px[items.member]
-    rows = np.flatnonzero(surfaces.moved[items.surface] & ~part[items.member] & much)
+def _most_moved(items: Items, surfaces: Surfaces, moved: Bools) -> tuple[Floats, Floats, Floats]:
+    """Of each item that of its faces which has moved most surely: mm, sigma and log odds (n,), nan where none has."""
+    rows = np.flatnonzero(moved)
     order = rows[np.lexsort((surfaces.log_odds[items.surface[rows]], items.member[rows]))]
-    surface = np.full(count, -1)
-    surface[items.member[order]] = items.surface[order]  # the last of each item is the surest
-    none = surface < 0
-    return _Moved(
-        surface, *(np.where(none, np.nan, v[surface]) for v in (surfaces.mm, surfaces.sigma, surfaces.log_odds))
-    )
+    out = np.full((3, len(items)), np.nan)
+    # The last of each item is the surest.
+    out[:, items.member[order]] = np.stack([surfaces.mm, surfaces.sigma, surfaces.log_odds])[:, items.surface[order]]
+    return out[0], out[1], out[2]

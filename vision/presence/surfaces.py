@@ -7,7 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from vision.localisation.stored_scene import StoredScene
+from vision.presence.items import Items
 from vision.presence.moved import Edges, Pulls, collect_pulls, seek_moved
+from vision.presence.opposed import Opposed, find_opposed
 from vision.presence.parameters import PresenceParameters, SizeParameters
 from vision.presence.runs import Runs
 from vision.presence.samples import Samples
@@ -24,7 +27,7 @@ class Surfaces:
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
     that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; middle (s, 3), normal
     (s, 3): mean of its edges in the world, mm, and of its unit normals; told_px: of its edges that can be told from
-    others.
+    others.  opposed: which lie opposite each other.
     """
 
     moved: Bools
@@ -37,13 +40,17 @@ class Surfaces:
     middle: Floats
     normal: Floats
     told_px: Floats
+    opposed: Opposed
 
 
-def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameters) -> Surfaces:
-    """Surfaces of a scene of `count` by their edges."""
+def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: int, p: PresenceParameters) -> Surfaces:
+    """The scene's surfaces by their edges."""
     samples, support, runs = edges.samples, edges.support, edges.runs
+    count = len(stored.surface_no)
+    inward, middle, normal = _bend(samples, count)
+    opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
-    sought = seek_moved(edges, count, cameras, p)
+    sought = seek_moved(edges, count, cameras, opposed, p)
     there = np.flatnonzero(weight >= p.sizes.least_px)
     pulls = collect_pulls(edges, sought.mm, p.moved)
     offsets = _measure(samples, support, pulls, there, sought.mm[there], p.sizes)
@@ -61,8 +68,7 @@ def assess_surfaces(edges: Edges, cameras: int, count: int, p: PresenceParameter
     unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
     moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
-    inward, middle, normal = _bend(samples, count)
-    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight)
+    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
 def _measure(

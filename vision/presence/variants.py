@@ -20,8 +20,6 @@ from vision.presence.parameters import PresenceParameters
 from vision.presence.report import count_against
 from vision.presence.states import Presence
 
-LEAST_LOG_ODDS = 3.0  # by which one is told from another: 20 to 1
-
 
 @dataclass(frozen=True)
 class VariantEvidence:
@@ -82,30 +80,3 @@ def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvid
 def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
     """By object, the likeliest first."""
     return sorted(variants, key=lambda v: (v.object_no, -v.log_odds, v.variant))
-
-
-def tell_variants(ranked: list[VariantEvidence]) -> list[str]:
-    """A sentence on each object of which there are several variants: which one the pictures show, and what says so."""
-    words = []
-    for number in sorted({v.object_no for v in ranked}):
-        best, *others = (v for v in ranked if v.object_no == number)
-        if not others:
-            continue
-        placed = next(v for v in (best, *others) if v.placed)
-        name = f"variant {best.variant or '(unnamed)'} of {best.name}"
-        like = [v for v in others if best.log_odds - v.log_odds < LEAST_LOG_ODDS]
-        if like:
-            names = ", ".join(v.variant or "(unnamed)" for v in like)
-            words.append(f"the pictures show {name}, which they do not tell from {names}")
-        elif best.placed:
-            words.append(
-                f"the pictures show {name}, as the world says: {best.log_odds - others[0].log_odds:.0f} nats of "
-                f"evidence more than for {others[0].variant or '(unnamed)'}"
-            )
-        else:
-            words.append(
-                f"the pictures show {name}, not {placed.variant or '(unnamed)'}, which the world has there: it "
-                f"explains them better by {best.log_odds - placed.log_odds:.0f} nats of evidence, and {best.against} "
-                f"of {best.of} parts and features are not as it has them, against {placed.against} of {placed.of}"
-            )
-    return words

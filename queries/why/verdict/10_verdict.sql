@@ -1,5 +1,5 @@
--- The verdict and what was missing for acceptance.
+-- Why the pose is accepted, or what was missing for that.
 -- Takes run; gives sentence.
-SELECT concat('run ', run_id, ' is ', verdict, ': ', reason) AS sentence
+SELECT concat('the pose is ', verdict, ': ', reason) AS sentence
 FROM pose
 WHERE run_id = :run

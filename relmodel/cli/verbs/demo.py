@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
             write_page(page, lambda: run_page(store, connection, answer.run))
     parts = [(p["path"], p["level"], f"{p['visible_share']:.0%}") for p in answer.parts_in_view]
     print_rows(("in view", "level", "visible"), parts, "table")
-    print(f"\nverdict   {answer.verdict}: {answer.reason}")
+    print(f"\nverdict   {answer.outcome.words}: {answer.reason}")
     if answer.world_from_rig is not None:
         off: PoseError = measure_pose_error(answer.world_from_rig, truth)
         print(f"pose      {off.target_mm:.3f} mm and {off.rotation_deg:.4f} degrees off the truth at the target point")

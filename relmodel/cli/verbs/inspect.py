@@ -2,7 +2,8 @@
 
 Without --right the picture of the left camera alone is used.  Where the world mounts the rig on an arm, an accepted
 pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
-given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused.
+given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
+something is there that --fail-on names.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from relmodel.world.correction import Correction
     from vision.inspection import Inspection
 
+DIFFERS = 5
 EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior prior.yaml --store cell.duckdb"
 
 
@@ -72,6 +74,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="weigh every loaded variant of the inspected objects at the pose found, or none (default: where something "
         "is not as the model says, and they are few)",
     )
+    parser.add_argument(
+        "--fail-on",
+        metavar="WORDS",
+        help="end an accepted pose with exit status 5 where parts or features are changed, contradicted or unchecked "
+        "(not confirmed or undecidable), or the pictures show another variant: some of changed,contradicted,variant,"
+        "unchecked",
+    )
     parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
         "--crops", type=Path, metavar="FOLDER", help="write pictures of what is not as the model says here, worst first"
@@ -97,8 +106,10 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.world.correction import Carrier
     from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, inspect
+    from vision.inspection.outcome import parse_not_as_modelled
     from vision.inspection.parameters import DEFAULTS
 
+    fail_on = [] if args.fail_on is None else parse_not_as_modelled(args.fail_on, "--fail-on")
     needs = None if args.needs is None else parse_needs(args.needs, "--needs")
     if not (args.base_sigma_mm > 0 and args.base_sigma_deg > 0):
         raise UsageError("--base-sigma-mm and --base-sigma-deg must be above zero: a base is never certain")
@@ -129,18 +140,20 @@ def run(args: argparse.Namespace) -> int:
             ),
         )
     print_answer(answer, args.format)
-    return 0 if answer.verdict == "accepted" else 1
+    if answer.verdict != "accepted":
+        return 1
+    return DIFFERS if any(answer.outcome.has(what) for what in fail_on) else 0
 
 
 def print_answer(answer: Inspection, form: str) -> None:
     """The whole answer as JSON, or the parts in view as a table or CSV with the verdict and pose in words."""
     from vision.presence.report import describe, summarise
-    from vision.presence.variants import tell_variants
 
     if form == "json":
         print(json.dumps(answer.to_json()))
         return
-    say(f"run {answer.run}: {answer.verdict}: {answer.reason}")
+    say(f"run {answer.run}: {answer.outcome.words}")
+    say(f"the pose is {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
         if answer.verdict != "accepted":
             say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
@@ -158,7 +171,7 @@ def print_answer(answer: Inspection, form: str) -> None:
         names = ("path", "level", "visible_share")
         print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
         return
-    for words in (*summarise(answer.presence), *tell_variants(answer.variants)):
+    for words in (*summarise(answer.presence), *answer.outcome.variants):
         say(words)
     states = {item["path"]: item for item in describe(answer.presence)["items"]}
     print_rows(

@@ -10,6 +10,7 @@ from tests.vision.presence.test_elements_beside import edge_points, samples_at
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.carriers import find_carriers
 from vision.presence.moved import Edges, collect_pulls, find_usable, seek_moved
+from vision.presence.opposed import Opposed
 from vision.presence.parameters import PresenceParameters
 from vision.presence.runs import Runs
 from vision.presence.samples import Samples, find_beside
@@ -17,6 +18,8 @@ from vision.presence.sizes import measure_offsets
 from vision.presence.support import measure_support
 
 P = PresenceParameters()
+NONE = np.zeros(0, np.int64)
+ALONE = Opposed(NONE, NONE, NONE, np.zeros(0), NONE, np.zeros(0))
 
 
 def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
@@ -84,7 +87,7 @@ def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[floa
 def test_a_bore_of_another_size_is_sought_and_found() -> None:
     edges = bore(34.0, np.zeros(2), noise=0.15)
     assert not edges.support.found.any()
-    moved = seek_moved(edges, 2, 1, P)
+    moved = seek_moved(edges, 2, 1, ALONE, P)
     assert moved.mm == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
     pulls = collect_pulls(edges, moved.mm, P.moved)
     found = measure_offsets(edges.samples, edges.support, pulls, np.array([0]), moved.mm[:1], np.zeros((1, 3)), P.sizes)
@@ -97,7 +100,22 @@ def test_texture_moves_nothing() -> None:
     rng = np.random.default_rng(7)
     angle = rng.uniform(0, 2 * np.pi, 3000)
     index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    assert not seek_moved(look(edges.samples, index), 2, 1, P).mm.any()
+    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P).mm.any()
+
+
+@pytest.mark.parametrize(("beside", "moved"), [(-4.0, -4.0), (-9.0, 0.0), (9.0, 9.0)])
+def test_no_side_of_a_rib_moves_through_the_other(beside: float, moved: float) -> None:
+    """Side 0 of a rib of 6 mm, 1 px a mm: a line 9 mm behind it is none of its edge."""
+    line = np.arange(30.0, 171.0)
+    pixel = np.stack([line, np.full_like(line, 100.0)], axis=1)
+    along = np.tile([1.0, 0.0], (len(line), 1))
+    samples = samples_at(pixel, along, np.tile([0, 2], (len(line), 1)), np.zeros(len(line), np.int64))
+    samples.px_per_mm[:] = [1.0, 0.0]
+    index = EdgeIndex(edge_points(pixel + np.array([0.0, beside]), np.tile([0.0, 1.0], (len(line), 1))))
+    one = np.ones(1, np.int64)
+    rib = Opposed(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
+    found = seek_moved(look(samples, index), 3, 1, rib, P)
+    assert found.mm == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
 
 
 @pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
@@ -119,7 +137,7 @@ def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
     rng = np.random.default_rng(2)
     there = pixel + offset + rng.normal(size=(len(pixel), 1)) * [0.0, 0.1]
     index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
-    moved = seek_moved(look(samples, index), 6, 1, P)
+    moved = seek_moved(look(samples, index), 6, 1, ALONE, P)
     assert moved.mm == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
 
 

@@ -1,0 +1,5 @@
+-- What stands beside the verdict of an inspection.
+-- Takes run; gives no row or one.
+SELECT outcome, changed, contradicted, not_confirmed, undecidable, variant
+FROM inspection_outcome
+WHERE run_id = :run

@@ -1,0 +1,121 @@
+"""What stands beside a verdict, of rows made by hand: states of items, and the evidence for variants."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from relmodel.columns import Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run, Store
+from vision.inspection.outcome import Outcome, read_outcome
+
+Variants = list[
+    tuple[str, float, int]
+]  # name, log odds, and how many items are not as it has them; the first is placed
+
+
+def outcome(target: str, states: list[str], variants: Variants, verdict: str = "accepted") -> Outcome:
+    """What stands beside the verdict of an inspection that found features in these states, and a changed face."""
+    levels = ["feature"] * len(states) + ["surface"] * bool(states)
+    count = len(levels)
+    with Store.open(target) as store:
+        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+            if store.dialect == "postgresql":  # there is no world, and no part in it
+                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
+            pose: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99, "cost": 0.0}
+            lists = {"covariance": Ragged.pack([np.eye(6).ravel()]), "singular_values": Ragged.pack([np.ones(6)])}
+            found = {**pose, "evidence_ratio": 1.0, **matrix_columns(np.eye(4)[None])}
+            run.append(connection, "pose", {"run_id": [run.id], **found, **lists})
+            evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "told_px", "supported_px")
+            seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so", "region_px": 0.0}
+            seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) == "surface")}
+            seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}
+            seen |= {"item_no": np.arange(count), "level": levels, "occurrence_id": 1}
+            seen |= {"state": [*states, "changed"][:count], **dict.fromkeys(evidence, 1.0)}
+            run.append(connection, "presence", {"run_id": run.id, **seen})
+            ids = store.new_ids(connection, "object_variant", len(variants))
+            loaded: dict[str, Any] = {"name": "bulkhead", "variant": [name for name, _, _ in variants]}
+            loaded |= {"revision": 1, "object_id": 1, "source_id": 1}
+            run.append(connection, "object_variant", {"id": ids, **loaded})
+            order = np.argsort([-odds for _, odds, _ in variants])
+            weighed: dict[str, Any] = {"log_odds": [variants[k][1] for k in order], "decided": 90}
+            weighed |= {"against": [variants[k][2] for k in order], "placed": order == 0, "object_no": 0}
+            weighed |= {"rank_no": np.arange(len(order)), "object_variant_id": ids[order]}
+            run.append(connection, "variant_evidence", {"run_id": run.id, **weighed})
+        return read_outcome(store, run.id)
+
+
+def test_parts_and_features_that_are_not_as_modelled_are_counted(fresh_store: str) -> None:
+    states = ["changed"] * 3 + ["contradicted", "confirmed", "not_confirmed", "not_confirmed", "undecidable"]
+    said = outcome(fresh_store, states, [])
+    assert said.words == "accepted; 3 changed, 1 contradicted, 2 not confirmed, 1 undecidable"
+    assert (said.changed, said.contradicted, said.not_confirmed, said.undecidable) == (3, 1, 2, 1)
+    assert said.unchecked == 3
+    assert [what for what in ("changed", "contradicted", "variant", "unchecked") if said.has(what)] == [
+        "changed", "contradicted", "unchecked",
+    ]  # fmt: skip
+
+
+def test_a_verdict_stands_alone_where_all_is_as_modelled_or_nothing_was_looked_at(fresh_store: str) -> None:
+    good, refused = outcome(fresh_store, ["confirmed"], []), outcome(fresh_store, [], [], "refused")
+    assert (good.words, good.changed, good.unchecked) == ("accepted", 0, 0)
+    assert (refused.words, refused.changed, refused.unchecked) == ("refused", None, None)
+    assert not any(said.has(what) for said in (good, refused) for what in ("changed", "variant", "unchecked"))
+
+
+A = ("A", 10.0, 12)
+
+
+@pytest.mark.parametrize(
+    ("variants", "variant", "evidence"),
+    [
+        (
+            [A, ("B", 60.0, 1), ("C", 40.0, 5)],
+            "the pictures show variant B of bulkhead, not A",
+            "better than A, which the world has there, by 50 nats of evidence, and 1 of 90 parts and features are not "
+            "as it has them, against 12 of 90",
+        ),
+        (
+            [A, ("B", 58.0, 1), ("", 60.0, 1)],
+            "the pictures show variant (unnamed) or B of bulkhead, not A",
+            "by 50 nats",
+        ),
+    ],
+)
+def test_another_variant_that_the_pictures_show_is_named(
+    fresh_store: str, variants: Variants, variant: str, evidence: str
+) -> None:
+    said = outcome(fresh_store, ["changed", "confirmed"], variants)
+    assert said.words == f"accepted; 1 changed; {variant}"
+    assert said.variant == variant
+    assert said.has("variant")
+    (sentence,) = said.variants
+    assert sentence.startswith(f"{variant}: ")
+    assert evidence in sentence
+
+
+@pytest.mark.parametrize(
+    ("variants", "sentence"),
+    [
+        (
+            [("A", 60.0, 1), ("B", 40.0, 5)],
+            "the pictures show variant A of bulkhead, as the world says: variant A explains the pictures better than B "
+            "by 20 nats of evidence",
+        ),
+        (
+            [("A", 58.5, 1), ("B", 60.0, 1), ("C", 40.0, 5)],
+            "the pictures show variant B or A of bulkhead, which they do not tell apart: ",
+        ),
+    ],
+)
+def test_the_variant_of_the_world_is_no_other(fresh_store: str, variants: Variants, sentence: str) -> None:
+    said = outcome(fresh_store, ["confirmed"], variants)
+    assert (said.words, said.variant, said.has("variant")) == ("accepted", None, False)
+    assert said.variants[0].startswith(sentence)
+
+
+def test_a_variant_weighed_alone_says_nothing(fresh_store: str) -> None:
+    assert outcome(fresh_store, ["confirmed"], [A]).variants == []

@@ -1,0 +1,61 @@
+"""What stands beside the verdict of an inspection: what is not as the model says, and which variant is shown."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from relmodel.errors import UsageError
+from relmodel.store import Store
+
+NOT_AS_MODELLED = ("changed", "contradicted", "variant", "unchecked")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A row of the view `inspection_outcome`, with the sentences of `variant_shown`.
+
+    words: all of it, as "accepted; 3 changed, 1 contradicted".  changed, contradicted, not_confirmed, undecidable: how
+    many parts and features in view are so; None where the pose is refused.  variant: that the pictures show another
+    variant than the world has; None where they do not, or none was weighed.  variants: of each object of which several
+    variants were weighed which one is shown, and what says so.
+    """
+
+    words: str
+    changed: int | None
+    contradicted: int | None
+    not_confirmed: int | None
+    undecidable: int | None
+    variant: str | None
+    variants: list[str]
+
+    @property
+    def unchecked(self) -> int | None:
+        """How many parts and features in view are not confirmed or undecidable."""
+        return None if self.undecidable is None else (self.not_confirmed or 0) + self.undecidable
+
+    def has(self, what: str) -> bool:
+        """Whether one of NOT_AS_MODELLED is there."""
+        return bool(getattr(self, what))
+
+    def to_json(self) -> dict[str, Any]:
+        return {**asdict(self), "unchecked": self.unchecked}
+
+
+def read_outcome(store: Store, run: int) -> Outcome:
+    """The outcome of an inspection that came to a verdict."""
+    with store.read() as connection:
+        (row,) = store.rows(connection, "outcome", run=run)
+        variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
+    return Outcome(
+        row.outcome, row.changed, row.contradicted, row.not_confirmed, row.undecidable, row.variant, variants
+    )
+
+
+def parse_not_as_modelled(given: str, option: str) -> list[str]:
+    """Words of NOT_AS_MODELLED, separated by commas.  Raises UsageError for others."""
+    words = [word.strip() for word in given.split(",")]
+    unknown = [word for word in words if word not in NOT_AS_MODELLED]
+    if unknown:
+        raise UsageError(f"{option} does not know {unknown[0]!r}: give some of {','.join(NOT_AS_MODELLED)}")
+    return words
