@@ -23,6 +23,7 @@ import sqlalchemy as sa
 from tabulate import tabulate
 
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, matrix_columns, rotation_matrix
+from relmodel.loading.write.expansion import append_expansion
 from relmodel.store import Store
 from relmodel.world import place_world
 
@@ -119,6 +120,7 @@ class Tree:
                 "source_id": source,
             }
             store.append(connection, "object_variant", {"id": variant, **loaded})
+            append_expansion(store, connection, int(ids[-1]))
 
 
 def poses(rng: np.random.Generator, count: int, spread: float) -> Floats:

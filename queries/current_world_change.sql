@@ -2,5 +2,5 @@
 -- Takes name, world_id, revision and content_key.
 -- Gives nothing.
 UPDATE current_world
-SET id = :world_id, revision = :revision, content_key = :content_key
+SET world_id = :world_id, revision = :revision, content_key = :content_key
 WHERE name = :name

@@ -6,7 +6,7 @@ SELECT
     o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23
 FROM inspection AS i
 JOIN occurrence AS o ON o.world_id = i.world_id AND o.kind = 'part'
-JOIN occurrence AS above ON above.id = o.parent_id
+JOIN placed_node AS above ON above.id = o.parent_id
 LEFT JOIN current_part_attribute AS a ON a.part_id = o.part_id AND a.name = 'colour'
 LEFT JOIN (
     SELECT object_id, part_id, min(colour) AS colour FROM object_part GROUP BY object_id, part_id

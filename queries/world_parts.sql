@@ -5,7 +5,7 @@ SELECT o.shape_id, coalesce(i.colour, p.value_text) AS colour,
     o.m10, o.m11, o.m12, o.m13,
     o.m20, o.m21, o.m22, o.m23
 FROM occurrence AS o
-JOIN occurrence AS above ON above.id = o.parent_id
+JOIN placed_node AS above ON above.id = o.parent_id
 LEFT JOIN current_part_attribute AS p ON p.part_id = o.part_id AND p.name = 'colour'
 LEFT JOIN (
     SELECT object_id, part_id, min(colour) AS colour FROM object_part GROUP BY object_id, part_id

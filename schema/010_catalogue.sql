@@ -22,7 +22,7 @@ CREATE TABLE sds_reference (
     parent_columns TEXT[] NOT NULL,
     PRIMARY KEY (relation, reference_no)
 );
-COMMENT ON TABLE sds_reference IS 'Which columns refer to the key of which relation: foreign keys on PostgreSQL; relmodel check finds rows whose reference leads nowhere. Left out are occurrence and tables without keys, whose rows other checks look after.';
+COMMENT ON TABLE sds_reference IS 'Which columns refer to the key of which relation: foreign keys on PostgreSQL; relmodel check finds rows whose reference leads nowhere. Left out are tables without keys and what refers to an occurrence, which is a view: other checks look after these.';
 COMMENT ON COLUMN sds_reference.relation IS 'the relation that refers';
 COMMENT ON COLUMN sds_reference.reference_no IS 'ordinal of the reference in it';
 COMMENT ON COLUMN sds_reference.column_names IS 'its columns that refer; a row where one of them is null refers to nothing';

@@ -371,6 +371,98 @@ COMMENT ON COLUMN placed_part.material IS 'its material; null where that is not 
 COMMENT ON COLUMN placed_part.density IS 'its density, kg/m3; null where that is not known or it encloses no volume';
 COMMENT ON COLUMN placed_part.mass IS 'mass of all of them, kg; null likewise: part_mass has that of one';
 
+-- Of a million rows, a key, a unique path and foreign keys would take more time than all else: queries of check/ look
+-- after them.
+CREATE TABLE object_node (
+    object_id BIGINT NOT NULL,
+    node_no INTEGER NOT NULL,
+    parent_no INTEGER,
+    body_no INTEGER NOT NULL,
+    path TEXT NOT NULL,
+    child_id BIGINT,
+    part_id BIGINT,
+    shape_id BIGINT,
+    m00 DOUBLE PRECISION NOT NULL,
+    m01 DOUBLE PRECISION NOT NULL,
+    m02 DOUBLE PRECISION NOT NULL,
+    m03 DOUBLE PRECISION NOT NULL,
+    m10 DOUBLE PRECISION NOT NULL,
+    m11 DOUBLE PRECISION NOT NULL,
+    m12 DOUBLE PRECISION NOT NULL,
+    m13 DOUBLE PRECISION NOT NULL,
+    m20 DOUBLE PRECISION NOT NULL,
+    m21 DOUBLE PRECISION NOT NULL,
+    m22 DOUBLE PRECISION NOT NULL,
+    m23 DOUBLE PRECISION NOT NULL,
+    page INTEGER,
+    x0 DOUBLE PRECISION,
+    y0 DOUBLE PRECISION,
+    z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION,
+    y1 DOUBLE PRECISION,
+    z1 DOUBLE PRECISION,
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    CHECK ((child_id IS NULL) <> (part_id IS NULL)),
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1)
+);
+COMMENT ON TABLE object_node IS 'The expansion of each object that was loaded: itself and every object and part in it, with its composed transform, and of parts the box, packed into pages of an R-tree; supplemental parts are left out. A world places it as it stands.';
+COMMENT ON COLUMN object_node.object_id IS 'the object that is expanded';
+COMMENT ON COLUMN object_node.node_no IS 'ordinal of the node: 0 the object itself, then the objects in it, containers first, then the parts by page';
+COMMENT ON COLUMN object_node.parent_no IS 'the node that contains it; null of the object itself';
+COMMENT ON COLUMN object_node.body_no IS 'the node that it moves with, in whose frame it is placed: the link of a robot that it is or is in, else 0';
+COMMENT ON COLUMN object_node.path IS 'names of the instances from the object down, a / before each; empty of the object itself';
+COMMENT ON COLUMN object_node.child_id IS 'the object, where it is one';
+COMMENT ON COLUMN object_node.part_id IS 'the part, where it is one';
+COMMENT ON COLUMN object_node.shape_id IS 'the part''s geometry';
+COMMENT ON COLUMN object_node.m00 IS 'body_from_node: row 0, column 0 of the rotation';
+COMMENT ON COLUMN object_node.m01 IS 'body_from_node: row 0, column 1 of the rotation';
+COMMENT ON COLUMN object_node.m02 IS 'body_from_node: row 0, column 2 of the rotation';
+COMMENT ON COLUMN object_node.m03 IS 'body_from_node: row 0 of the translation, mm';
+COMMENT ON COLUMN object_node.m10 IS 'body_from_node: row 1, column 0 of the rotation';
+COMMENT ON COLUMN object_node.m11 IS 'body_from_node: row 1, column 1 of the rotation';
+COMMENT ON COLUMN object_node.m12 IS 'body_from_node: row 1, column 2 of the rotation';
+COMMENT ON COLUMN object_node.m13 IS 'body_from_node: row 1 of the translation, mm';
+COMMENT ON COLUMN object_node.m20 IS 'body_from_node: row 2, column 0 of the rotation';
+COMMENT ON COLUMN object_node.m21 IS 'body_from_node: row 2, column 1 of the rotation';
+COMMENT ON COLUMN object_node.m22 IS 'body_from_node: row 2, column 2 of the rotation';
+COMMENT ON COLUMN object_node.m23 IS 'body_from_node: row 2 of the translation, mm';
+COMMENT ON COLUMN object_node.page IS 'page of object_page; null of objects';
+COMMENT ON COLUMN object_node.x0 IS 'least x of the box of the transformed shape box in the body''s frame, mm; null of objects';
+COMMENT ON COLUMN object_node.y0 IS 'least y of the box of the transformed shape box in the body''s frame, mm; null of objects';
+COMMENT ON COLUMN object_node.z0 IS 'least z of the box of the transformed shape box in the body''s frame, mm; null of objects';
+COMMENT ON COLUMN object_node.x1 IS 'greatest x of the box of the transformed shape box in the body''s frame, mm; null of objects';
+COMMENT ON COLUMN object_node.y1 IS 'greatest y of the box of the transformed shape box in the body''s frame, mm; null of objects';
+COMMENT ON COLUMN object_node.z1 IS 'greatest z of the box of the transformed shape box in the body''s frame, mm; null of objects';
+
+CREATE TABLE object_page (
+    object_id BIGINT NOT NULL,
+    page INTEGER NOT NULL,
+    body_no INTEGER NOT NULL,
+    box_count INTEGER NOT NULL,
+    x0 DOUBLE PRECISION NOT NULL,
+    y0 DOUBLE PRECISION NOT NULL,
+    z0 DOUBLE PRECISION NOT NULL,
+    x1 DOUBLE PRECISION NOT NULL,
+    y1 DOUBLE PRECISION NOT NULL,
+    z1 DOUBLE PRECISION NOT NULL,
+    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    PRIMARY KEY (object_id, page)
+);
+COMMENT ON TABLE object_page IS 'Pages of the parts in an expanded object: the union of their boxes; a page holds parts of one body.';
+COMMENT ON COLUMN object_page.object_id IS 'the object that is expanded';
+COMMENT ON COLUMN object_page.page IS 'the page, in order of the packing';
+COMMENT ON COLUMN object_page.body_no IS 'the body whose parts it holds';
+COMMENT ON COLUMN object_page.box_count IS 'number of boxes in the page';
+COMMENT ON COLUMN object_page.x0 IS 'least x of the page''s bounding box in the body''s frame, mm';
+COMMENT ON COLUMN object_page.y0 IS 'least y of the page''s bounding box in the body''s frame, mm';
+COMMENT ON COLUMN object_page.z0 IS 'least z of the page''s bounding box in the body''s frame, mm';
+COMMENT ON COLUMN object_page.x1 IS 'greatest x of the page''s bounding box in the body''s frame, mm';
+COMMENT ON COLUMN object_page.y1 IS 'greatest y of the page''s bounding box in the body''s frame, mm';
+COMMENT ON COLUMN object_page.z1 IS 'greatest z of the page''s bounding box in the body''s frame, mm';
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object', 'object', 'primary'),
     ('object_variant', 'object', 'primary'),
@@ -380,6 +472,9 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object_part', 'object', 'primary'),
     ('object_child', 'object', 'view'),
     ('placed_part', 'object', 'view'),
+
+    ('object_node', 'object', 'redundant'),
+    ('object_page', 'object', 'redundant'),
     ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary'),
@@ -394,6 +489,7 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('object_object', 1, ARRAY['child_id'], 'object', ARRAY['id']),
     ('object_part', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('object_part', 1, ARRAY['part_id'], 'part', ARRAY['id']),
+    ('object_page', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('part_contact', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('joint', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('load_report', 0, ARRAY['run_id'], 'run', ARRAY['id']),

@@ -214,7 +214,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('presence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('presence', 1, ARRAY['occurrence_id'], 'occurrence', ARRAY['id']),
     ('presence_camera', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('measured_size', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('measured_distance', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),

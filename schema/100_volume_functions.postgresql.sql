@@ -1,9 +1,12 @@
 -- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
--- A page of boxes is looked at only where its own box meets the box asked for.  The parts met are materialised, else
--- the planner carries every element of the world before it asks which parts are met.
+-- A body is looked at where the box around its parts meets the box asked for, and of its pages those whose middle, carried
+-- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The parts' own boxes
+-- then decide.  Stages are materialised, else the planner works every bound out anew wherever it is named.
 
-CREATE INDEX occurrence_page ON occurrence (world_id, page);
+CREATE INDEX object_node_page ON object_node (object_id, page);
+CREATE INDEX object_node_node_no ON object_node (object_id, node_no);
+CREATE INDEX placed_body_object_no ON placed_body (object_no);
 
 CREATE FUNCTION sound_box(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
@@ -20,6 +23,89 @@ $$;
 COMMENT ON FUNCTION sound_box IS
     'True where a box is one, else an error.';
 
+CREATE FUNCTION all_in_bounds(
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
+    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, id BIGINT, path TEXT, part_id BIGINT, shape_id BIGINT,
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
+    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
+    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION,
+    shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+WITH near AS MATERIALIZED (
+    SELECT p.world, p.name, p.object_no, p.object_id, b.body_no,
+        b.m00, b.m01, b.m02, b.m03,
+        b.m10, b.m11, b.m12, b.m13,
+        b.m20, b.m21, b.m22, b.m23
+    FROM placed_body AS b
+    JOIN placed_object AS p ON p.object_no = b.object_no
+    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+        AND sound_box(from_x, from_y, from_z, to_x, to_y, to_z)
+),
+posed AS MATERIALIZED (
+    SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
+        n.shape_id,
+        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
+        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
+        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
+        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
+        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
+        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
+        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
+        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
+        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
+        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
+        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
+        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
+    FROM near AS b
+    JOIN object_page AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
+        AND b.m00 * (g.x0 + g.x1) / 2 + b.m01 * (g.y0 + g.y1) / 2 + b.m02 * (g.z0 + g.z1) / 2 + b.m03
+            BETWEEN from_x - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
+            AND to_x + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
+        AND b.m10 * (g.x0 + g.x1) / 2 + b.m11 * (g.y0 + g.y1) / 2 + b.m12 * (g.z0 + g.z1) / 2 + b.m13
+            BETWEEN from_y - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
+            AND to_y + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
+        AND b.m20 * (g.x0 + g.x1) / 2 + b.m21 * (g.y0 + g.y1) / 2 + b.m22 * (g.z0 + g.z1) / 2 + b.m23
+            BETWEEN from_z - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
+            AND to_z + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
+    JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
+),
+carried AS MATERIALIZED (
+    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
+        s.z1 AS shape_z1,
+        least(o.m00 * s.x0, o.m00 * s.x1) + least(o.m01 * s.y0, o.m01 * s.y1)
+            + least(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x0,
+        least(o.m10 * s.x0, o.m10 * s.x1) + least(o.m11 * s.y0, o.m11 * s.y1)
+            + least(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y0,
+        least(o.m20 * s.x0, o.m20 * s.x1) + least(o.m21 * s.y0, o.m21 * s.y1)
+            + least(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z0,
+        greatest(o.m00 * s.x0, o.m00 * s.x1) + greatest(o.m01 * s.y0, o.m01 * s.y1)
+            + greatest(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x1,
+        greatest(o.m10 * s.x0, o.m10 * s.x1) + greatest(o.m11 * s.y0, o.m11 * s.y1)
+            + greatest(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y1,
+        greatest(o.m20 * s.x0, o.m20 * s.x1) + greatest(o.m21 * s.y0, o.m21 * s.y1)
+            + greatest(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z1
+    FROM posed AS o
+    JOIN shape AS s ON s.id = o.shape_id
+)
+SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
+    o.m00, o.m01, o.m02, o.m03,
+    o.m10, o.m11, o.m12, o.m13,
+    o.m20, o.m21, o.m22, o.m23,
+    o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+    o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM carried AS o
+WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
+$$;
+COMMENT ON FUNCTION all_in_bounds IS
+    'Placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';
+
 CREATE FUNCTION parts_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
     to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
@@ -29,20 +115,9 @@ CREATE FUNCTION parts_in_box(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-WITH met AS MATERIALIZED (
-    SELECT w.name AS world, o.id, o.path, o.part_id, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-    FROM current_world AS w
-    JOIN box_page AS p ON p.world_id = w.id
-        AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
-        AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
-        AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
-        AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-    WHERE (in_world IS NULL OR w.name = in_world) AND sound_box(from_x, from_y, from_z, to_x, to_y, to_z)
-)
-SELECT met.world, met.id AS occurrence_id, met.path, part.name, met.x0, met.y0, met.z0, met.x1, met.y1, met.z1
-FROM met
-JOIN part ON part.id = met.part_id
+SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
+JOIN part ON part.id = o.part_id
 $$;
 COMMENT ON FUNCTION parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
@@ -54,25 +129,20 @@ CREATE FUNCTION all_in_box(
     in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
     world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
+    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
+    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION,
+    shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-WITH placed AS MATERIALIZED (
-    SELECT w.name AS world, o.id, o.path, o.shape_id,
+WITH carried AS (
+    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,
         o.m00, o.m01, o.m02, o.m03,
         o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23
-    FROM current_world AS w
-    JOIN box_page AS p ON p.world_id = w.id
-        AND p.x0 <= to_x AND p.y0 <= to_y AND p.z0 <= to_z
-        AND p.x1 >= from_x AND p.y1 >= from_y AND p.z1 >= from_z
-    JOIN occurrence AS o ON o.world_id = p.world_id AND o.page = p.page
-        AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
-        AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-    WHERE (in_world IS NULL OR w.name = in_world) AND sound_box(from_x, from_y, from_z, to_x, to_y, to_z)
-),
-carried AS (
-    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,
+        o.m20, o.m21, o.m22, o.m23,
+        e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
             + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
         least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
@@ -85,16 +155,16 @@ carried AS (
             + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
         greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
             + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
-    FROM placed AS o
+    FROM all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
     JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = in_level
 )
-SELECT c.world, c.occurrence_id, c.path, c.shape_id, c.element_no, c.x0, c.y0, c.z0, c.x1, c.y1, c.z1
+SELECT c.*
 FROM carried AS c
 WHERE c.x0 <= to_x AND c.y0 <= to_y AND c.z0 <= to_z
     AND c.x1 >= from_x AND c.y1 >= from_y AND c.z1 >= from_z
 $$;
 COMMENT ON FUNCTION all_in_box IS
-    'Elements of a level of placed parts whose world box meets a box; newest revision of all worlds or one.';
+    'Elements of a level of placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';
 
 CREATE FUNCTION features_in_box(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,

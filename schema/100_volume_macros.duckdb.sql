@@ -1,9 +1,11 @@
 -- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
--- Parts lie in the order of their pages, so that DuckDB skips row groups whose bounds are beyond the box asked for.  The
--- parts met are materialised, else the planner carries every element of the world before it asks which parts are met.
+-- A body is looked at where the box around its parts meets the box asked for, and of its pages those whose middle, carried
+-- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The parts' own boxes
+-- then decide.  Products of rows and columns are written as inner products: DuckDB takes longer to plan a question than
+-- to answer it, by the number of its operations.
 -- EXPORT DATABASE writes macros of tables in the order of their names, and IMPORT DATABASE binds each as it comes: one
--- that others ask comes before them in the alphabet, as all_in_box and, in the next file, aimed_view do.
+-- that others ask comes before them in the alphabet, as all_in_bounds, all_in_box and, in the next file, aimed_view do.
 
 CREATE MACRO sound_box(x0, y0, z0, x1, y1, z1) AS
     CASE WHEN x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE)
@@ -12,30 +14,83 @@ CREATE MACRO sound_box(x0, y0, z0, x1, y1, z1) AS
 COMMENT ON MACRO sound_box IS
     '1 where a box is one, else an error; as the argument of a table function, which is worked out before all else.';
 
+CREATE MACRO all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
+WITH near AS MATERIALIZED (
+    SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
+        array_value(b.m00, b.m01, b.m02) AS row_0, array_value(b.m10, b.m11, b.m12) AS row_1,
+        array_value(b.m20, b.m21, b.m22) AS row_2
+    FROM placed_body AS b
+    JOIN placed_object AS p ON p.object_no = b.object_no
+    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
+        AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+)
+SELECT o.*
+FROM (
+    SELECT c.*,
+        least(c.m00 * c.shape_x0, c.m00 * c.shape_x1) + least(c.m01 * c.shape_y0, c.m01 * c.shape_y1)
+            + least(c.m02 * c.shape_z0, c.m02 * c.shape_z1) + c.m03 AS x0,
+        least(c.m10 * c.shape_x0, c.m10 * c.shape_x1) + least(c.m11 * c.shape_y0, c.m11 * c.shape_y1)
+            + least(c.m12 * c.shape_z0, c.m12 * c.shape_z1) + c.m13 AS y0,
+        least(c.m20 * c.shape_x0, c.m20 * c.shape_x1) + least(c.m21 * c.shape_y0, c.m21 * c.shape_y1)
+            + least(c.m22 * c.shape_z0, c.m22 * c.shape_z1) + c.m23 AS z0,
+        greatest(c.m00 * c.shape_x0, c.m00 * c.shape_x1) + greatest(c.m01 * c.shape_y0, c.m01 * c.shape_y1)
+            + greatest(c.m02 * c.shape_z0, c.m02 * c.shape_z1) + c.m03 AS x1,
+        greatest(c.m10 * c.shape_x0, c.m10 * c.shape_x1) + greatest(c.m11 * c.shape_y0, c.m11 * c.shape_y1)
+            + greatest(c.m12 * c.shape_z0, c.m12 * c.shape_z1) + c.m13 AS y1,
+        greatest(c.m20 * c.shape_x0, c.m20 * c.shape_x1) + greatest(c.m21 * c.shape_y0, c.m21 * c.shape_y1)
+            + greatest(c.m22 * c.shape_z0, c.m22 * c.shape_z1) + c.m23 AS z1
+    FROM (
+        SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
+            n.shape_id, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
+            s.z1 AS shape_z1,
+            array_inner_product(b.row_0, n.column_0) AS m00,
+            array_inner_product(b.row_0, n.column_1) AS m01,
+            array_inner_product(b.row_0, n.column_2) AS m02,
+            array_inner_product(b.row_0, n.column_3) + b.m03 AS m03,
+            array_inner_product(b.row_1, n.column_0) AS m10,
+            array_inner_product(b.row_1, n.column_1) AS m11,
+            array_inner_product(b.row_1, n.column_2) AS m12,
+            array_inner_product(b.row_1, n.column_3) + b.m13 AS m13,
+            array_inner_product(b.row_2, n.column_0) AS m20,
+            array_inner_product(b.row_2, n.column_1) AS m21,
+            array_inner_product(b.row_2, n.column_2) AS m22,
+            array_inner_product(b.row_2, n.column_3) + b.m23 AS m23
+        FROM near AS b
+        JOIN (
+            SELECT object_id, page, body_no, array_value((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2) AS middle,
+                (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
+            FROM object_page
+        ) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
+            AND array_inner_product(b.row_0, g.middle) + b.m03 BETWEEN from_x - g.reach AND to_x + g.reach
+            AND array_inner_product(b.row_1, g.middle) + b.m13 BETWEEN from_y - g.reach AND to_y + g.reach
+            AND array_inner_product(b.row_2, g.middle) + b.m23 BETWEEN from_z - g.reach AND to_z + g.reach
+        JOIN (
+            SELECT object_id, node_no, page, path, part_id, shape_id,
+                array_value(m00, m10, m20) AS column_0, array_value(m01, m11, m21) AS column_1,
+                array_value(m02, m12, m22) AS column_2, array_value(m03, m13, m23) AS column_3
+            FROM object_node
+        ) AS n ON n.object_id = g.object_id AND n.page = g.page
+        JOIN shape AS s ON s.id = n.shape_id
+    ) AS c
+) AS o
+WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z;
+COMMENT ON MACRO TABLE all_in_bounds IS
+    'Placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';
+
 CREATE MACRO parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
-SELECT w.name AS world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM range(sound_box(from_x, from_y, from_z, to_x, to_y, to_z))
-CROSS JOIN current_world AS w
-JOIN occurrence AS o ON o.world_id = w.id
-    AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
-    AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-JOIN part ON part.id = o.part_id
-WHERE in_world IS NULL OR w.name = in_world;
+CROSS JOIN all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
+JOIN part ON part.id = o.part_id;
 COMMENT ON MACRO TABLE parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
 CREATE MACRO all_in_box(in_level, from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
-    SELECT w.name AS world, o.id, o.path, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23
+    SELECT o.*
     FROM range(sound_box(from_x, from_y, from_z, to_x, to_y, to_z))
-    CROSS JOIN current_world AS w
-    JOIN occurrence AS o ON o.world_id = w.id
-        AND o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z
-        AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
-    WHERE in_world IS NULL OR w.name = in_world
+    CROSS JOIN all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
 ),
 carried AS (
     SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,

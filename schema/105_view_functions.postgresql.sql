@@ -96,18 +96,17 @@ CREATE FUNCTION parts_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
-FROM parts_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape AS e ON e.id = o.shape_id
+SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_in_bounds(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS o
+JOIN part ON part.id = o.part_id
 CROSS JOIN LATERAL (
     SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
 WHERE sound_ball(radius)
-    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
-        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
 COMMENT ON FUNCTION parts_in_sphere IS
     'Placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -120,18 +119,20 @@ CREATE FUNCTION features_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.feature_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
-FROM features_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'feature' AND e.element_no = h.feature_no
+SELECT o.world, o.occurrence_id, o.path, o.element_no AS feature_no,
+    f.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_in_box(
+    'feature', at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
+) AS o
+JOIN feature AS f ON f.shape_id = o.shape_id AND f.feature_no = o.element_no
 CROSS JOIN LATERAL (
     SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
 WHERE sound_ball(radius)
-    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
-        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
 COMMENT ON FUNCTION features_in_sphere IS
     'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -144,18 +145,20 @@ CREATE FUNCTION surfaces_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.surface_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
-FROM surfaces_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'surface' AND e.element_no = h.surface_no
+SELECT o.world, o.occurrence_id, o.path, o.element_no AS surface_no,
+    coalesce(s.name, 'surface ' || CAST(o.element_no AS TEXT)) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_in_box(
+    'surface', at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
+) AS o
+LEFT JOIN shape_surface AS s ON s.shape_id = o.shape_id AND s.surface_no = o.element_no
 CROSS JOIN LATERAL (
     SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
 WHERE sound_ball(radius)
-    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
-        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
 COMMENT ON FUNCTION surfaces_in_sphere IS
     'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -168,18 +171,19 @@ CREATE FUNCTION arcs_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.arc_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
-FROM arcs_in_box(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'arc' AND e.element_no = h.arc_no
+SELECT o.world, o.occurrence_id, o.path, o.element_no AS arc_no,
+    'arc ' || CAST(o.element_no AS TEXT) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_in_box(
+    'arc', at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
+) AS o
 CROSS JOIN LATERAL (
     SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
 WHERE sound_ball(radius)
-    AND power(greatest(e.x0 - c.cx, c.cx - e.x1, 0), 2) + power(greatest(e.y0 - c.cy, c.cy - e.y1, 0), 2)
-        + power(greatest(e.z0 - c.cz, c.cz - e.z1, 0), 2) <= radius * radius
+    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
 COMMENT ON FUNCTION arcs_in_sphere IS
     'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -196,11 +200,10 @@ CREATE FUNCTION parts_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL parts_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape AS e ON e.id = o.shape_id
+CROSS JOIN LATERAL all_in_bounds(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
+JOIN part ON part.id = o.part_id
 WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
@@ -209,7 +212,7 @@ WHERE sound_depths(near, far) AND NOT EXISTS (
             p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
             p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
     ) AS n
-    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
         + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
 )
 $$;
@@ -228,11 +231,11 @@ CREATE FUNCTION features_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.feature_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+SELECT o.world, o.occurrence_id, o.path, o.element_no AS feature_no,
+    f.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL features_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'feature' AND e.element_no = h.feature_no
+CROSS JOIN LATERAL all_in_box('feature', b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
+JOIN feature AS f ON f.shape_id = o.shape_id AND f.feature_no = o.element_no
 WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
@@ -241,7 +244,7 @@ WHERE sound_depths(near, far) AND NOT EXISTS (
             p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
             p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
     ) AS n
-    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
         + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
 )
 $$;
@@ -260,11 +263,11 @@ CREATE FUNCTION surfaces_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.surface_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+SELECT o.world, o.occurrence_id, o.path, o.element_no AS surface_no,
+    coalesce(s.name, 'surface ' || CAST(o.element_no AS TEXT)) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL surfaces_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'surface' AND e.element_no = h.surface_no
+CROSS JOIN LATERAL all_in_box('surface', b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
+LEFT JOIN shape_surface AS s ON s.shape_id = o.shape_id AND s.surface_no = o.element_no
 WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
@@ -273,7 +276,7 @@ WHERE sound_depths(near, far) AND NOT EXISTS (
             p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
             p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
     ) AS n
-    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
         + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
 )
 $$;
@@ -292,11 +295,10 @@ CREATE FUNCTION arcs_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT h.world, h.occurrence_id, h.path, h.arc_no, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+SELECT o.world, o.occurrence_id, o.path, o.element_no AS arc_no,
+    'arc ' || CAST(o.element_no AS TEXT) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL arcs_in_box(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS h
-JOIN occurrence AS o ON o.id = h.occurrence_id
-JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = 'arc' AND e.element_no = h.arc_no
+CROSS JOIN LATERAL all_in_box('arc', b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
 WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
@@ -305,7 +307,7 @@ WHERE sound_depths(near, far) AND NOT EXISTS (
             p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
             p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
     ) AS n
-    WHERE least(n.nx * e.x0, n.nx * e.x1) + least(n.ny * e.y0, n.ny * e.y1) + least(n.nz * e.z0, n.nz * e.z1)
+    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
         + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
 )
 $$;

@@ -34,9 +34,8 @@ COMMENT ON MACRO sound_depths IS
 CREATE MACRO parts_in_sphere(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
 FROM (
-    SELECT w.name AS world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
-        s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0,
-        s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
+    SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
         o.m00 * (CAST(at_x AS DOUBLE) - o.m03) + o.m10 * (CAST(at_y AS DOUBLE) - o.m13)
             + o.m20 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_x,
         o.m01 * (CAST(at_x AS DOUBLE) - o.m03) + o.m11 * (CAST(at_y AS DOUBLE) - o.m13)
@@ -44,14 +43,11 @@ FROM (
         o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
             + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
     FROM range(sound_ball(radius))
-    CROSS JOIN current_world AS w
-    JOIN occurrence AS o ON o.world_id = w.id
-        AND o.x0 <= CAST(at_x AS DOUBLE) + radius AND o.x1 >= CAST(at_x AS DOUBLE) - radius
-        AND o.y0 <= CAST(at_y AS DOUBLE) + radius AND o.y1 >= CAST(at_y AS DOUBLE) - radius
-        AND o.z0 <= CAST(at_z AS DOUBLE) + radius AND o.z1 >= CAST(at_z AS DOUBLE) - radius
+    CROSS JOIN all_in_bounds(
+        CAST(at_x AS DOUBLE) - radius, CAST(at_y AS DOUBLE) - radius, CAST(at_z AS DOUBLE) - radius,
+        CAST(at_x AS DOUBLE) + radius, CAST(at_y AS DOUBLE) + radius, CAST(at_z AS DOUBLE) + radius, in_world
+    ) AS o
     JOIN part ON part.id = o.part_id
-    JOIN shape AS s ON s.id = o.shape_id
-    WHERE (in_world IS NULL OR w.name = in_world)
 ) AS h
 WHERE beyond(
     h.shape_x0 - h.centre_x, h.shape_y0 - h.centre_y, h.shape_z0 - h.centre_z,
@@ -62,7 +58,7 @@ COMMENT ON MACRO TABLE parts_in_sphere IS
 
 CREATE MACRO all_in_sphere(in_level, at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
-    SELECT w.name AS world, o.id AS occurrence_id, o.path, o.shape_id,
+    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id,
         o.m00, o.m01, o.m02, o.m03,
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23,
@@ -73,12 +69,10 @@ WITH placed AS MATERIALIZED (
         o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
             + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
     FROM range(sound_ball(radius))
-    CROSS JOIN current_world AS w
-    JOIN occurrence AS o ON o.world_id = w.id
-        AND o.x0 <= CAST(at_x AS DOUBLE) + radius AND o.x1 >= CAST(at_x AS DOUBLE) - radius
-        AND o.y0 <= CAST(at_y AS DOUBLE) + radius AND o.y1 >= CAST(at_y AS DOUBLE) - radius
-        AND o.z0 <= CAST(at_z AS DOUBLE) + radius AND o.z1 >= CAST(at_z AS DOUBLE) - radius
-    WHERE in_world IS NULL OR w.name = in_world
+    CROSS JOIN all_in_bounds(
+        CAST(at_x AS DOUBLE) - radius, CAST(at_y AS DOUBLE) - radius, CAST(at_z AS DOUBLE) - radius,
+        CAST(at_x AS DOUBLE) + radius, CAST(at_y AS DOUBLE) + radius, CAST(at_z AS DOUBLE) + radius, in_world
+    ) AS o
 ),
 carried AS (
     SELECT p.*, e.element_no,
@@ -201,9 +195,8 @@ CREATE MACRO parts_in_view(
 ) AS TABLE
 SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
 FROM (
-    SELECT w.name AS world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
-        s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0,
-        s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
+    SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
         v.near, v.far,
         v.left_x * o.m00 + v.left_y * o.m10 + v.left_z * o.m20 AS left0,
         v.left_x * o.m01 + v.left_y * o.m11 + v.left_z * o.m21 AS left1,
@@ -227,14 +220,8 @@ FROM (
         v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
     FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
     CROSS JOIN range(sound_depths(near, far))
-    CROSS JOIN current_world AS w
-    JOIN occurrence AS o ON o.world_id = w.id
-        AND o.x0 <= v.high_x AND o.x1 >= v.low_x
-        AND o.y0 <= v.high_y AND o.y1 >= v.low_y
-        AND o.z0 <= v.high_z AND o.z1 >= v.low_z
+    CROSS JOIN all_in_bounds(v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, in_world) AS o
     JOIN part ON part.id = o.part_id
-    JOIN shape AS s ON s.id = o.shape_id
-    WHERE in_world IS NULL OR w.name = in_world
 ) AS h
 WHERE reach_back(h.left0, h.left1, h.left2, h.left3, h.shape_x0, h.shape_y0, h.shape_z0,
         h.shape_x1, h.shape_y1, h.shape_z1) <= 0
@@ -255,7 +242,7 @@ CREATE MACRO all_in_view(
     in_level, in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL
 ) AS TABLE
 WITH placed AS MATERIALIZED (
-    SELECT w.name AS world, o.id AS occurrence_id, o.path, o.shape_id,
+    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id,
         o.m00, o.m01, o.m02, o.m03,
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23,
@@ -282,12 +269,7 @@ WITH placed AS MATERIALIZED (
         v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
     FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
     CROSS JOIN range(sound_depths(near, far))
-    CROSS JOIN current_world AS w
-    JOIN occurrence AS o ON o.world_id = w.id
-        AND o.x0 <= v.high_x AND o.x1 >= v.low_x
-        AND o.y0 <= v.high_y AND o.y1 >= v.low_y
-        AND o.z0 <= v.high_z AND o.z1 >= v.low_z
-    WHERE in_world IS NULL OR w.name = in_world
+    CROSS JOIN all_in_bounds(v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, in_world) AS o
 ),
 carried AS (
     SELECT p.*, e.element_no,

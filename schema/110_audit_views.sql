@@ -163,7 +163,7 @@ SELECT
 FROM correspondence AS c
 JOIN view_arc AS a ON a.run_id = c.run_id AND a.view_no = c.view_no AND a.view_arc_no = c.view_arc_no
 JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
-JOIN occurrence AS o ON o.id = a.occurrence_id
+JOIN placed_node AS o ON o.id = a.occurrence_id
 WHERE c.hypothesis_no = 0 AND c.accepted;
 COMMENT ON VIEW matched_arc IS 'Pairs of model arc and image arc that the best hypothesis of each run took, with residual (px).';
 COMMENT ON COLUMN matched_arc.run_id IS 'the run';

@@ -9,7 +9,7 @@ WITH named AS (
     FROM view_arc AS a
     JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
     JOIN inspection_image AS i ON i.run_id = a.run_id AND i.camera = v.camera
-    JOIN occurrence AS o ON o.id = a.occurrence_id
+    JOIN placed_node AS o ON o.id = a.occurrence_id
 ),
 held AS (
     SELECT run_id, max(CASE name WHEN 'max_angle' THEN value END) AS max_angle,
@@ -111,7 +111,7 @@ SELECT a.run_id, v.camera, a.view_arc_no, o.path, a.kind, a.length,
         END) AS sentence
 FROM view_arc AS a
 JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
-JOIN occurrence AS o ON o.id = a.occurrence_id
+JOIN placed_node AS o ON o.id = a.occurrence_id
 LEFT JOIN (
     SELECT c.run_id, c.view_no, c.view_arc_no, count(*) AS near,
         sum(CASE WHEN c.accepted THEN 1 ELSE 0 END) AS taken,

@@ -11,6 +11,7 @@ import yaml
 
 from relmodel.find.packing import pack
 from relmodel.geometry.transforms import matrix_columns, rotation_matrix
+from relmodel.loading.write.expansion import append_expansion
 from relmodel.store import Store
 
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
@@ -154,6 +155,7 @@ class SyntheticModel:
                     "source_id": source_id,
                 },
             )
+            append_expansion(store, connection, object_id)
 
     def _fill_object(self, store, connection, node, part_ids, tag, done) -> int:  # type: ignore[no-untyped-def]
         if id(node) in done:

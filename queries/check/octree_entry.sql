@@ -1,17 +1,24 @@
--- Placed parts that an oct-tree of their world does not list in a leaf which they touch, or lists where they touch none.
--- Takes nothing; gives world_id, occurrence_id and cell (null: of a leaf that lists it nowhere).
-WITH listed AS (
-    SELECT e.world_id, e.occurrence_id, e.cell
+-- Parts that the oct-tree of their object lists nowhere, or in a cell that the cube about them does not touch, which
+-- holds their world box however the object is turned.
+-- Takes nothing; gives object_id, node_no and cell (null: of a part that no leaf lists).
+WITH cube AS (
+    SELECT object_id, node_no, body_no, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+        sqrt(3 * (power(x1 - x0, 2) + power(y1 - y0, 2) + power(z1 - z0, 2))) / 2 + 1e-6 AS half
+    FROM object_node
+    WHERE part_id IS NOT NULL
+),
+listed AS (
+    SELECT e.object_id, e.node_no, e.cell
     FROM octree_entry AS e
-    LEFT JOIN octree_cell AS c ON c.world_id = e.world_id AND c.cell = e.cell
-    LEFT JOIN occurrence_box AS b ON b.occurrence_id = e.occurrence_id AND b.world_id = e.world_id
-    WHERE c.cell IS NULL OR b.occurrence_id IS NULL
-        OR b.x0 > c.x1 OR b.y0 > c.y1 OR b.z0 > c.z1 OR b.x1 < c.x0 OR b.y1 < c.y0 OR b.z1 < c.z0
+    LEFT JOIN octree_cell AS c ON c.object_id = e.object_id AND c.cell = e.cell
+    LEFT JOIN cube AS n ON n.object_id = e.object_id AND n.node_no = e.node_no AND n.body_no = c.body_no
+    WHERE n.node_no IS NULL OR n.x NOT BETWEEN c.x0 - n.half AND c.x1 + n.half
+        OR n.y NOT BETWEEN c.y0 - n.half AND c.y1 + n.half OR n.z NOT BETWEEN c.z0 - n.half AND c.z1 + n.half
 )
-SELECT world_id, occurrence_id, cell FROM listed
+SELECT object_id, node_no, cell FROM listed
 UNION ALL
-SELECT b.world_id, b.occurrence_id, NULL
-FROM occurrence_box AS b
-WHERE b.world_id IN (SELECT world_id FROM octree_cell)
-    AND NOT EXISTS (SELECT 1 FROM octree_entry AS e WHERE e.world_id = b.world_id AND e.occurrence_id = b.occurrence_id)
-ORDER BY world_id, occurrence_id, cell
+SELECT n.object_id, n.node_no, NULL
+FROM object_node AS n
+WHERE n.part_id IS NOT NULL AND n.object_id IN (SELECT object_id FROM octree_cell)
+    AND NOT EXISTS (SELECT 1 FROM octree_entry AS e WHERE e.object_id = n.object_id AND e.node_no = n.node_no)
+ORDER BY object_id, node_no, cell

@@ -1,11 +1,15 @@
--- Links that do not lie where the state of the joints places them, and robots of a world whose links are not placed by it.
--- Takes nothing; gives world_id, robot (its path in the world) and child_no of the link, or -1 for all.
+-- Links of the robots of a world that do not stand where the state of the joints places them.
+-- Takes nothing; gives world_id, robot (its path in the world) and child_no of the link.
 -- A joint turns about its axis (Rodrigues) or moves along it; one that follows another is worked out from that.
 WITH RECURSIVE robot AS (
-    SELECT DISTINCT l.world_id, l.object_no, l.robot, l.object_id,
-        CASE WHEN l.robot = '' THEN w.name ELSE w.name || '/' || l.robot END AS path
-    FROM world_link AS l
-    JOIN world_object AS w ON w.world_id = l.world_id AND w.object_no = l.object_no
+    SELECT o.world_id, w.name AS world, w.revision, o.object_no, o.object_id, o.path,
+        CASE WHEN o.parent_id IS NULL THEN '' ELSE substr(o.path, strpos(o.path, '/') + 1) END AS robot,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23
+    FROM occurrence AS o
+    JOIN world AS w ON w.id = o.world_id
+    WHERE o.object_id IN (SELECT object_id FROM joint)
 ),
 stand AS (
     SELECT r.world_id, r.object_no, r.robot, j.parent_link, j.child_link, j.kind,
@@ -17,9 +21,11 @@ stand AS (
     FROM robot AS r
     JOIN joint AS j ON j.object_id = r.object_id
     LEFT JOIN joint_state AS s
-        ON s.world_id = r.world_id AND s.object_no = r.object_no AND s.robot = r.robot AND s.joint = j.name
+        ON s.object_no = r.object_no AND s.robot = r.robot AND s.joint = j.name
+        AND r.revision BETWEEN s.first_revision AND coalesce(s.last_revision, r.revision)
     LEFT JOIN joint_state AS f
-        ON f.world_id = r.world_id AND f.object_no = r.object_no AND f.robot = r.robot AND f.joint = j.mimic_joint
+        ON f.object_no = r.object_no AND f.robot = r.robot AND f.joint = j.mimic_joint
+        AND r.revision BETWEEN f.first_revision AND coalesce(f.last_revision, r.revision)
 ),
 motion AS (
     SELECT s.*,
@@ -81,19 +87,24 @@ placed AS (
     JOIN step AS s
         ON s.world_id = p.world_id AND s.object_no = p.object_no AND s.robot = p.robot AND s.parent_link = p.link
 )
-SELECT r.world_id, r.path AS robot, l.child_no
+SELECT r.world_id, r.path AS robot, i.child_no
 FROM robot AS r
-JOIN world_link AS l ON l.world_id = r.world_id AND l.object_no = r.object_no AND l.robot = r.robot
-LEFT JOIN object_object AS i ON i.parent_id = l.object_id AND i.child_no = l.child_no
+JOIN object_object AS i ON i.parent_id = r.object_id
+JOIN object_child AS c ON c.parent_id = i.parent_id AND c.child_no = i.child_no AND c.object_id IS NOT NULL
+LEFT JOIN occurrence AS l ON l.world_id = r.world_id AND l.path = r.path || '/' || c.segment
 LEFT JOIN placed AS p
-    ON p.world_id = l.world_id AND p.object_no = l.object_no AND p.robot = l.robot AND p.link = i.name
-WHERE p.link IS NULL
-    OR abs(l.m00 - p.m00) + abs(l.m01 - p.m01) + abs(l.m02 - p.m02) + abs(l.m10 - p.m10)
-        + abs(l.m11 - p.m11) + abs(l.m12 - p.m12) + abs(l.m20 - p.m20) + abs(l.m21 - p.m21) + abs(l.m22 - p.m22) > 1e-9
-    OR abs(l.m03 - p.m03) + abs(l.m13 - p.m13) + abs(l.m23 - p.m23) > 1e-6
-UNION ALL
-SELECT o.world_id, o.path, -1
-FROM occurrence AS o
-WHERE o.object_id IN (SELECT object_id FROM joint)
-    AND NOT EXISTS (SELECT 1 FROM robot AS r WHERE r.world_id = o.world_id AND r.path = o.path)
+    ON p.world_id = r.world_id AND p.object_no = r.object_no AND p.robot = r.robot AND p.link = i.name
+WHERE p.link IS NULL OR l.id IS NULL
+    OR abs(l.m00 - (r.m00 * p.m00 + r.m01 * p.m10 + r.m02 * p.m20))
+        + abs(l.m01 - (r.m00 * p.m01 + r.m01 * p.m11 + r.m02 * p.m21))
+        + abs(l.m02 - (r.m00 * p.m02 + r.m01 * p.m12 + r.m02 * p.m22))
+        + abs(l.m10 - (r.m10 * p.m00 + r.m11 * p.m10 + r.m12 * p.m20))
+        + abs(l.m11 - (r.m10 * p.m01 + r.m11 * p.m11 + r.m12 * p.m21))
+        + abs(l.m12 - (r.m10 * p.m02 + r.m11 * p.m12 + r.m12 * p.m22))
+        + abs(l.m20 - (r.m20 * p.m00 + r.m21 * p.m10 + r.m22 * p.m20))
+        + abs(l.m21 - (r.m20 * p.m01 + r.m21 * p.m11 + r.m22 * p.m21))
+        + abs(l.m22 - (r.m20 * p.m02 + r.m21 * p.m12 + r.m22 * p.m22)) > 1e-9
+    OR abs(l.m03 - (r.m00 * p.m03 + r.m01 * p.m13 + r.m02 * p.m23 + r.m03))
+        + abs(l.m13 - (r.m10 * p.m03 + r.m11 * p.m13 + r.m12 * p.m23 + r.m13))
+        + abs(l.m23 - (r.m20 * p.m03 + r.m21 * p.m13 + r.m22 * p.m23 + r.m23)) > 1e-6
 ORDER BY 1, 2, 3

@@ -6,7 +6,7 @@ WITH said AS (
         + CASE p.state WHEN 'contradicted' THEN 0 WHEN 'changed' THEN 1 WHEN 'not_confirmed' THEN 2 WHEN 'confirmed' THEN 3
             ELSE 4 END AS place
     FROM presence AS p
-    JOIN occurrence AS o ON o.id = p.occurrence_id
+    JOIN placed_node AS o ON o.id = p.occurrence_id
     JOIN view_arc AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id
     JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
     LEFT JOIN shape_arc AS h ON h.shape_id = o.shape_id AND h.arc_no = a.arc_no

@@ -90,18 +90,10 @@ def in_volumes(
         raise UsageError(f"the store keeps no index of the kind {kind!r}: use one of {', '.join(STORED_KINDS)}")
     with store.read() as connection:
         world_id, name = world_named(store, connection, world)
-        if kind == "octree" and world_id >= 0 and not store.rows(connection, "octree_size", world_id=world_id)[0].cells:
+        if kind == "octree" and store.rows(connection, "octree_missing", world_id=world_id):
             raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
-        if kind == "rtree" and level == "part" and len(volumes) == 1:
-            asked = dict(zip(BOX_COLUMNS, volumes[0].bounds.tolist(), strict=True))
-            found = store.columns(connection, f"find_parts_in_box.{store.dialect}", world_id=world_id, **asked)
-            order = np.argsort(found["occurrence_id"])
-            found = {"volume_no": np.zeros(len(order), np.int64)} | {name: v[order] for name, v in found.items()}
-        else:
-            bounds = [volume.bounds for volume in volumes]
-            found = _in_boxes(
-                store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree"
-            )
+        bounds = [volume.bounds for volume in volumes]
+        found = _in_boxes(store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree")
         boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
         found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
         if precision == "exact":
@@ -146,7 +138,7 @@ def find_rows(
 
 def world_named(store: Store, connection: Connection, world: str | None) -> tuple[int, str]:
     """Identity of the newest revision and name of the world asked for; (-1, "") where there is none to take."""
-    worlds = {row.name: int(row.id) for row in store.rows(connection, "current_worlds")}
+    worlds = {row.name: int(row.world_id) for row in store.rows(connection, "current_worlds")}
     if world is None and len(worlds) > 1:
         raise UsageError(f"the store holds several worlds: name one of {', '.join(worlds)}")
     if world is None:

@@ -58,7 +58,7 @@ def export_parts(
     if world is not None:
         world_named(store, connection, world)
     worlds = [row for row in store.rows(connection, "current_worlds") if world in (None, row.name)]
-    ids = [int(row.id) for row in worlds]
+    ids = [int(row.world_id) for row in worlds]
     pages = {i: store.columns(connection, "parquet/pages", world_id=i) for i in ids}
     if not any(len(columns["page"]) for columns in pages.values()):
         raise UsageError("no part is placed: place the objects with relmodel world FILE")

@@ -98,6 +98,17 @@ class Robots:
                 frames[row.path] = frames[row.above] @ step
         return {path: frames[path] for path in self.trees}
 
+    def links(
+        self, store: Store, connection: Connection, values: Mapping[str, Mapping[str, float]]
+    ) -> dict[str, Floats]:
+        """`object_from_link` (4, 4) of every link of the robots, by its path in the object, a / before each name."""
+        links: dict[str, Floats] = {}
+        for path, frame in self.frames(values).items():
+            poses = self.trees[path].poses(values[path])
+            for link in store.rows(connection, "object_links", object_id=self.object_id[path]):
+                links[f"/{path}/{link.segment}" if path else f"/{link.segment}"] = frame @ poses[link.name]
+        return links
+
 
 def _joint_tree(store: Store, connection: Connection, object_id: int) -> JointTree:
     rows = store.rows(connection, "object_joints", object_id=object_id)

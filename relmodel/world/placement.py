@@ -1,4 +1,8 @@
-"""Placing a world: from a world file to a revision of the world, its occurrences and their boxes in the store."""
+"""Placing a world: from a world file to a revision of the world.
+
+A revision writes what changed: the rows of an object that moved, or of a robot whose joints did, end with the revision
+before, and new ones begin.  What stands in an object is expanded when the object is loaded, and is no part of it.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +17,20 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
+from relmodel.columns import Columns
 from relmodel.errors import InputError, UsageError
-from relmodel.geometry.transforms import matrix_columns
+from relmodel.find.find import BOX_COLUMNS
+from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
 from relmodel.paths import read_bytes
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store, digest_inputs, sql
+from relmodel.store.database import Database
 from relmodel.world.kinematics import Robots
-from relmodel.world.occurrences import write_occurrences
 from relmodel.world.world_file import WorldFile, read_world_file
+
+_BODY = ("object_no", "body_no", "object_variant_id", "role", "tolerance_mm", *MATRIX_COLUMNS)
+_MOUNT = ("mount_no", "name", "object_no", "link", "object_path", "rig_id", "mounted_no", *MATRIX_COLUMNS)
+_ROUND_OFF_MM = 1e-6  # by which the box of a body is wider than its parts' boxes: those are rounded otherwise
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]
@@ -55,7 +65,7 @@ def place_world(
 
 
 def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None, progress: Progress) -> WorldReport:
-    progress(f"{file.path.name}: finding its objects", 0, 3)
+    progress(f"{file.path.name}: finding its objects", 0, 2)
     if write_rig is None and any(mount.kind == "rig" for mount in file.mounts):
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
@@ -74,20 +84,18 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
         run.inputs(connection, inputs)
         newest = [row for row in store.rows(connection, "current_worlds") if row.name == file.world]
         if newest and newest[0].content_key == content_key:
-            world_id, revision, status = int(newest[0].id), int(newest[0].revision), "unchanged"
+            world_id, revision, status = int(newest[0].world_id), int(newest[0].revision), "unchanged"
         else:
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
-            progress(f"{file.path.name}: placing its objects", 1, 3)
-            previous = int(newest[0].id) if newest else None
-            world_id = _write_world(run, connection, file, pinned, poses, revision, content_key, previous)
-            _write_joints(run, connection, world_id, robots, values)
-            _write_mounts(run, connection, file, link_paths, world_id, write_rig)
-            progress(f"{file.path.name}: expanding its objects to parts", 2, 3)
-            write_occurrences(run, connection, world_id, previous)
-        counts = {row.kind: int(row.occurrences) for row in store.rows(connection, "world_size", world_id=world_id)}
+            progress(f"{file.path.name}: placing its objects", 1, 2)
+            previous = int(newest[0].world_id) if newest else None
+            world_id = _write_world(run, connection, file.world, revision, content_key, previous)
+            numbers = _numbers(run, connection, file, pinned)
+            _write_objects(run, connection, file, pinned, numbers, poses, robots, values, revision)
+            _write_mounts(run, connection, file, link_paths, numbers, write_rig, revision)
+        size = store.rows(connection, "world_size", world_id=world_id)[0]
         run.finish(f"world {file.world} revision {revision} {status}", connection)
-        objects, parts = counts.get("object", 0), counts.get("part", 0)
-        return WorldReport(run.id, file.world, world_id, revision, status, objects=objects, parts=parts)
+        return WorldReport(run.id, file.world, world_id, revision, status, int(size.objects), int(size.parts))
 
     return run.transact(write)
 
@@ -177,36 +185,6 @@ def _poses(
     return [poses[number] for number in range(len(file.objects))]
 
 
-def _write_joints(
-    run: Run,
-    connection: Connection,
-    world_id: int,
-    robots: list[Robots],
-    values: list[dict[str, dict[str, float]]],
-) -> None:
-    """Write where joints stand, and the links that they place."""
-    for number, found in enumerate(robots):
-        for path, tree in found.trees.items():
-            stand = values[number][path]
-            owner = {"world_id": world_id, "object_no": number, "robot": path}
-            if stand:
-                names = sorted(stand)
-                state = np.array([stand[name] for name in names])
-                run.append(connection, "joint_state", {**owner, "joint": names, "value": state})
-            poses = tree.poses(stand)
-            links = run.store.rows(connection, "object_links", object_id=found.object_id[path])
-            run.append(
-                connection,
-                "world_link",
-                {
-                    **owner,
-                    "object_id": found.object_id[path],
-                    "child_no": np.array([link.child_no for link in links]),
-                    **matrix_columns(np.array([poses[link.name] for link in links])),
-                },
-            )
-
-
 def _content_key(
     file: WorldFile, pinned: list[dict[str, Any]], poses: list[Floats], rig_digests: Mapping[str, str]
 ) -> str:
@@ -216,7 +194,6 @@ def _content_key(
             [
                 o.name,
                 o.role,
-                pose.tolist(),
                 dict(o.joints),
                 o.tolerance_mm,
                 row["name"],
@@ -224,8 +201,9 @@ def _content_key(
                 row["revision"],
                 row["content_key"],
             ]
-            for o, row, pose in zip(file.objects, pinned, poses, strict=True)
+            for o, row in zip(file.objects, pinned, strict=True)
         ],
+        "poses": np.array(poses).tobytes().hex(),
         "rigs": dict(sorted(rig_digests.items())),
         "mounts": [[m.kind, m.name, m.on, m.link, m.carrier_from_mounted.tolist()] for m in file.mounts],
     }
@@ -233,41 +211,95 @@ def _content_key(
 
 
 def _write_world(
+    run: Run, connection: Connection, name: str, revision: int, content_key: str, previous: int | None
+) -> int:
+    world_id = int(run.store.new_ids(connection, "world", 1)[0])
+    row: dict[str, Any] = {"name": name, "revision": revision, "content_key": content_key}
+    run.append(connection, "world", {"id": [world_id], **row})
+    if previous is None:
+        run.append(connection, "current_world", {"world_id": [world_id], **row})
+    else:
+        connection.execute(sql.query("current_world_change"), {"world_id": world_id, **row})
+        run.insert(connection, "world_attribute", "world_kept_attributes", world_id=world_id, previous=previous)
+    return world_id
+
+
+def _numbers(run: Run, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]]) -> list[int]:
+    """`object_no` of each object of the file: the one that it ever had in this world, or a new one."""
+    rows = run.store.rows(connection, "world/known_objects", world=file.world)
+    known = {(row.name, int(row.object_id)): int(row.object_no) for row in rows}
+    placed = [(o.name, int(row["object_id"])) for o, row in zip(file.objects, pinned, strict=True)]
+    new = [one for one in placed if one not in known]
+    ids = run.store.new_ids(connection, "placed_object", len(new)).tolist()
+    names, object_ids = [name for name, _ in new], [object_id for _, object_id in new]
+    columns: Columns = {"object_no": ids, "world": file.world, "name": names, "object_id": object_ids}
+    run.append(connection, "placed_object", columns)
+    known |= dict(zip(new, ids, strict=True))
+    return [known[one] for one in placed]
+
+
+def _write_objects(
     run: Run,
     connection: Connection,
     file: WorldFile,
     pinned: list[dict[str, Any]],
+    numbers: list[int],
     poses: list[Floats],
+    robots: list[Robots],
+    values: list[dict[str, dict[str, float]]],
     revision: int,
-    content_key: str,
-    previous: int | None,
-) -> int:
-    world_id = int(run.store.new_ids(connection, "world", 1)[0])
-    run.append(
-        connection,
-        "world",
-        {"id": [world_id], "name": [file.world], "revision": [revision], "content_key": [content_key]},
-    )
-    newest: dict[str, Any] = {"name": file.world, "revision": revision, "content_key": content_key}
-    if previous is None:
-        run.append(connection, "current_world", {"id": [world_id], **newest})
-    else:
-        connection.execute(sql.query("current_world_change"), {"world_id": world_id, **newest})
-        run.insert(connection, "world_attribute", "world_kept_attributes", world_id=world_id, previous=previous)
-    run.append(
-        connection,
-        "world_object",
-        {
-            "world_id": world_id,
-            "object_no": np.arange(len(file.objects)),
-            "name": [o.name for o in file.objects],
-            "object_variant_id": np.array([row["object_variant_id"] for row in pinned]),
-            "role": [o.role for o in file.objects],
-            "tolerance_mm": np.array([o.tolerance_mm for o in file.objects]),
-            **matrix_columns(poses),
-        },
-    )
-    return world_id
+) -> None:
+    """Write where objects, links and joints stand, of those objects of which something stands otherwise than before."""
+    store = run.store
+    within = _bodies(store, connection, sorted({int(row["object_id"]) for row in pinned}))
+    bodies: list[tuple[Any, ...]] = []
+    boxes: list[tuple[float, ...]] = []  # in the bodies' frames
+    joints: list[tuple[Any, ...]] = []
+    for number, o, row, pose, found, stand in zip(numbers, file.objects, pinned, poses, robots, values, strict=True):
+        links = found.links(store, connection, stand)
+        for body_no, path, box in within[int(row["object_id"])]:
+            world_from_body = pose @ links[path] if path else pose
+            said = (number, body_no, int(row["object_variant_id"]), o.role, o.tolerance_mm)
+            bodies.append((*said, *world_from_body[:3].ravel().tolist()))
+            boxes.append(box)
+        joints += [(number, robot, name, state[name]) for robot, state in stand.items() for name in sorted(state)]
+
+    held_bodies = {tuple(row) for row in store.rows(connection, "world/held_bodies", world=file.world)}
+    held_joints = {tuple(row) for row in store.rows(connection, "world/held_joints", world=file.world)}
+    changed = {row[0] for row in held_bodies.symmetric_difference(bodies) | held_joints.symmetric_difference(joints)}
+    ended = {"object_nos": store.array(sorted(changed)), "revision": revision}
+    connection.execute(sql.query("world/end_bodies"), ended)
+    connection.execute(sql.query("world/end_joints"), ended)
+
+    held = {"first_revision": revision}
+    rows = [i for i, row in enumerate(bodies) if row[0] in changed]
+    if rows:
+        columns = _by_column(_BODY, [bodies[i] for i in rows])
+        carried = boxes_carried(matrices(columns), np.array([boxes[i] for i in rows], float))
+        carried += np.repeat([-_ROUND_OFF_MM, _ROUND_OFF_MM], 3)
+        run.append(connection, "placed_body", held | columns | dict(zip(BOX_COLUMNS, carried.T, strict=True)))
+    moved = [row for row in joints if row[0] in changed]
+    if moved:
+        run.append(connection, "joint_state", held | _by_column(("object_no", "robot", "joint", "value"), moved))
+
+
+def _bodies(
+    store: Database, connection: Connection, object_ids: list[int]
+) -> dict[int, list[tuple[int, str, tuple[float, ...]]]]:
+    """Of each object its bodies: number, path of the link in it (empty: itself) and the box around its parts."""
+    bodies: dict[int, list[tuple[int, str, tuple[float, ...]]]] = {number: [] for number in object_ids}
+    for row in store.rows(connection, "world/bodies", object_ids=store.array(object_ids)):
+        bodies[int(row.object_id)].append((int(row.body_no), row.path, tuple(row[3:])))
+    return bodies
+
+
+def _by_column(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, Any]:
+    """Rows as columns: arrays of numbers, lists of all else."""
+    columns = zip(*rows, strict=True)
+    return {
+        name: np.array(values) if isinstance(values[0], int | float) else list(values)
+        for name, values in zip(names, columns, strict=True)
+    }
 
 
 def _write_mounts(
@@ -275,25 +307,32 @@ def _write_mounts(
     connection: Connection,
     file: WorldFile,
     link_paths: list[str | None],
-    world_id: int,
+    numbers: list[int],
     write_rig: RigWriter | None,
+    revision: int,
 ) -> None:
-    if not file.mounts:
-        return
     rig_ids = {name: write_rig(run, connection, name, path) for name, path in file.rigs.items() if write_rig}
-    object_no = {o.name: number for number, o in enumerate(file.objects)}
-    run.append(
-        connection,
-        "world_mount",
-        {
-            "world_id": world_id,
-            "mount_no": np.arange(len(file.mounts)),
-            "name": [m.name for m in file.mounts],
-            "object_no": np.array([object_no[m.on] for m in file.mounts]),
-            "link": [m.link for m in file.mounts],
-            "object_path": link_paths,
-            "rig_id": [rig_ids[m.name] if m.kind == "rig" else None for m in file.mounts],
-            "mounted_no": [object_no[m.name] if m.kind == "object" else None for m in file.mounts],
-            **matrix_columns([m.carrier_from_mounted for m in file.mounts]),
-        },
-    )
+    number = {o.name: no for o, no in zip(file.objects, numbers, strict=True)}
+    mounts = [
+        (
+            no,
+            m.name,
+            number[m.on],
+            m.link,
+            path,
+            rig_ids[m.name] if m.kind == "rig" else None,
+            number[m.name] if m.kind == "object" else None,
+            *m.carrier_from_mounted[:3].ravel().tolist(),
+        )
+        for no, (m, path) in enumerate(zip(file.mounts, link_paths, strict=True))
+    ]
+    held = {tuple(row) for row in run.store.rows(connection, "world/held_mounts", world=file.world)}
+    ended = {row[0] for row in held.difference(mounts)}
+    if ended:
+        mount_nos = run.store.array(sorted(ended))
+        gone = {"world": file.world, "mount_nos": mount_nos, "revision": revision}
+        connection.execute(sql.query("world/end_mounts"), gone)
+    new = [row for row in mounts if row not in held]
+    if new:
+        columns = {name: list(values) for name, values in zip(_MOUNT, zip(*new, strict=True), strict=True)}
+        run.append(connection, "world_mount", {"world": file.world, "first_revision": revision, **columns})

@@ -45,7 +45,7 @@ def store(request: pytest.FixtureRequest, copy_store: Callable[[str], str]) -> I
 
 def columns(store: Store, table: str) -> list[dict[str, Any]]:
     with store.read() as connection:
-        return [dict(r._mapping) for r in connection.execute(store.table(table).select())]
+        return [dict(r._mapping) for r in connection.execute(sa.select(sa.text("*")).select_from(sa.table(table)))]
 
 
 def view_rows(store: Store, view: str) -> list[dict[str, Any]]:

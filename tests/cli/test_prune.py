@@ -58,7 +58,8 @@ def test_what_would_go_goes_and_all_else_stays(
     }
     found = ("inspection", "pose", "view_arc", "correspondence", "edge_element", "image_arc", "unit", "threshold")
     assert not any(left[name] for name in found)
-    assert all(left[name] == whole[name] for name in ("run_input", "image", "rig", "camera", "occurrence", "arc"))
+    stays = ("run_input", "image", "rig", "camera", "object_node", "placed_body", "arc")
+    assert all(left[name] == whole[name] for name in stays)
     assert main(["check", "--store", target]) == 0, capsys.readouterr().out
     capsys.readouterr()
     assert main(["why", str(run), "--store", target]) == 2

@@ -168,7 +168,7 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
         JOIN current_part_attribute AS a ON a.part_id = i.part_id AND a.name = 'material' ORDER BY v.variant"""
     assert asked(target, query) == [("A", "Ti 6Al-4V"), ("B", "Ti 6Al-4V"), ("C", "Al 7075")]
     query = """SELECT w.revision, a.value_number FROM current_world AS w
-        JOIN current_world_attribute AS a ON a.world_id = w.id AND a.name = 'floor'"""
+        JOIN current_world_attribute AS a ON a.world_id = w.world_id AND a.name = 'floor'"""
     assert asked(target, query) == [(2, 3.0)]
 
 

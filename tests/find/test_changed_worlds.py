@@ -17,7 +17,7 @@ from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, random_boxes
 from tests.find.test_sql_clients import rows_of
-from tests.synthetic_model import SyntheticModel, write_world
+from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 Places = dict[str, npt.NDArray[np.float64]]
 
@@ -36,20 +36,22 @@ def answers(found: dict[str, npt.NDArray[np.object_]], count: int) -> list[set[t
     return out
 
 
-def pages(store: Store) -> tuple[dict[str, int], int]:
-    """Page of each placed part of the newest revision, by path, and how many boxes lie in overflow pages."""
-    occurrence, page, world = (store.table(name) for name in ("occurrence", "box_page", "current_world"))
+def boxes_of(rows: dict[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+    return np.stack([rows[name] for name in BOX], axis=1)
+
+
+def written(store: Store) -> tuple[dict[str, int], list[int]]:
+    """Identity of each placed part of the newest revision, by path, and how many bodies each revision wrote."""
+    newest = "SELECT o.path, o.id FROM occurrence AS o JOIN current_world AS w ON w.world_id = o.world_id"
+    bodies = """SELECT count(b.object_no) AS bodies FROM world AS w
+        LEFT JOIN placed_body AS b ON b.first_revision = w.revision GROUP BY w.revision ORDER BY w.revision"""
     with store.read() as connection:
-        newest = sa.select(world.c.id).scalar_subquery()
-        parts = sa.select(occurrence.c.path, occurrence.c.page)
-        parts = parts.where(occurrence.c.world_id == newest, occurrence.c.kind == "part")
-        overflow = sa.select(sa.func.sum(page.c.box_count)).where(page.c.world_id == newest, page.c.overflow)
-        of_path = {row.path: row.page for row in connection.execute(parts)}
-        return of_path, int(connection.execute(overflow).scalar() or 0)
+        of_path = {row.path: int(row.id) for row in connection.execute(sa.text(newest))}
+        return of_path, [int(row.bodies) for row in connection.execute(sa.text(bodies))]
 
 
 def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
-    """An object is 48 parts in 13 objects.  What it adds is overflow until 256 occurrences have come and gone."""
+    """A revision writes a row for each object that comes or moves; what stays or comes back is the same occurrence."""
     model = SyntheticModel(8)
     others = {f"other {i}": at(0, 5000.0 * i) for i in range(1, 7)}
     states: list[Places] = [
@@ -60,9 +62,10 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
         {"a": np.eye(4), "b": at(-10, 20), "c": at(40, 60), "d": at(60, -40)},  # one comes back: all is packed anew
         {"a": np.eye(4), "b": at(300, 0)},  # all is as it was
     ]
-    overflowing = [0, 48, 48, 96, 0, 48]
+    comes = [8, 1, 0, 1, 2, 1]
     first: list[set[tuple[str, int]]] = []
-    before: dict[str, int] = {}
+    known: dict[str, int] = {}
+    oracles: list[Oracle] = []
     with Store.open(fresh_store) as store:
         model.fill(store)
         for revision, places in enumerate(states, 1):
@@ -74,12 +77,11 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
             assert (report.status, report.revision) == ("added", revision)
             oracle = Oracle(model, places)
             boxes = random_boxes(oracle, 15, revision)
-            page, overflow = pages(store)
-            assert overflow == overflowing[revision - 1]
-            stays = [path for path in page if path.startswith("other")]
-            if overflow:
-                assert all(page[path] == before[path] for path in stays)
-            before = page
+            oracles.append(oracle)
+            ids, rows_written = written(store)
+            assert rows_written == comes[:revision]
+            assert known == {path: ids.get(path, known[path]) for path in known}
+            known |= ids
             if revision == 1:
                 write_octree(store)  # those of later revisions follow it
             index = WorldIndex.load(store)
@@ -93,9 +95,18 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
                     assert np.array_equal(rows[column], found)
             everything = Box(-1e5, -1e5, -1e5, 1e5, 1e5, 1e5)
             first.append(answers(in_volumes(store, [everything]), 1)[0])
-            wanted = ("occurrence", "box_page", "octree", "current_world")
+            wanted = ("object_", "placed_body", "octree", "current_world")
             queries = (*(f"check/{name}" for name in wanted), "journal")
             assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
+        with store.read() as connection:  # every earlier revision is there, as it was
+            for world_id, oracle in enumerate(oracles, 1):
+                rows_then = store.columns(connection, "index_parts", world_id=world_id)
+                path = {number: name for name, number in known.items()}
+                names = [path[int(number)] for number in rows_then["occurrence_id"]]
+                then = dict(zip(names, boxes_of(rows_then), strict=True))
+                assert set(then) == {name for name, _ in oracle.key["part"]}
+                low = {name: row for (name, _), row in zip(oracle.key["part"], oracle.low["part"], strict=True)}
+                assert all(np.abs(box[:3] - low[name]).max() < 1e-9 for name, box in then.items())
     assert first[0] == first[-1] != first[1]
     bounds = ", ".join(f"CAST({value!r} AS DOUBLE PRECISION)" for value in everything.bounds.tolist())
     rows_now = rows_of(fresh_store, [f"SELECT path FROM parts_in_box({bounds})"])[0]  # noqa: S608

@@ -159,9 +159,8 @@ def random_solids(oracle: Oracle, count: int, seed: int) -> list[OrientedBox | S
 
 
 def paths(store: Store) -> dict[int, str]:
-    occurrence = store.table("occurrence")
     with store.read() as connection:
-        return {row.id: row.path for row in connection.execute(sa.select(occurrence.c.id, occurrence.c.path))}
+        return {row.id: row.path for row in connection.execute(sa.text("SELECT id, path FROM occurrence"))}
 
 
 def answer(found: dict[str, npt.NDArray[Any]]) -> Answer:

@@ -50,8 +50,7 @@ def test_indexes_in_process(cubes: str, kind: str) -> None:
     with Store.open(cubes) as store:
         index = WorldIndex.load(store, kind=kind)
         with store.read() as connection:
-            placed = store.table("occurrence").c
-            path = {row.id: row.path for row in connection.execute(sa.select(placed.id, placed.path))}
+            path = {row.id: row.path for row in connection.execute(sa.text("SELECT id, path FROM occurrence"))}
     for name, volume, wanted in CASES:
         occurrence, _ = index.in_volume(volume)
         assert letters([path[i] for i in occurrence.tolist()]) == wanted, name

@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+import sqlalchemy as sa
 
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
@@ -295,7 +296,7 @@ def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fre
             ]
             kinds = {s.id: s.kind for s in connection.execute(store.table("shape").select())}
             assert {kinds[p.shape_id] for p in parts if p.supplemental} == {"wire", "sheet"}
-            placed = connection.execute(store.table("occurrence").select()).all()
+            placed = connection.execute(sa.text("SELECT * FROM occurrence")).all()
             assert [o.path for o in placed if o.kind == "part"] == ["b/bracket"]
             world, _ = world_named(store, connection, None)
             scene = read_scene(store, connection, world)

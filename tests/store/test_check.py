@@ -71,9 +71,9 @@ def plate() -> Model:
     basis_arc = {name: values[-1:] if isinstance(values, list) else values for name, values in arcs.items()}
     basis_surface = surface | {"id": [2], "content_key": "basis"}
     pages = {"shape_id": 1, "level": ["surface", "arc"], "page": 0, "box_count": [1, 4]}
-    placed = {"id": [1], "world_id": 1, "object_no": 0, "kind": "object", "path": "a", "object_id": 1}
-    nested = {"id": [2], "world_id": 1, "parent_id": 1, "object_no": 0, "kind": "object", "path": "a/b", "object_id": 2}
-    leaf = {"id": [3], "world_id": 1, "parent_id": 2, "object_no": 0, "kind": "part", "path": "a/b/c"}
+    root = {"object_id": [1], "node_no": 0, "body_no": 0, "path": "", "child_id": 1}
+    nested = {"object_id": [1], "node_no": 1, "parent_no": 0, "body_no": 0, "path": "/b", "child_id": 2}
+    leaf = {"object_id": [1], "node_no": 2, "parent_no": 1, "body_no": 0, "path": "/b/c", "part_id": 1, "shape_id": 1}
     return {
         "arc": arcs,
         "arc/basis": basis_arc | {"id": [9], "content_key": "basis"},
@@ -103,23 +103,22 @@ def plate() -> Model:
         | {"loader_version": "1"},
         "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
         "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
-        "current_world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
-        "world_object": {
-            "world_id": [1],
-            "object_no": 0,
-            "name": "a",
+        "current_world": {"world_id": [1], "name": "w", "revision": 1, "content_key": "w"},
+        "object_node": root | transform(0, [0, 0, 0]),
+        "object_node/1": nested | transform(90, [10, 0, 0]),
+        "object_node/2": leaf | {"page": 0} | transform(90, [10, 0, 5]) | box([9, 0, 5], [10, 2, 5]),
+        "object_page": {"object_id": [1], "page": 0, "body_no": 0, "box_count": 1} | box([9, 0, 5], [10, 2, 5]),
+        "placed_object": {"object_no": [1], "world": "w", "name": "a", "object_id": 1},
+        "placed_body": {
+            "object_no": [1],
+            "body_no": 0,
+            "first_revision": 1,
             "object_variant_id": 1,
             "role": "inspected",
             "tolerance_mm": 0.0,
         }
-        | transform(0, [0, 100, 0]),
-        "occurrence": placed | transform(0, [0, 100, 0]),
-        "occurrence/2": nested | transform(90, [10, 100, 0]),
-        "occurrence/3": leaf
-        | {"part_id": 1, "shape_id": 1, "page": 0}
-        | transform(90, [10, 100, 5])
+        | transform(0, [0, 100, 0])
         | box([9, 100, 5], [10, 102, 5]),
-        "box_page": {"world_id": [1], "page": 0, "box_count": 1, "overflow": False} | box([9, 100, 5], [10, 102, 5]),
     }
 
 
@@ -152,25 +151,27 @@ def add_adjacency(model: Model) -> None:
     model["surface_adjacency"]["angle"] = 1.0
 
 
-def place_link(model: Model) -> None:
-    """A robot without a joint that moves, whose link is not where it stands."""
-    link: dict[str, Any] = {"world_id": [1], "object_no": 0, "robot": "", "object_id": 1, "child_no": 0}
-    model["world_link"] = link | transform(90, [10, 0, 1])
+def leave_link(model: Model) -> None:
+    """A robot whose joint is bent and whose link is not."""
+    joint: dict[str, Any] = {"object_id": [1], "joint_no": 0, "name": "j", "kind": "revolute", "parent_link": "base"}
+    axis = {"axis_x": 0.0, "axis_y": 0.0, "axis_z": 1.0}
+    model["joint"] = joint | axis | {"child_link": "b"} | transform(90, [10, 0, 0])
+    model["joint_state"] = {"object_no": [1], "robot": "", "joint": "j", "first_revision": 1, "value": 0.5}
 
 
 def mount_nowhere(model: Model) -> None:
     """A rig on a link that is not placed."""
     model["rig"] = {"id": [1], "content_key": "rig"}
-    mount: dict[str, Any] = {"world_id": [1], "mount_no": 0, "name": "head", "object_no": 0, "rig_id": 1}
-    model["world_mount"] = mount | {"link": "flange", "object_path": "flange"} | transform(90, [10, 0, 1])
+    mount: dict[str, Any] = {"world": ["w"], "mount_no": 0, "first_revision": 1, "name": "head", "object_no": 1}
+    model["world_mount"] = mount | {"rig_id": 1, "link": "flange", "object_path": "flange"} | transform(90, [10, 0, 1])
 
 
 def add_octree(model: Model, x1: float, listed: int) -> None:
     """An oct-tree of one cell and one inside it."""
-    cells = {"world_id": 1, "cell": [1], "parent": 0} | box([9, 100, 5], [x1, 102, 5])
-    model["octree_cell"] = {"world_id": 1, "cell": [0]} | box([9, 100, 5], [10, 102, 5])
+    cells = {"object_id": 1, "cell": [1], "body_no": 0, "parent": 0} | box([9, 0, 5], [x1, 2, 5])
+    model["octree_cell"] = {"object_id": 1, "cell": [0], "body_no": 0} | box([9, 0, 5], [10, 2, 5])
     model["octree_cell/1"] = cells
-    model["octree_entry"] = {"world_id": [1], "cell": listed, "occurrence_id": 3}
+    model["octree_entry"] = {"object_id": [1], "cell": listed, "node_no": 2}
 
 
 def add(table: str, **row: Any) -> Callable[[Model], None]:
@@ -244,13 +245,15 @@ FAULTS = {
     "adjacency": add_adjacency,
     "orphans": lambda model: [model.pop(name) for name in ("object_part",)],
     "nesting_cycle": nest_in_itself,
-    "occurrence_transform": fault("occurrence/3", "m03", [10.001]),
-    "occurrence_box": lambda model: [model[name].update(x0=[9.001]) for name in ("occurrence/3", "box_page")],
-    "occurrence_path": fault("occurrence/3", "path", "a/b"),
-    "occurrence_reference": fault("occurrence/2", "object_id", 7),
-    "world_link": place_link,
+    "object_node_transform": fault("object_node/2", "m03", [10.001]),
+    "object_node_box": lambda model: [model[name].update(x0=[9.001]) for name in ("object_node/2", "object_page")],
+    "object_node_path": fault("object_node/2", "path", "/b"),
+    "object_node_reference": fault("object_node/1", "child_id", 7),
+    "object_page": fault("object_page", "y1", [1.9]),
+    "placed_body": fault("placed_body", "x1", 9.2),
+    "occurrence": add_presence,
+    "world_link": leave_link,
     "world_mount": mount_nowhere,
-    "box_page": fault("box_page", "y1", [101.9]),
     "current_world": fault("current_world", "revision", 2),
     "shape_box_page": fault("shape_box_page", "box_count", [1, 3]),
     "shape_box": fault("shape_box", "element_no", [0, 0, 1, 2, 4]),

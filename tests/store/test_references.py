@@ -65,7 +65,7 @@ def test_parents_come_first(fresh_store: str) -> None:
 
 
 def test_every_identity_refers_to_something(fresh_store: str) -> None:
-    """But of tables without keys and of occurrence, whose rows queries of check/ look after."""
+    """But of tables without keys and what refers to an occurrence, a view: queries of check/ look after these."""
     with Store.open(fresh_store) as store:
         refers = {(row.relation, name) for row in references(store) for name in row.column_names}
         inspector = sa.inspect(store.engine)
@@ -73,4 +73,4 @@ def test_every_identity_refers_to_something(fresh_store: str) -> None:
         names = {(table, column.name) for table in keys for column in store.table(table).columns}
     identities = {(table, name) for table, name in names if name.endswith("_id") and keys[table]}
     assert len(identities) > 80
-    assert {table for table, _ in identities - refers} == {"occurrence"}
+    assert {name for _, name in identities - refers} == {"occurrence_id"}

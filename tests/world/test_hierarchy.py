@@ -15,6 +15,7 @@ from relmodel.errors import InputError
 from relmodel.find.find import in_volume
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrix_columns, rotation_matrix
+from relmodel.loading.write.expansion import append_expansion
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
@@ -56,6 +57,7 @@ def loaded_as(store: Store, object_id: int, name: str, variant: str = "") -> Non
             "source_id": source,
         }
         store.append(connection, "object_variant", {"id": store.new_ids(connection, "object_variant", 1), **columns})
+        append_expansion(store, connection, object_id)
 
 
 def counts(store: Store) -> dict[str, int]:
@@ -89,8 +91,8 @@ def test_hundreds_of_objects_deep(fresh_store: str, tmp_path: Path) -> None:
         assert (report.objects, report.parts) == (depth, 1)
         assert counts(store) == before
         with store.read() as connection:
-            occurrence = store.table("occurrence")
-            found = connection.execute(sa.select(occurrence).where(occurrence.c.kind == "part")).mappings().one()
+            part = sa.text("SELECT * FROM occurrence WHERE kind = 'part'")
+            found = connection.execute(part).mappings().one()
         truth = np.eye(4)
         for pose in poses:
             truth = truth @ pose
@@ -98,7 +100,7 @@ def test_hundreds_of_objects_deep(fresh_store: str, tmp_path: Path) -> None:
         assert np.abs(np.array([found[c] for c in MATRIX_COLUMNS]).reshape(3, 4) - truth[:3]).max() < 1e-9
         x, y, z = truth[:3, 3].tolist()
         assert in_volume(store, Box(x, y, z, x, y, z))["occurrence_id"].tolist() == [found["id"]]
-        assert not offending(store, "occurrence", "box_page", "nesting_cycle", "world_link")
+        assert not offending(store, "object_node", "object_page", "placed_body", "nesting_cycle", "world_link")
 
 
 def test_cycles_are_refused_and_variants_may_nest(fresh_store: str, tmp_path: Path) -> None:
@@ -195,11 +197,11 @@ def test_nested_robots_take_their_joints(fresh_store: str, tmp_path: Path) -> No
         truth = {f"bay/{arm}/{link}": world_from_arm @ pose for link, pose in first.items()}
         truth |= {f"bay/{tool}": world_from_tool, f"bay/{tool}/boom": world_from_tool @ boom}
         with store.read() as connection:
-            rows = connection.execute(sa.select(store.table("occurrence"))).mappings().all()
+            rows = connection.execute(sa.text("SELECT * FROM occurrence")).mappings().all()
         at = {r["path"]: np.array([r[c] for c in MATRIX_COLUMNS]).reshape(3, 4) for r in rows}
         for path, pose in truth.items():
             assert np.abs(at[path] - pose[:3]).max() < 1e-9, path
-        assert not offending(store, "occurrence", "box_page", "nesting_cycle", "world_link")
+        assert not offending(store, "object_node", "object_page", "placed_body", "nesting_cycle", "world_link")
 
         rig = mounted_rig(store, "head")
         assert np.abs(rig.world_from_rig - world_from_tool @ boom @ np.array(MOUNT)).max() < 1e-9

@@ -110,7 +110,7 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
     assert main(["world", str(file), "--store", fresh_store]) == 0  # unchanged: adds no row
     with Store.open(fresh_store) as store:
         with store.read() as connection:
-            rows = connection.execute(sa.select(store.table("occurrence"))).mappings().all()
+            rows = connection.execute(sa.text("SELECT * FROM occurrence")).mappings().all()
             assert connection.execute(sa.text("SELECT count(*) FROM world")).scalar() == 1
         assert not [row for result in check(store) for row in result.rows]
         rigs = {n: mounted_rig(store, "head", on=n) for n in STATES}
@@ -127,14 +127,16 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
 
 
 def test_a_joint_that_moves_moves_its_robot_only(fresh_store: str, tmp_path: Path) -> None:
-    """Of the second revision one robot is expanded, the other copied from the first."""
+    """Of the second revision one robot is written, the other stands as before."""
     placed(fresh_store, cell(tmp_path))
     assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", fresh_store]) == 0
     with Store.open(fresh_store) as store, store.read() as connection:
-        occurrence, world = store.table("occurrence"), store.table("current_world")
-        newest = sa.select(occurrence).where(occurrence.c.world_id == sa.select(world.c.id).scalar_subquery())
-        rows = connection.execute(newest).mappings().all()
-        assert connection.execute(sa.select(world.c.revision)).scalar() == 2
+        newest = "SELECT o.* FROM occurrence AS o JOIN current_world AS w ON w.world_id = o.world_id"
+        rows = connection.execute(sa.text(newest)).mappings().all()
+        wrote = """SELECT DISTINCT p.name FROM placed_body AS b
+            JOIN placed_object AS p ON p.object_no = b.object_no WHERE b.first_revision = 2"""
+        assert connection.execute(sa.text(wrote)).scalars().all() == ["one"]
+        assert connection.execute(sa.text("SELECT revision FROM current_world")).scalar() == 2
         assert not [row for result in check(store) for row in result.rows]
     at = {r["path"]: np.array([r[c] for c in MATRIX_COLUMNS]).reshape(3, 4) for r in rows}
     assert len(at) == len(rows) == 16

