@@ -45,8 +45,8 @@ from vision.extraction.extract import extract
 from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
+from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import localise
-from vision.localisation.parameters import DEFAULTS
 from vision.localisation.verdict import Signs, read_signs
 
 # Weights are fitted on the trials of even number in these sets; all others are held out.

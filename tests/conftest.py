@@ -38,10 +38,10 @@ def pytest_collection_finish() -> None:
 
 
 # Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
-_TOGETHER = ("tests/cli", "tests/variants")
+_TOGETHER = ("tests/app/cli", "tests/variants")
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
 _FIRST = (
-    "tests/cli/",
+    "tests/app/cli/",
     "tests/loading/",
     "tests/readers/",
     "tests/features/",

@@ -14,12 +14,12 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices
 from relmodel.store.database import Database
 from vision.cameras.cameras import Needs, Prior
-from vision.inspection.audit import UNKNOWNS
+from vision.inspection.record_decisions import UNKNOWNS
 from vision.localisation.calibration import CameraUnknowns, differentiate
 from vision.localisation.covariance import compute_covariance
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
+from vision.localisation.localisation_parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import Measurements, weigh
-from vision.localisation.parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.refine import Explanation, join_explanations, normal_equations, take_last_step
 from vision.localisation.verdict import (
     Signs,

@@ -25,11 +25,10 @@ from vision.localisation.hypotheses import (
     search_poses,
     select_samples,
 )
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import Refined, refine
-from vision.localisation.scene import Scene
 from vision.localisation.verdict import Verdict, decide, find_rivals
 from vision.localisation.views import (
     EdgeMeasurements,
@@ -37,6 +36,7 @@ from vision.localisation.views import (
     collect_edge_measurements,
     find_view_arcs,
 )
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, perturbation
-from vision.localisation.parameters import VerdictParameters
+from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.refine import Refined
 
 AXES = ("x", "y", "z")

@@ -21,12 +21,12 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
 )
+from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.parameters import DEFAULTS
 from vision.localisation.refine import Fit, Refined, refine
-from vision.localisation.scene import Scene
 from vision.localisation.verdict import compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
+from vision.scene.scene import Scene
 
 SIGMA = 0.1
 

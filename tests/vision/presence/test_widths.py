@@ -7,7 +7,7 @@ import pytest
 
 from vision.presence.items import Items
 from vision.presence.measures import measure_items
-from vision.presence.parameters import StateParameters
+from vision.presence.presence_parameters import StateParameters
 from vision.presence.surfaces import Surfaces
 
 
