@@ -74,12 +74,13 @@ def fill(target: str, pair: Pair, folder: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def bulkhead_template(duckdb_template: Path, pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Path:
     """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
-    file = tmp_path_factory.mktemp("bulkhead") / "cell.duckdb"
-    shutil.copy(duckdb_template, file)
-    fill(str(file), pair, file.parent)
-    return file
+
+    def place(folder: Path) -> None:
+        fill(shutil.copy(duckdb_template, folder / "cell.duckdb"), pair, folder)
+
+    return make_once("bulkhead", place) / "cell.duckdb"
 
 
 def inspected(store: str, *options: str) -> dict[str, Any]:
@@ -105,19 +106,32 @@ class Inspection:
 
 
 @pytest.fixture(scope="session")
-def inspection(bulkhead_template: Path, pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Inspection:
+def inspection(bulkhead_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
     """One inspection for all tests that ask what it left."""
-    folder = tmp_path_factory.mktemp("inspected")
-    store, overlay = str(folder / "cell.duckdb"), folder / "overlay.png"
-    shutil.copy(bulkhead_template, store)
-    return Inspection(store, inspected(store, *pair.options(overlay=overlay)), overlay)
+
+    def inspect(folder: Path) -> None:
+        store = shutil.copy(bulkhead_template, folder / "cell.duckdb")
+        answer = inspected(str(store), *pair.options(overlay=folder / "overlay.png"))
+        (folder / "answer.json").write_text(json.dumps(answer))
+
+    return _made(make_once("inspected", inspect))
+
+
+def _made(folder: Path) -> Inspection:
+    answer = json.loads((folder / "answer.json").read_text())
+    return Inspection(str(folder / "cell.duckdb"), answer, folder / "overlay.png")
 
 
 @pytest.fixture(scope="session")
-def minimal(inspection: Inspection, pair: Pair, copy_store: Callable[[str], str]) -> Inspection:
+def minimal(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
     """A copy of that store, in which the pair was inspected once more with its decisions alone kept."""
-    store = copy_store(inspection.store)
-    return Inspection(store, inspected(store, *pair.options(), "--audit", "minimal"), inspection.overlay)
+
+    def inspect(folder: Path) -> None:
+        store = shutil.copy(inspection.store, folder / "cell.duckdb")
+        answer = inspected(str(store), *pair.options(overlay=folder / "overlay.png"), "--audit", "minimal")
+        (folder / "answer.json").write_text(json.dumps(answer))
+
+    return _made(make_once("minimal", inspect))
 
 
 @pytest.fixture(scope="session")
