@@ -128,7 +128,7 @@ def minimal(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) 
 
     def inspect(folder: Path) -> None:
         store = shutil.copy(inspection.store, folder / "cell.duckdb")
-        answer = inspected(str(store), *pair.options(overlay=folder / "overlay.png"), "--audit", "minimal")
+        answer = inspected(str(store), *pair.options(), "--audit", "minimal")
         (folder / "answer.json").write_text(json.dumps(answer))
 
     return _made(make_once("minimal", inspect))
