@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 
 import numpy as np
 from sqlalchemy import Connection
@@ -19,7 +18,6 @@ from vision.localisation.calibration import describe_unknowns
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation
 from vision.localisation.refine import LastStep, Refined
-from vision.localisation.verdict import find_rivals, read_signs
 
 # A camera's own unknowns in the order of `CameraUnknowns`.
 UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz")
@@ -45,7 +43,12 @@ def record_decisions(
     if found.best is None:
         return
     _record_search(run, connection, prior, found.stages)
-    _record_signs(run, connection, found, p)
+    weighed = found.verdict.weighed
+    run.append(
+        connection,
+        "verdict_sign",
+        {"run_id": run.id, "name": list(weighed), "value": np.array(list(weighed.values()))},
+    )
     cameras = list(rig.cameras)
     run.append(
         connection,
@@ -151,29 +154,6 @@ def _record_refinement(run: Run, connection: Connection, best: Refined, last: La
                 "log_odds": np.array([h.log_odds for h in others]),
             },
         )
-
-
-def _record_signs(run: Run, connection: Connection, found: Localisation, p: InspectionParameters) -> None:
-    assert found.best is not None
-    verdict = p.localisation.verdict
-    likeliest = min(found.hypotheses, key=lambda h: h.cost)  # whose rivals were looked for
-    rivals = find_rivals(likeliest, [h for h in found.hypotheses if h is not likeliest], verdict)
-    read = read_signs(found.best, found.alone, verdict)
-    odds = read.log_odds(verdict)
-    signs = {name: value for name, value in asdict(read).items() if value is not None}
-    signs |= {
-        "log_odds": odds,
-        "likely": 1.0 / (1.0 + math.exp(-odds)),
-        "sigma_mm": found.verdict.sigma_mm,
-        "sigma_rad": found.verdict.sigma_rad,
-        "rivals": float(len(rivals)),
-        "excluded": float(found.best.excluded.sum()),
-    }
-    run.append(
-        connection,
-        "verdict_sign",
-        {"run_id": run.id, "name": list(signs), "value": np.array(list(signs.values()), float)},
-    )
 
 
 def _numbers(parameters: object, within: str = "") -> Iterator[tuple[str, float]]:
