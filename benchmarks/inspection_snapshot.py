@@ -83,7 +83,7 @@ def shared(data: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
                 cameras[side] = {"width": width, "height": height, "matrix": matrix, "rig_from_camera": pose}
             rig_file.write_text(yaml.safe_dump({"cameras": cameras}))
             prior = truth["priors"][kind]
-            sigma = {"translation_mm": prior["mm"] / 3**0.5, "rotation_deg": prior["deg"] / 3**0.5}
+            sigma = {"translation_mm": max(prior["mm"] / 3**0.5, 1.0), "rotation_deg": max(prior["deg"] / 3**0.5, 0.5)}
             prior_file.write_text(yaml.safe_dump({"world_from_rig": prior["T_world_cam_left"], "sigma": sigma}))
             stem = pairs / f"pair_{truth['pair']:02d}"
             yield f"{part}{truth['pair']} {kind}", inspect(store, stem, rig_file, prior_file, "cell")
