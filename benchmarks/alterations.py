@@ -26,7 +26,7 @@ from tabulate import tabulate
 from relmodel.errors import RelmodelError
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.cli.conftest import fill, halve, inspected
+from tests.app.cli.conftest import fill, halve, inspected
 from vision.inspection.replay import replay
 
 # What a run writes of itself, which its ledger does not count.

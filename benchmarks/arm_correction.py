@@ -20,7 +20,7 @@ from relmodel.store import Store
 from relmodel.world import place_world
 from relmodel.world.kinematics import mounted_rig
 from vision.cameras.files import read_pose, read_rig
-from vision.cameras.record import record_rig
+from vision.cameras.record_cameras import record_rig
 from vision.inspection import inspect
 
 Array = npt.NDArray[np.float64]

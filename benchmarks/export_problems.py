@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 
 from benchmarks.relational_matching import write_problem
-from relmodel.matching.stored import read_problem
+from relmodel.labelling.stored import read_problem
 from relmodel.store import Store
 
 

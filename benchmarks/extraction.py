@@ -37,7 +37,7 @@ from vision.cameras.images import read_picture
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs
 from vision.extraction.edges import EdgeElements, detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.parameters import EdgeParameters, ExtractionParameters, SignificanceParameters
+from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, SignificanceParameters
 from vision.extraction.regions import find_leak_proof_regions
 
 FloatArray = npt.NDArray[np.float64]

@@ -36,17 +36,17 @@ from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.matched_views import match_views
+from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.parameters import DEFAULTS as LOCALISATION
 from vision.localisation.parts_in_view import find_parts_in_view
-from vision.localisation.scene import Scene
-from vision.localisation.stored_scene import StoredScene
-from vision.matching.parameters import MatchingParameters
+from vision.matching.matching_parameters import MatchingParameters
 from vision.matching.pose_problem import MatchedView
-from vision.matching.workspace import open_workspace
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
+from vision.relations.workspace import open_workspace
+from vision.scene.scene import Scene
+from vision.scene.stored_scene import StoredScene
 
 MATCHING = MatchingParameters()
 Matched = dict[str, MatchedView]

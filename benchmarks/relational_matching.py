@@ -30,14 +30,14 @@ from tabulate import tabulate
 
 from benchmarks.peers.matchers import Answer, matchers
 from relmodel.arrays import Ints
-from relmodel.matching.cost import labelling_cost
-from relmodel.matching.problem import NONE, MatchingProblem, matching_problem, without_nulls
-from relmodel.matching.result import OPTIMAL
-from relmodel.matching.rows import result_rows
-from relmodel.matching.shifts import compare_shifts
-from relmodel.matching.solve import MODES, solve
-from tests.matching.oracle import enumerated_cost, random_problem, verified
-from tests.matching.scenes import KINDS, PITCH, scene
+from relmodel.labelling.cost import labelling_cost
+from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem, without_nulls
+from relmodel.labelling.result import OPTIMAL
+from relmodel.labelling.rows import result_rows
+from relmodel.labelling.shifts import compare_shifts
+from relmodel.labelling.solve import MODES, solve
+from tests.labelling.oracle import enumerated_cost, random_problem, verified
+from tests.labelling.scenes import KINDS, PITCH, scene
 
 COLUMNS = ("unit", "label", "other", "other_label", "cost")
 

@@ -48,8 +48,8 @@ from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.stereo.crossings import StereoArcs, cross_rows, pack_arcs, pair_crossings
 from vision.stereo.match import METHODS, StereoMatches, match_stereo
-from vision.stereo.parameters import DEFAULTS
 from vision.stereo.rectification import rectify
+from vision.stereo.stereo_parameters import DEFAULTS
 
 PAIRS = [f"{part}{pair}" for part, count in (("A", 8), ("B", 2), ("C", 4)) for pair in range(count)]
 OPENCV: Any = cv2  # whose stubs lack parts of it

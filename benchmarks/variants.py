@@ -28,10 +28,10 @@ from examples.bulkhead import solids
 from examples.bulkhead.build import write_step
 from examples.render.trials import draw_again, plug, read_list
 from vision.inspection.demonstration import measure_pose_error
-from vision.localisation.parameters import DEFAULTS as LOCALISATION
-from vision.localisation.scene import Scene
-from vision.presence.parameters import DEFAULTS as PRESENCE
+from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
+from vision.presence.presence_parameters import DEFAULTS as PRESENCE
 from vision.presence.variants import assess_variant
+from vision.scene.scene import Scene
 
 GROUP = 5  # changed trials that are variants of one another, with the one that they were drawn from
 SEEN_PX = 200  # pixels in which two variants must differ in a camera to differ visibly

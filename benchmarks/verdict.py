@@ -16,7 +16,7 @@ import json
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import fields
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -45,9 +45,9 @@ from vision.extraction.extract import extract
 from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
+from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import localise
-from vision.localisation.parameters import DEFAULTS
-from vision.localisation.verdict import Signs, read_signs
+from vision.localisation.verdict import Signs
 
 # Weights are fitted on the trials of even number in these sets; all others are held out.
 FITTED = ("finish", "small", "boxes")
@@ -138,7 +138,7 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
     }
     if answer.best is None:
         return line
-    line["signs"] = asdict(read_signs(answer.best, answer.alone, DEFAULTS.verdict))
+    line["signs"] = {sign.name: answer.verdict.weighed[sign.name] for sign in fields(Signs)}
     if trial.world_from_rig is not None:
         truth = Truth("", trial.world_from_rig, trial.target)
         off = [measure_pose_error(h.world_from_rig, truth) for h in answer.hypotheses]

@@ -47,7 +47,7 @@ from benchmarks.peers.boxes import (
     postgresql,
 )
 from benchmarks.peers.worlds import SPREADS, about, clustered, views
-from relmodel.find.compare import LARGEST_RANGETREE
+from relmodel.find.compare_indexes import LARGEST_RANGETREE
 from relmodel.find.find import in_volumes
 from relmodel.find.packing import pack, page_boxes
 from relmodel.find.rtree import PackedRTree

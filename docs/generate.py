@@ -8,7 +8,7 @@ from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
 
-from relmodel.cli.main import VERBS, parser
+from relmodel.app.cli.main import VERBS, parser
 from relmodel.resources import resource_dir
 from relmodel.store.dictionary import FUNCTION, Column, columns_of, dictionary, schema_in_memory
 

@@ -1,4 +1,4 @@
 -- Identity of a camera by its content.
--- takes: content_key
--- gives: no row or one
+-- Takes content_key.
+-- Gives no row or one.
 SELECT id FROM camera WHERE content_key = :content_key

@@ -1,4 +1,4 @@
 -- Identity of an image by its content.
--- takes: sha256
--- gives: no row or one
+-- Takes sha256.
+-- Gives no row or one.
 SELECT id FROM image WHERE sha256 = :sha256

@@ -1,6 +1,6 @@
 -- Cylinders among the surfaces of shapes.
--- takes: shape_ids (array)
--- gives: one row a surface, in order of shape and surface; radius in mm
+-- Takes shape_ids (array).
+-- Gives one row a surface, in order of shape and surface; radius in mm.
 SELECT h.shape_id, h.surface_no, s.radius
 FROM shape_surface AS h
 JOIN surface AS s ON s.id = h.surface_id

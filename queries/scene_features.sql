@@ -1,6 +1,6 @@
 -- Features of shapes with the surfaces that make them, and the thickness of ribs and webs.
--- takes: shape_ids (array)
--- gives: one row a feature and surface, in order of shape, feature and surface; thickness in mm, NULL where it has none
+-- Takes shape_ids (array).
+-- Gives one row a feature and surface, in order of shape, feature and surface; thickness in mm, NULL where it has none.
 SELECT f.shape_id, f.feature_no, f.name, k.kind, s.surface_no, d.value AS thickness
 FROM feature AS f
 JOIN feature_class AS k ON k.id = f.feature_class_id

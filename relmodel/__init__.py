@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from relmodel.app.api import OpenStore
     from relmodel.errors import InputError, RelmodelError, StoreError, UsageError
     from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere
-    from relmodel.opened import OpenStore
     from relmodel.table import Table
 
 __version__ = "0.1.0"
@@ -38,7 +38,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("InputError", "RelmodelError", "StoreError", "UsageError"), "relmodel.errors"),
     **dict.fromkeys(("Box", "Frustum", "OrientedBox", "Polyhedron", "Sphere"), "relmodel.find.volumes"),
-    "OpenStore": "relmodel.opened",
+    "OpenStore": "relmodel.app.api",
     "Table": "relmodel.table",
 }
 
@@ -48,7 +48,7 @@ def open(target: str | Path, *, read_only: bool = True) -> OpenStore:
 
     Raises StoreError where there is none, it is of another version, or it is held by another process.
     """
-    from relmodel.opened import OpenStore
+    from relmodel.app.api import OpenStore
 
     return OpenStore.open(target, read_only=read_only)
 
@@ -58,7 +58,7 @@ def create(target: str | Path) -> OpenStore:
 
     Raises StoreError where the file is no store, of a newer version or held by another process.
     """
-    from relmodel.opened import OpenStore
+    from relmodel.app.api import OpenStore
 
     return OpenStore.create(target)
 

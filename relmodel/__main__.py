@@ -2,6 +2,6 @@
 
 import sys
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 
 sys.exit(main())

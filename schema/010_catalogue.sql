@@ -1,33 +1,24 @@
 -- The catalogue: what each relation of the store is.
 
-CREATE TABLE sds_relation (
-    relation TEXT PRIMARY KEY,
-    level TEXT NOT NULL,
-    standing TEXT NOT NULL,
+CREATE TABLE sds_relation (  -- The relations of the store: the level of the hierarchy each belongs to and whether it can be derived from others.
+    relation TEXT PRIMARY KEY,  -- name of the table or view
+    level TEXT NOT NULL,  -- level of the hierarchy: catalogue, run, world, object, part, surface, image, matching or localisation
+    standing TEXT NOT NULL,  -- primary; redundant: kept for access and derivable from primary relations; or view: derived when it is asked
     CHECK (level IN ('catalogue', 'run', 'world', 'object', 'part', 'surface', 'image', 'matching', 'localisation')),
     CHECK (standing IN ('primary', 'redundant', 'view'))
 );
-COMMENT ON TABLE sds_relation IS 'The relations of the store: the level of the hierarchy each belongs to and whether it can be derived from others.';
-COMMENT ON COLUMN sds_relation.relation IS 'name of the table or view';
-COMMENT ON COLUMN sds_relation.level IS 'level of the hierarchy: catalogue, run, world, object, part, surface, image, matching or localisation';
-COMMENT ON COLUMN sds_relation.standing IS 'primary; redundant: kept for access and derivable from primary relations; or view: derived when it is asked';
 
 -- Rows, not foreign keys: DuckDB fills the tables of a copy in the order of their names, and deletes no parent in the
 -- transaction that deletes its children.
-CREATE TABLE sds_reference (
-    relation TEXT NOT NULL,
-    reference_no INTEGER NOT NULL,
-    column_names TEXT[] NOT NULL,
-    parent TEXT NOT NULL,
-    parent_columns TEXT[] NOT NULL,
+CREATE TABLE sds_reference (  -- Which columns refer to the key of which relation: foreign keys on PostgreSQL; relmodel check finds rows whose
+    -- reference leads nowhere. Left out are tables without keys and what refers to an occurrence, which is a view: other checks look after these.
+    relation TEXT NOT NULL,  -- the relation that refers
+    reference_no INTEGER NOT NULL,  -- ordinal of the reference in it
+    column_names TEXT[] NOT NULL,  -- its columns that refer; a row where one of them is null refers to nothing
+    parent TEXT NOT NULL,  -- the relation referred to
+    parent_columns TEXT[] NOT NULL,  -- the key there, in the order of column_names
     PRIMARY KEY (relation, reference_no)
 );
-COMMENT ON TABLE sds_reference IS 'Which columns refer to the key of which relation: foreign keys on PostgreSQL; relmodel check finds rows whose reference leads nowhere. Left out are tables without keys and what refers to an occurrence, which is a view: other checks look after these.';
-COMMENT ON COLUMN sds_reference.relation IS 'the relation that refers';
-COMMENT ON COLUMN sds_reference.reference_no IS 'ordinal of the reference in it';
-COMMENT ON COLUMN sds_reference.column_names IS 'its columns that refer; a row where one of them is null refers to nothing';
-COMMENT ON COLUMN sds_reference.parent IS 'the relation referred to';
-COMMENT ON COLUMN sds_reference.parent_columns IS 'the key there, in the order of column_names';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_relation', 'catalogue', 'primary'),
@@ -37,26 +28,19 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('sds_reference', 0, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
     ('sds_reference', 1, ARRAY['parent'], 'sds_relation', ARRAY['relation']);
 
-CREATE TABLE store_schema (
-    sha256 TEXT PRIMARY KEY,
-    created_at TIMESTAMPTZ NOT NULL DEFAULT CURRENT_TIMESTAMP
+CREATE TABLE store_schema (  -- The schema that the store was made with, or brought up to: one row.
+    sha256 TEXT PRIMARY KEY,  -- SHA-256 of the SQL files of schema/ for this engine
+    created_at TIMESTAMPTZ NOT NULL DEFAULT CURRENT_TIMESTAMP  -- when the schema was made in this store
 );
-COMMENT ON TABLE store_schema IS 'The schema that the store was made with, or brought up to: one row.';
-COMMENT ON COLUMN store_schema.sha256 IS 'SHA-256 of the SQL files of schema/ for this engine';
-COMMENT ON COLUMN store_schema.created_at IS 'when the schema was made in this store';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('store_schema', 'catalogue', 'primary');
 
-CREATE TABLE unit_of_measure (
-    symbol TEXT PRIMARY KEY,
-    dimension TEXT NOT NULL,
-    factor DOUBLE PRECISION NOT NULL
+CREATE TABLE unit_of_measure (  -- The units that relmodel set takes and that views convert by.
+    symbol TEXT PRIMARY KEY,  -- how the unit is written
+    dimension TEXT NOT NULL,  -- what it measures: length, mass, density ...
+    factor DOUBLE PRECISION NOT NULL  -- how many of the store's own unit it is: mm, mm2, mm3, kg, kg/m3, rad, Pa
 );
-COMMENT ON TABLE unit_of_measure IS 'The units that relmodel set takes and that views convert by.';
-COMMENT ON COLUMN unit_of_measure.symbol IS 'how the unit is written';
-COMMENT ON COLUMN unit_of_measure.dimension IS 'what it measures: length, mass, density ...';
-COMMENT ON COLUMN unit_of_measure.factor IS 'how many of the store''s own unit it is: mm, mm2, mm3, kg, kg/m3, rad, Pa';
 
 INSERT INTO unit_of_measure (symbol, dimension, factor) VALUES
     ('um', 'length', 0.001),

@@ -1,6 +1,9 @@
 -- The state of each run.  A session of a run's process holds an advisory lock of the run's number as long as it lives.
 
-CREATE VIEW run_state AS
+CREATE VIEW run_state (  -- What state each run is in.
+    run_id,  -- the run
+    state  -- running, finished, failed or killed: without an end, and its process gone
+) AS
 SELECT r.id AS run_id,
     CASE
         WHEN e.state IS NOT NULL THEN e.state
@@ -16,9 +19,6 @@ SELECT r.id AS run_id,
     END AS state
 FROM run AS r
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead');
-COMMENT ON VIEW run_state IS 'What state each run is in.';
-COMMENT ON COLUMN run_state.run_id IS 'the run';
-COMMENT ON COLUMN run_state.state IS 'running, finished, failed or killed: without an end, and its process gone';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('run_state', 'run', 'view');

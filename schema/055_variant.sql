@@ -1,38 +1,33 @@
 -- Level object: what differs between two loaded variants.
 
 CREATE SEQUENCE variant_comparison_id_seq;
-CREATE TABLE variant_comparison (
-    id BIGINT PRIMARY KEY,
-    run_id BIGINT NOT NULL,
-    variant_a_id BIGINT NOT NULL,
-    variant_b_id BIGINT NOT NULL,
-    reach DOUBLE PRECISION NOT NULL,
+CREATE TABLE variant_comparison (  -- Pairs of loaded variants that were compared; made once, since a revision never changes.
+    id BIGINT PRIMARY KEY,  -- identity of the comparison
+    run_id BIGINT NOT NULL,  -- the run that made it
+    variant_a_id BIGINT NOT NULL,  -- the variant before
+    variant_b_id BIGINT NOT NULL,  -- the variant after
+    reach DOUBLE PRECISION NOT NULL,  -- how far a thing may move and still count as the same, mm
     UNIQUE (variant_a_id, variant_b_id, reach)
 );
-COMMENT ON TABLE variant_comparison IS 'Pairs of loaded variants that were compared; made once, since a revision never changes.';
-COMMENT ON COLUMN variant_comparison.id IS 'identity of the comparison';
-COMMENT ON COLUMN variant_comparison.run_id IS 'the run that made it';
-COMMENT ON COLUMN variant_comparison.variant_a_id IS 'the variant before';
-COMMENT ON COLUMN variant_comparison.variant_b_id IS 'the variant after';
-COMMENT ON COLUMN variant_comparison.reach IS 'how far a thing may move and still count as the same, mm';
 
-CREATE TABLE variant_difference (
-    comparison_id BIGINT NOT NULL,
-    difference_no INTEGER NOT NULL,
-    level TEXT NOT NULL,
-    status TEXT NOT NULL,
-    object_path_a TEXT,
-    object_path_b TEXT,
-    shape_a BIGINT,
-    shape_b BIGINT,
-    element_a INTEGER,
-    element_b INTEGER,
-    differs TEXT,
-    dx DOUBLE PRECISION,
-    dy DOUBLE PRECISION,
-    dz DOUBLE PRECISION,
-    distance DOUBLE PRECISION,
-    angle DOUBLE PRECISION,
+CREATE TABLE variant_difference (  -- What became of each placed part, and of each feature and surface of the parts whose geometry changed.
+    comparison_id BIGINT NOT NULL,  -- the comparison
+    difference_no INTEGER NOT NULL,  -- ordinal: parts, then features, then surfaces
+    level TEXT NOT NULL,  -- part, feature or surface
+    status TEXT NOT NULL,  -- identical; retrimmed (same unbounded surfaces, other boundary); moved; changed (paired, other geometry); added; removed
+    object_path_a TEXT,  -- path of the placed part before; of a feature or surface: of the first placed part that has it
+    object_path_b TEXT,  -- path of the placed part after
+    shape_a BIGINT,  -- shape of the part before
+    shape_b BIGINT,  -- shape of the part after
+    element_a INTEGER,  -- feature_no or surface_no in shape_a
+    element_b INTEGER,  -- feature_no or surface_no in shape_b
+    differs TEXT,  -- of parts: what differs besides geometry and place (path, number, name, material, colour, attributes, face labels); of changed
+        -- features: the dimensions, before and after
+    dx DOUBLE PRECISION,  -- x of the displacement of the origin where moved or changed, mm; of parts in the object's frame, of others in the shape's
+    dy DOUBLE PRECISION,  -- y of the displacement, mm
+    dz DOUBLE PRECISION,  -- z of the displacement, mm
+    distance DOUBLE PRECISION,  -- length of the displacement, mm
+    angle DOUBLE PRECISION,  -- angle by which a part or feature turned, rad
     PRIMARY KEY (comparison_id, difference_no),
     CHECK (level IN ('part', 'feature', 'surface')),
     CHECK (status IN ('identical', 'retrimmed', 'moved', 'changed', 'added', 'removed')),
@@ -41,25 +36,32 @@ CREATE TABLE variant_difference (
     CHECK ((status = 'added') = (element_a IS NULL) OR level = 'part'),
     CHECK ((status = 'removed') = (element_b IS NULL) OR level = 'part')
 );
-COMMENT ON TABLE variant_difference IS 'What became of each placed part, and of each feature and surface of the parts whose geometry changed.';
-COMMENT ON COLUMN variant_difference.comparison_id IS 'the comparison';
-COMMENT ON COLUMN variant_difference.difference_no IS 'ordinal: parts, then features, then surfaces';
-COMMENT ON COLUMN variant_difference.level IS 'part, feature or surface';
-COMMENT ON COLUMN variant_difference.status IS 'identical; retrimmed (same unbounded surfaces, other boundary); moved; changed (paired, other geometry); added; removed';
-COMMENT ON COLUMN variant_difference.object_path_a IS 'path of the placed part before; of a feature or surface: of the first placed part that has it';
-COMMENT ON COLUMN variant_difference.object_path_b IS 'path of the placed part after';
-COMMENT ON COLUMN variant_difference.shape_a IS 'shape of the part before';
-COMMENT ON COLUMN variant_difference.shape_b IS 'shape of the part after';
-COMMENT ON COLUMN variant_difference.element_a IS 'feature_no or surface_no in shape_a';
-COMMENT ON COLUMN variant_difference.element_b IS 'feature_no or surface_no in shape_b';
-COMMENT ON COLUMN variant_difference.differs IS 'of parts: what differs besides geometry and place (path, number, name, material, colour, attributes, face labels); of changed features: the dimensions, before and after';
-COMMENT ON COLUMN variant_difference.dx IS 'x of the displacement of the origin where moved or changed, mm; of parts in the object''s frame, of others in the shape''s';
-COMMENT ON COLUMN variant_difference.dy IS 'y of the displacement, mm';
-COMMENT ON COLUMN variant_difference.dz IS 'z of the displacement, mm';
-COMMENT ON COLUMN variant_difference.distance IS 'length of the displacement, mm';
-COMMENT ON COLUMN variant_difference.angle IS 'angle by which a part or feature turned, rad';
 
-CREATE VIEW variant_change AS
+CREATE VIEW variant_change (  -- What became of parts, features and surfaces between two variants, with names, kinds and places.
+    comparison_id,  -- the comparison
+    object_a,  -- name of the object before
+    variant_a,  -- its variant
+    object_b,  -- name of the object after
+    variant_b,  -- its variant
+    level,  -- part, feature or surface
+    status,  -- identical, retrimmed, moved, changed, added or removed
+    object_path_a,  -- path of the placed part before
+    object_path_b,  -- path of the placed part after
+    kind,  -- kind of the feature or surface
+    name_a,  -- name of the feature or surface before
+    name_b,  -- name of the feature or surface after
+    element_a,  -- feature_no or surface_no before
+    element_b,  -- feature_no or surface_no after
+    differs,  -- of parts: what differs besides geometry and place; of changed features: the dimensions, before and after
+    dx,  -- x of the displacement where moved or changed, mm
+    dy,  -- y of the displacement, mm
+    dz,  -- z of the displacement, mm
+    distance,  -- length of the displacement, mm
+    angle,  -- angle by which it turned, rad
+    x,  -- x of its middle in the shape's frame: after, or before where removed, mm
+    y,  -- y of its middle, mm
+    z  -- z of its middle, mm
+) AS
 SELECT
     d.comparison_id, a.name AS object_a, a.variant AS variant_a, b.name AS object_b, b.variant AS variant_b,
     d.level, d.status, d.object_path_a, d.object_path_b,
@@ -81,30 +83,6 @@ LEFT JOIN shape_surface AS ha ON d.level = 'surface' AND ha.shape_id = d.shape_a
 LEFT JOIN surface AS sa ON sa.id = ha.surface_id
 LEFT JOIN shape_surface AS hb ON d.level = 'surface' AND hb.shape_id = d.shape_b AND hb.surface_no = d.element_b
 LEFT JOIN surface AS sb ON sb.id = hb.surface_id;
-COMMENT ON VIEW variant_change IS 'What became of parts, features and surfaces between two variants, with names, kinds and places.';
-COMMENT ON COLUMN variant_change.comparison_id IS 'the comparison';
-COMMENT ON COLUMN variant_change.object_a IS 'name of the object before';
-COMMENT ON COLUMN variant_change.variant_a IS 'its variant';
-COMMENT ON COLUMN variant_change.object_b IS 'name of the object after';
-COMMENT ON COLUMN variant_change.variant_b IS 'its variant';
-COMMENT ON COLUMN variant_change.level IS 'part, feature or surface';
-COMMENT ON COLUMN variant_change.status IS 'identical, retrimmed, moved, changed, added or removed';
-COMMENT ON COLUMN variant_change.object_path_a IS 'path of the placed part before';
-COMMENT ON COLUMN variant_change.object_path_b IS 'path of the placed part after';
-COMMENT ON COLUMN variant_change.kind IS 'kind of the feature or surface';
-COMMENT ON COLUMN variant_change.name_a IS 'name of the feature or surface before';
-COMMENT ON COLUMN variant_change.name_b IS 'name of the feature or surface after';
-COMMENT ON COLUMN variant_change.element_a IS 'feature_no or surface_no before';
-COMMENT ON COLUMN variant_change.element_b IS 'feature_no or surface_no after';
-COMMENT ON COLUMN variant_change.differs IS 'of parts: what differs besides geometry and place; of changed features: the dimensions, before and after';
-COMMENT ON COLUMN variant_change.dx IS 'x of the displacement where moved or changed, mm';
-COMMENT ON COLUMN variant_change.dy IS 'y of the displacement, mm';
-COMMENT ON COLUMN variant_change.dz IS 'z of the displacement, mm';
-COMMENT ON COLUMN variant_change.distance IS 'length of the displacement, mm';
-COMMENT ON COLUMN variant_change.angle IS 'angle by which it turned, rad';
-COMMENT ON COLUMN variant_change.x IS 'x of its middle in the shape''s frame: after, or before where removed, mm';
-COMMENT ON COLUMN variant_change.y IS 'y of its middle, mm';
-COMMENT ON COLUMN variant_change.z IS 'z of its middle, mm';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('variant_comparison', 'object', 'primary'),

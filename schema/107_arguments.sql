@@ -1,6 +1,12 @@
 -- What the functions that a person may call take: neither engine keeps a comment on an argument, nor DuckDB its type.
 
-CREATE VIEW sds_argument AS
+CREATE VIEW sds_argument (  -- What each function that may be called in SQL takes, in its order.
+    function_name,  -- the function, which gives rows: SELECT * FROM parts_in_sphere(0, 0, 0, 100)
+    argument_no,  -- ordinal of the argument in it, from 1
+    argument,  -- name of the argument
+    type,  -- its type
+    comment  -- what it means, with its unit
+) AS
 SELECT concat(l.level, '_in_', a.volume) AS function_name, a.argument_no, a.argument, a.type, a.comment
 FROM (VALUES ('parts'), ('features'), ('surfaces'), ('arcs')) AS l (level)
 CROSS JOIN (VALUES
@@ -33,12 +39,6 @@ CROSS JOIN (VALUES
     ('view', 15, 'far', 'DOUBLE PRECISION', 'depth at which it ends, mm, more than near'),
     ('view', 16, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
 ) AS a (volume, argument_no, argument, type, comment);
-COMMENT ON VIEW sds_argument IS 'What each function that may be called in SQL takes, in its order.';
-COMMENT ON COLUMN sds_argument.function_name IS 'the function, which gives rows: SELECT * FROM parts_in_sphere(0, 0, 0, 100)';
-COMMENT ON COLUMN sds_argument.argument_no IS 'ordinal of the argument in it, from 1';
-COMMENT ON COLUMN sds_argument.argument IS 'name of the argument';
-COMMENT ON COLUMN sds_argument.type IS 'its type';
-COMMENT ON COLUMN sds_argument.comment IS 'what it means, with its unit';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_argument', 'catalogue', 'view');

@@ -1,6 +1,15 @@
 -- Audit: what a run decided and why, as views that a person can query.
 
-CREATE VIEW variant_shown AS
+CREATE VIEW variant_shown (  -- Which variant of an inspected object the pictures show, where several were weighed.
+    run_id,  -- the run
+    object_no,  -- the object of the run's world
+    name,  -- name of the object
+    variant,  -- the variant shown, or those that the pictures do not tell apart (less than 3 nats, 20 to 1), joined by or
+    placed_variant,  -- the variant that the world has there
+    another,  -- whether the one shown is surely another than that
+    words,  -- which one the pictures show, and not
+    evidence  -- what says so, one sentence
+) AS
 WITH ranked AS (
     SELECT e.run_id, e.object_no, e.rank_no, e.placed, e.against, e.decided, v.name,
         CASE v.variant WHEN '' THEN '(unnamed)' ELSE v.variant END AS variant,
@@ -36,17 +45,19 @@ FROM shown AS s
 JOIN ranked AS p ON p.run_id = s.run_id AND p.rank_no = s.placed_no
 JOIN ranked AS b ON b.run_id = s.run_id AND b.rank_no = s.best_no
 JOIN ranked AS o ON o.run_id = s.run_id AND o.rank_no = s.best_no + 1;
-COMMENT ON VIEW variant_shown IS 'Which variant of an inspected object the pictures show, where several were weighed.';
-COMMENT ON COLUMN variant_shown.run_id IS 'the run';
-COMMENT ON COLUMN variant_shown.object_no IS 'the object of the run''s world';
-COMMENT ON COLUMN variant_shown.name IS 'name of the object';
-COMMENT ON COLUMN variant_shown.variant IS 'the variant shown, or those that the pictures do not tell apart (less than 3 nats, 20 to 1), joined by or';
-COMMENT ON COLUMN variant_shown.placed_variant IS 'the variant that the world has there';
-COMMENT ON COLUMN variant_shown.another IS 'whether the one shown is surely another than that';
-COMMENT ON COLUMN variant_shown.words IS 'which one the pictures show, and not';
-COMMENT ON COLUMN variant_shown.evidence IS 'what says so, one sentence';
 
-CREATE VIEW inspection_outcome AS
+CREATE VIEW inspection_outcome (  -- The verdict of an inspection with what is not as the model says: how many of the parts and features in view, and
+    -- which variant the pictures show.
+    run_id,  -- the run
+    verdict,  -- accepted, ambiguous or refused: of the pose
+    changed,  -- parts and features that are there in another size or place; null where nothing was looked at, as where the pose is refused
+    contradicted,  -- parts and features in whose place something else is; null likewise
+    not_confirmed,  -- parts and features that should be seen and are not; null likewise
+    undecidable,  -- parts and features of which the pictures do not tell; null likewise
+    variant,  -- that the pictures show another variant than the world has; null where they do not, or none was weighed
+    outcome,  -- all of it in words
+    differs  -- whether something is changed or contradicted, or another variant shown
+) AS
 WITH counted AS (
     SELECT run_id, count(CASE state WHEN 'changed' THEN 1 END) AS changed,
         count(CASE state WHEN 'contradicted' THEN 1 END) AS contradicted,
@@ -74,18 +85,23 @@ SELECT p.run_id, p.verdict, c.changed, c.contradicted, c.not_confirmed, c.undeci
 FROM pose AS p
 LEFT JOIN counted AS c ON c.run_id = p.run_id
 LEFT JOIN other AS o ON o.run_id = p.run_id;
-COMMENT ON VIEW inspection_outcome IS 'The verdict of an inspection with what is not as the model says: how many of the parts and features in view, and which variant the pictures show.';
-COMMENT ON COLUMN inspection_outcome.run_id IS 'the run';
-COMMENT ON COLUMN inspection_outcome.verdict IS 'accepted, ambiguous or refused: of the pose';
-COMMENT ON COLUMN inspection_outcome.changed IS 'parts and features that are there in another size or place; null where nothing was looked at, as where the pose is refused';
-COMMENT ON COLUMN inspection_outcome.contradicted IS 'parts and features in whose place something else is; null likewise';
-COMMENT ON COLUMN inspection_outcome.not_confirmed IS 'parts and features that should be seen and are not; null likewise';
-COMMENT ON COLUMN inspection_outcome.undecidable IS 'parts and features of which the pictures do not tell; null likewise';
-COMMENT ON COLUMN inspection_outcome.variant IS 'that the pictures show another variant than the world has; null where they do not, or none was weighed';
-COMMENT ON COLUMN inspection_outcome.outcome IS 'all of it in words';
-COMMENT ON COLUMN inspection_outcome.differs IS 'whether something is changed or contradicted, or another variant shown';
 
-CREATE VIEW run_summary AS
+CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.
+    run_id,  -- the run
+    kind,  -- what was run
+    began_at,  -- when the run began
+    seconds,  -- how long it took, s; null while it runs, and where it was killed
+    state,  -- running, finished, failed or killed
+    verdict,  -- verdict of an inspection: accepted, ambiguous or refused; null of other runs
+    changed,  -- parts and features that are there in another size or place, as in inspection_outcome
+    contradicted,  -- parts and features in whose place something else is, likewise
+    not_confirmed,  -- parts and features that should be seen and are not, likewise
+    undecidable,  -- parts and features of which the pictures do not tell, likewise
+    variant,  -- that the pictures show another variant than the world has, likewise
+    outcome,  -- verdict, counts and variant in words, likewise
+    message,  -- the error or the reason
+    evidence_ratio  -- evidence found in the images over what a right pose would find; null where it was no inspection
+) AS
 SELECT
     r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, p.verdict, o.changed, o.contradicted, o.not_confirmed,
     o.undecidable, o.variant, o.outcome, e.message, p.evidence_ratio
@@ -94,23 +110,23 @@ JOIN run_state AS s ON s.run_id = r.id
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id
 LEFT JOIN inspection_outcome AS o ON o.run_id = r.id;
-COMMENT ON VIEW run_summary IS 'Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.';
-COMMENT ON COLUMN run_summary.run_id IS 'the run';
-COMMENT ON COLUMN run_summary.kind IS 'what was run';
-COMMENT ON COLUMN run_summary.began_at IS 'when the run began';
-COMMENT ON COLUMN run_summary.seconds IS 'how long it took, s; null while it runs, and where it was killed';
-COMMENT ON COLUMN run_summary.state IS 'running, finished, failed or killed';
-COMMENT ON COLUMN run_summary.verdict IS 'verdict of an inspection: accepted, ambiguous or refused; null of other runs';
-COMMENT ON COLUMN run_summary.changed IS 'parts and features that are there in another size or place, as in inspection_outcome';
-COMMENT ON COLUMN run_summary.contradicted IS 'parts and features in whose place something else is, likewise';
-COMMENT ON COLUMN run_summary.not_confirmed IS 'parts and features that should be seen and are not, likewise';
-COMMENT ON COLUMN run_summary.undecidable IS 'parts and features of which the pictures do not tell, likewise';
-COMMENT ON COLUMN run_summary.variant IS 'that the pictures show another variant than the world has, likewise';
-COMMENT ON COLUMN run_summary.outcome IS 'verdict, counts and variant in words, likewise';
-COMMENT ON COLUMN run_summary.message IS 'the error or the reason';
-COMMENT ON COLUMN run_summary.evidence_ratio IS 'evidence found in the images over what a right pose would find; null where it was no inspection';
 
-CREATE VIEW pose_world AS
+CREATE VIEW pose_world (  -- Where the rig was in the world, and how sure that is along and about the world's axes; pose has the same in the rig's
+    -- frame.
+    run_id,  -- the run
+    verdict,  -- accepted, ambiguous or refused
+    x,  -- x of the rig's origin in the world, mm
+    y,  -- y of the rig's origin in the world, mm
+    z,  -- z of the rig's origin in the world, mm
+    sigma_x,  -- standard deviation of the rig's origin along the world's x, mm
+    sigma_y,  -- standard deviation of the rig's origin along the world's y, mm
+    sigma_z,  -- standard deviation of the rig's origin along the world's z, mm
+    sigma_rx,  -- standard deviation of the rotation about the world's x direction, rad
+    sigma_ry,  -- standard deviation of the rotation about the world's y direction, rad
+    sigma_rz,  -- standard deviation of the rotation about the world's z direction, rad
+    covariance  -- 6x6 row-major: shift of the rig's origin in mm, then small rotation about it in rad, both in the world's axes: each 3x3 block of
+        -- pose.covariance is R block R^T, R the rotation of world_from_rig
+) AS
 WITH axis AS (  -- of the world, in the rig's frame: rows of the rotation, for translation (block 0) and rotation (3)
     SELECT run_id, 0 AS axis_no, 0 AS block, m00 AS x, m01 AS y, m02 AS z FROM pose
     UNION ALL SELECT run_id, 1, 0, m10, m11, m12 FROM pose
@@ -142,21 +158,21 @@ SELECT
     t.covariance
 FROM pose AS p
 JOIN turned AS t ON t.run_id = p.run_id;
-COMMENT ON VIEW pose_world IS 'Where the rig was in the world, and how sure that is along and about the world''s axes; pose has the same in the rig''s frame.';
-COMMENT ON COLUMN pose_world.run_id IS 'the run';
-COMMENT ON COLUMN pose_world.verdict IS 'accepted, ambiguous or refused';
-COMMENT ON COLUMN pose_world.x IS 'x of the rig''s origin in the world, mm';
-COMMENT ON COLUMN pose_world.y IS 'y of the rig''s origin in the world, mm';
-COMMENT ON COLUMN pose_world.z IS 'z of the rig''s origin in the world, mm';
-COMMENT ON COLUMN pose_world.sigma_x IS 'standard deviation of the rig''s origin along the world''s x, mm';
-COMMENT ON COLUMN pose_world.sigma_y IS 'standard deviation of the rig''s origin along the world''s y, mm';
-COMMENT ON COLUMN pose_world.sigma_z IS 'standard deviation of the rig''s origin along the world''s z, mm';
-COMMENT ON COLUMN pose_world.sigma_rx IS 'standard deviation of the rotation about the world''s x direction, rad';
-COMMENT ON COLUMN pose_world.sigma_ry IS 'standard deviation of the rotation about the world''s y direction, rad';
-COMMENT ON COLUMN pose_world.sigma_rz IS 'standard deviation of the rotation about the world''s z direction, rad';
-COMMENT ON COLUMN pose_world.covariance IS '6x6 row-major: shift of the rig''s origin in mm, then small rotation about it in rad, both in the world''s axes: each 3x3 block of pose.covariance is R block R^T, R the rotation of world_from_rig';
 
-CREATE VIEW matched_arc AS
+CREATE VIEW matched_arc (  -- Pairs of model arc and image arc that the best hypothesis of each run took, with residual (px).
+    run_id,  -- the run
+    camera,  -- name of the camera in the rig
+    path,  -- path of the placed part
+    view_kind,  -- sharp, smooth or silhouette
+    arc_no,  -- the arc in the shape of the part; null for a silhouette
+    surface_no,  -- the surface that a silhouette is of; null for an arc
+    occurrence_id,  -- the placed part
+    view_arc_no,  -- the model arc in the view
+    image_arc_no,  -- the image arc in the extraction
+    residual,  -- rms distance of the image arc from the projected model arc, px
+    angle,  -- mean angle between them, rad
+    overlap  -- share of the image arc that lies beside the model arc, 0 to 1
+) AS
 SELECT
     c.run_id, v.camera, o.path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,
     c.view_arc_no, c.image_arc_no, c.residual, c.angle, c.overlap
@@ -165,21 +181,17 @@ JOIN view_arc AS a ON a.run_id = c.run_id AND a.view_no = c.view_no AND a.view_a
 JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
 JOIN placed_node AS o ON o.id = a.occurrence_id
 WHERE c.hypothesis_no = 0 AND c.accepted;
-COMMENT ON VIEW matched_arc IS 'Pairs of model arc and image arc that the best hypothesis of each run took, with residual (px).';
-COMMENT ON COLUMN matched_arc.run_id IS 'the run';
-COMMENT ON COLUMN matched_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN matched_arc.path IS 'path of the placed part';
-COMMENT ON COLUMN matched_arc.view_kind IS 'sharp, smooth or silhouette';
-COMMENT ON COLUMN matched_arc.arc_no IS 'the arc in the shape of the part; null for a silhouette';
-COMMENT ON COLUMN matched_arc.surface_no IS 'the surface that a silhouette is of; null for an arc';
-COMMENT ON COLUMN matched_arc.occurrence_id IS 'the placed part';
-COMMENT ON COLUMN matched_arc.view_arc_no IS 'the model arc in the view';
-COMMENT ON COLUMN matched_arc.image_arc_no IS 'the image arc in the extraction';
-COMMENT ON COLUMN matched_arc.residual IS 'rms distance of the image arc from the projected model arc, px';
-COMMENT ON COLUMN matched_arc.angle IS 'mean angle between them, rad';
-COMMENT ON COLUMN matched_arc.overlap IS 'share of the image arc that lies beside the model arc, 0 to 1';
 
-CREATE VIEW camera_residual AS
+CREATE VIEW camera_residual (  -- How far the edge points that measured a pose lie from the model at it, by camera: the mean of edge_measurement, in
+    -- which each point counts by its weight.
+    run_id,  -- the run
+    camera,  -- name of the camera in the rig
+    points,  -- edge points of more weight than 0
+    model_arcs,  -- of how many model arcs they are
+    weight,  -- sum of their weights: as many points as the robust loss left
+    rms_px,  -- weighted root mean square of their residuals, px: sqrt(sum(weight * residual^2) / sum(weight))
+    rms_sigmas  -- the same of residual over sigma: about 1 where the points err as expected
+) AS
 SELECT m.run_id, v.camera, count(*) AS points, count(DISTINCT m.view_arc_no) AS model_arcs, sum(m.weight) AS weight,
     sqrt(sum(m.weight * m.residual * m.residual) / sum(m.weight)) AS rms_px,
     sqrt(sum(m.weight * m.residual * m.residual / (m.sigma * m.sigma)) / sum(m.weight)) AS rms_sigmas
@@ -187,16 +199,19 @@ FROM edge_measurement AS m
 JOIN view AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
 WHERE m.weight > 0
 GROUP BY m.run_id, v.camera;
-COMMENT ON VIEW camera_residual IS 'How far the edge points that measured a pose lie from the model at it, by camera: the mean of edge_measurement, in which each point counts by its weight.';
-COMMENT ON COLUMN camera_residual.run_id IS 'the run';
-COMMENT ON COLUMN camera_residual.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN camera_residual.points IS 'edge points of more weight than 0';
-COMMENT ON COLUMN camera_residual.model_arcs IS 'of how many model arcs they are';
-COMMENT ON COLUMN camera_residual.weight IS 'sum of their weights: as many points as the robust loss left';
-COMMENT ON COLUMN camera_residual.rms_px IS 'weighted root mean square of their residuals, px: sqrt(sum(weight * residual^2) / sum(weight))';
-COMMENT ON COLUMN camera_residual.rms_sigmas IS 'the same of residual over sigma: about 1 where the points err as expected';
 
-CREATE VIEW rejected_arc AS
+CREATE VIEW rejected_arc (  -- Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not
+    -- taken; no_candidate: no model arc was near.
+    run_id,  -- the run
+    camera,  -- name of the camera in the rig
+    image_arc_no,  -- the image arc in the extraction
+    kind,  -- line, circular, elliptic or free
+    length,  -- its length, px
+    contrast,  -- its contrast, grey levels
+    reason,  -- why the nearest candidate was not taken, or no_candidate
+    residual,  -- rms distance from the nearest candidate, px; null where there is none
+    view_arc_no  -- the nearest candidate in the view
+) AS
 WITH best AS (
     SELECT
         c.run_id, v.camera, c.image_arc_no, c.reason, c.residual, c.view_arc_no,
@@ -213,18 +228,14 @@ FROM inspection_image AS i
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.image_arc_no = a.image_arc_no AND best.place = 1
 WHERE coalesce(best.taken, 0) = 0;
-COMMENT ON VIEW rejected_arc IS 'Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not taken; no_candidate: no model arc was near.';
-COMMENT ON COLUMN rejected_arc.run_id IS 'the run';
-COMMENT ON COLUMN rejected_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN rejected_arc.image_arc_no IS 'the image arc in the extraction';
-COMMENT ON COLUMN rejected_arc.kind IS 'line, circular, elliptic or free';
-COMMENT ON COLUMN rejected_arc.length IS 'its length, px';
-COMMENT ON COLUMN rejected_arc.contrast IS 'its contrast, grey levels';
-COMMENT ON COLUMN rejected_arc.reason IS 'why the nearest candidate was not taken, or no_candidate';
-COMMENT ON COLUMN rejected_arc.residual IS 'rms distance from the nearest candidate, px; null where there is none';
-COMMENT ON COLUMN rejected_arc.view_arc_no IS 'the nearest candidate in the view';
 
-CREATE VIEW unmatched_in_stereo AS
+CREATE VIEW unmatched_in_stereo (  -- Arcs of both images of a pair that stereo left without a partner: they weigh less in localisation.
+    run_id,  -- the run
+    extraction_id,  -- extraction of the image
+    image_arc_no,  -- the image arc in the extraction
+    reason  -- of an arc of the left image as in assignment; of the right one no_candidate, or not_taken: none of the left arcs that it could be took
+        -- it
+) AS
 SELECT p.run_id, s.extraction_id, u.ref_no AS image_arc_no, a.reason
 FROM problem AS p
 JOIN unit_set AS s ON s.id = p.units_id
@@ -247,13 +258,20 @@ WHERE p.kind = 'stereo' AND NOT EXISTS (
     SELECT 1 FROM assignment AS a
     WHERE a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.label_no = u.unit_no
 );
-COMMENT ON VIEW unmatched_in_stereo IS 'Arcs of both images of a pair that stereo left without a partner: they weigh less in localisation.';
-COMMENT ON COLUMN unmatched_in_stereo.run_id IS 'the run';
-COMMENT ON COLUMN unmatched_in_stereo.extraction_id IS 'extraction of the image';
-COMMENT ON COLUMN unmatched_in_stereo.image_arc_no IS 'the image arc in the extraction';
-COMMENT ON COLUMN unmatched_in_stereo.reason IS 'of an arc of the left image as in assignment; of the right one no_candidate, or not_taken: none of the left arcs that it could be took it';
 
-CREATE VIEW attribute_log AS
+CREATE VIEW attribute_log (  -- Every value that an attribute ever had, of every level: what, when and by whom.
+    level,  -- world, object, part, surface or arc
+    owner_id,  -- the world, object or part; of a surface or arc its shape
+    surface_no,  -- the surface in the shape; null of other levels
+    arc_no,  -- the arc in the shape; null of other levels
+    name,  -- name of the attribute
+    value,  -- the value as text
+    unit,  -- its unit
+    source,  -- where the value comes from: file, derived, user
+    run_id,  -- the run that stated it
+    stated_at,  -- when that run began
+    stated_by  -- name of the user who ran relmodel set; null of other runs
+) AS
 WITH stated AS (
     SELECT 'world' AS level, world_id AS owner_id, CAST(NULL AS INTEGER) AS surface_no, CAST(NULL AS INTEGER) AS arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
     FROM world_attribute
@@ -275,18 +293,6 @@ SELECT a.level, a.owner_id, a.surface_no, a.arc_no, a.name,
     r.began_at AS stated_at, r.parameters ->> 'user' AS stated_by
 FROM stated AS a
 JOIN run AS r ON r.id = a.run_id;
-COMMENT ON VIEW attribute_log IS 'Every value that an attribute ever had, of every level: what, when and by whom.';
-COMMENT ON COLUMN attribute_log.level IS 'world, object, part, surface or arc';
-COMMENT ON COLUMN attribute_log.owner_id IS 'the world, object or part; of a surface or arc its shape';
-COMMENT ON COLUMN attribute_log.surface_no IS 'the surface in the shape; null of other levels';
-COMMENT ON COLUMN attribute_log.arc_no IS 'the arc in the shape; null of other levels';
-COMMENT ON COLUMN attribute_log.name IS 'name of the attribute';
-COMMENT ON COLUMN attribute_log.value IS 'the value as text';
-COMMENT ON COLUMN attribute_log.unit IS 'its unit';
-COMMENT ON COLUMN attribute_log.source IS 'where the value comes from: file, derived, user';
-COMMENT ON COLUMN attribute_log.run_id IS 'the run that stated it';
-COMMENT ON COLUMN attribute_log.stated_at IS 'when that run began';
-COMMENT ON COLUMN attribute_log.stated_by IS 'name of the user who ran relmodel set; null of other runs';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('variant_shown', 'localisation', 'view'),

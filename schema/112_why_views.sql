@@ -1,7 +1,20 @@
 -- Why: what was decided of each thing that a run looked at, as sentences that follow from its rows.  A view builds only
 -- on views of names before its own, for DuckDB's export writes them by name.
 
-CREATE VIEW why_arc AS
+CREATE VIEW why_arc (  -- What was decided of each image arc of an inspection and each model arc that came near it, at the best hypothesis: one row a
+    -- pair, one for an arc that nothing came near.
+    run_id,  -- the run
+    camera,  -- name of the camera in the rig
+    image_arc_no,  -- the image arc in the extraction
+    view_arc_no,  -- the model arc in the view; null where none came near
+    path,  -- path of the placed part that it belongs to
+    element,  -- which edge or outline of the part it is, in words
+    taken,  -- whether the pair was taken
+    rule,  -- assigned, or which rule the pair failed: orientation, distance, overlap, unrelated, better_elsewhere, covered; no_candidate
+    value,  -- what the rule looks at: degrees between the two, share that lies beside, else px (rms) apart
+    gate,  -- what that was held against, in the same unit
+    sentence  -- the decision in words
+) AS
 WITH named AS (
     SELECT a.run_id, a.view_no, a.view_arc_no, v.camera, o.path, i.extraction_id,
         CASE WHEN a.kind = 'silhouette' THEN concat('the outline of face ', a.surface_no)
@@ -63,20 +76,17 @@ JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN held AS h ON h.run_id = i.run_id
 LEFT JOIN view AS v ON v.run_id = i.run_id AND v.camera = i.camera
 LEFT JOIN pair AS p ON p.run_id = i.run_id AND p.camera = i.camera AND p.image_arc_no = a.image_arc_no;
-COMMENT ON VIEW why_arc IS 'What was decided of each image arc of an inspection and each model arc that came near it, at the best hypothesis: one row a pair, one for an arc that nothing came near.';
-COMMENT ON COLUMN why_arc.run_id IS 'the run';
-COMMENT ON COLUMN why_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN why_arc.image_arc_no IS 'the image arc in the extraction';
-COMMENT ON COLUMN why_arc.view_arc_no IS 'the model arc in the view; null where none came near';
-COMMENT ON COLUMN why_arc.path IS 'path of the placed part that it belongs to';
-COMMENT ON COLUMN why_arc.element IS 'which edge or outline of the part it is, in words';
-COMMENT ON COLUMN why_arc.taken IS 'whether the pair was taken';
-COMMENT ON COLUMN why_arc.rule IS 'assigned, or which rule the pair failed: orientation, distance, overlap, unrelated, better_elsewhere, covered; no_candidate';
-COMMENT ON COLUMN why_arc.value IS 'what the rule looks at: degrees between the two, share that lies beside, else px (rms) apart';
-COMMENT ON COLUMN why_arc.gate IS 'what that was held against, in the same unit';
-COMMENT ON COLUMN why_arc.sentence IS 'the decision in words';
 
-CREATE VIEW why_image_arc AS
+CREATE VIEW why_image_arc (  -- The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and
+    -- why not.
+    run_id,  -- the run
+    camera,  -- name of the camera in the rig
+    image_arc_no,  -- the image arc in the extraction
+    matched,  -- whether it was taken for a model arc
+    rule,  -- the rule that decided
+    view_arc_no,  -- the model arc that it is, else the one held against it; null where none came near
+    sentence  -- the decision in words
+) AS
 SELECT w.run_id, w.camera, w.image_arc_no, w.taken AS matched, w.rule, w.view_arc_no, w.sentence
 FROM (
     SELECT y.*, row_number() OVER (
@@ -85,16 +95,19 @@ FROM (
     FROM why_arc AS y
 ) AS w
 WHERE w.place = 1;
-COMMENT ON VIEW why_image_arc IS 'The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and why not.';
-COMMENT ON COLUMN why_image_arc.run_id IS 'the run';
-COMMENT ON COLUMN why_image_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN why_image_arc.image_arc_no IS 'the image arc in the extraction';
-COMMENT ON COLUMN why_image_arc.matched IS 'whether it was taken for a model arc';
-COMMENT ON COLUMN why_image_arc.rule IS 'the rule that decided';
-COMMENT ON COLUMN why_image_arc.view_arc_no IS 'the model arc that it is, else the one held against it; null where none came near';
-COMMENT ON COLUMN why_image_arc.sentence IS 'the decision in words';
 
-CREATE VIEW why_view_arc AS
+CREATE VIEW why_view_arc (  -- The final decision of each model arc that a view predicts, one row an arc.
+    run_id,  -- the run
+    camera,  -- name of the camera in the rig
+    view_arc_no,  -- the model arc in the view
+    path,  -- path of the placed part
+    kind,  -- sharp, smooth or silhouette
+    length,  -- its visible length, px
+    image_arcs,  -- how many image arcs were taken for it
+    covered,  -- length of those that lies beside it, px
+    rule,  -- matched; no_candidate; or the first by name of the rules that the image arcs near it failed
+    sentence  -- the decision in words
+) AS
 SELECT a.run_id, v.camera, a.view_arc_no, o.path, a.kind, a.length,
     coalesce(c.taken, 0) AS image_arcs, coalesce(c.covered, 0) AS covered,
     CASE WHEN coalesce(c.taken, 0) > 0 THEN 'matched' WHEN c.run_id IS NULL THEN 'no_candidate'
@@ -123,19 +136,17 @@ LEFT JOIN (
     WHERE c.hypothesis_no = 0
     GROUP BY c.run_id, c.view_no, c.view_arc_no
 ) AS c ON c.run_id = a.run_id AND c.view_no = a.view_no AND c.view_arc_no = a.view_arc_no;
-COMMENT ON VIEW why_view_arc IS 'The final decision of each model arc that a view predicts, one row an arc.';
-COMMENT ON COLUMN why_view_arc.run_id IS 'the run';
-COMMENT ON COLUMN why_view_arc.camera IS 'name of the camera in the rig';
-COMMENT ON COLUMN why_view_arc.view_arc_no IS 'the model arc in the view';
-COMMENT ON COLUMN why_view_arc.path IS 'path of the placed part';
-COMMENT ON COLUMN why_view_arc.kind IS 'sharp, smooth or silhouette';
-COMMENT ON COLUMN why_view_arc.length IS 'its visible length, px';
-COMMENT ON COLUMN why_view_arc.image_arcs IS 'how many image arcs were taken for it';
-COMMENT ON COLUMN why_view_arc.covered IS 'length of those that lies beside it, px';
-COMMENT ON COLUMN why_view_arc.rule IS 'matched; no_candidate; or the first by name of the rules that the image arcs near it failed';
-COMMENT ON COLUMN why_view_arc.sentence IS 'the decision in words';
 
-CREATE VIEW why_verdict AS
+CREATE VIEW why_verdict (  -- The rules of a verdict, each with what was found and what that was held against; accepted is what passes all.
+    run_id,  -- the run
+    rule_no,  -- ordinal of the rule
+    rule,  -- likely, prior, apart, translation, rotation or rivals
+    value,  -- what was found: probability, sigmas, mm, degrees or how many
+    gate,  -- what that was held against, in the same unit
+    holds,  -- whether the pose passes
+    verdict,  -- the verdict
+    sentence  -- the rule in words
+) AS
 WITH sign AS (
     SELECT run_id,
         max(CASE name WHEN 'evidence' THEN value END) AS evidence, max(CASE name WHEN 'share' THEN value END) AS share,
@@ -199,17 +210,16 @@ rule AS (
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r
 JOIN pose AS p ON p.run_id = r.run_id;
-COMMENT ON VIEW why_verdict IS 'The rules of a verdict, each with what was found and what that was held against; accepted is what passes all.';
-COMMENT ON COLUMN why_verdict.run_id IS 'the run';
-COMMENT ON COLUMN why_verdict.rule_no IS 'ordinal of the rule';
-COMMENT ON COLUMN why_verdict.rule IS 'likely, prior, apart, translation, rotation or rivals';
-COMMENT ON COLUMN why_verdict.value IS 'what was found: probability, sigmas, mm, degrees or how many';
-COMMENT ON COLUMN why_verdict.gate IS 'what that was held against, in the same unit';
-COMMENT ON COLUMN why_verdict.holds IS 'whether the pose passes';
-COMMENT ON COLUMN why_verdict.verdict IS 'the verdict';
-COMMENT ON COLUMN why_verdict.sentence IS 'the rule in words';
 
-CREATE VIEW why_hypothesis AS
+CREATE VIEW why_hypothesis (  -- Each pose that was refined, and why it is the best, a rival of it, or was dropped.
+    run_id,  -- the run
+    hypothesis_no,  -- the hypothesis
+    rule,  -- best, rival, less_evidence or far_from_prior
+    found,  -- evidence that it gathers in all pictures, of edges and of greys beside outlines
+    least,  -- evidence that a rival has more than
+    distance,  -- sigmas from the prior
+    sentence  -- the decision in words
+) AS
 WITH gathered AS (
     SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, sum(s.found) + h.outline_evidence AS found
     FROM hypothesis AS h
@@ -255,16 +265,17 @@ SELECT run_id, hypothesis_no, rule, found, least, distance,
                 ' log odds, and ', CAST(prior_odds AS NUMERIC(18, 1)), ' are allowed')
         END) AS sentence
 FROM judged;
-COMMENT ON VIEW why_hypothesis IS 'Each pose that was refined, and why it is the best, a rival of it, or was dropped.';
-COMMENT ON COLUMN why_hypothesis.run_id IS 'the run';
-COMMENT ON COLUMN why_hypothesis.hypothesis_no IS 'the hypothesis';
-COMMENT ON COLUMN why_hypothesis.rule IS 'best, rival, less_evidence or far_from_prior';
-COMMENT ON COLUMN why_hypothesis.found IS 'evidence that it gathers in all pictures, of edges and of greys beside outlines';
-COMMENT ON COLUMN why_hypothesis.least IS 'evidence that a rival has more than';
-COMMENT ON COLUMN why_hypothesis.distance IS 'sigmas from the prior';
-COMMENT ON COLUMN why_hypothesis.sentence IS 'the decision in words';
 
-CREATE VIEW why_part AS
+CREATE VIEW why_part (  -- Why a part or feature is said to be in view.
+    run_id,  -- the run
+    in_view_no,  -- ordinal in part_in_view
+    path,  -- path of the part or feature
+    level,  -- part or feature
+    visible_share,  -- share that shows of what would show were nothing before it
+    predicted,  -- model arcs of the part that views predict; 0 for features
+    matched,  -- of those, how many have an image arc
+    sentence  -- the decision in words
+) AS
 SELECT p.run_id, p.in_view_no, p.path, p.level, p.visible_pixels / p.covered_pixels AS visible_share,
     coalesce(a.predicted, 0) AS predicted, coalesce(a.matched, 0) AS matched,
     concat(p.path, ' (', p.level, ') is in view: ', CAST(p.visible_pixels AS NUMERIC(18, 0)), ' px of it show, ',
@@ -280,15 +291,6 @@ LEFT JOIN (
     ) AS c ON c.run_id = v.run_id AND c.view_no = v.view_no AND c.view_arc_no = v.view_arc_no
     GROUP BY v.run_id, v.occurrence_id
 ) AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id AND p.level = 'part';
-COMMENT ON VIEW why_part IS 'Why a part or feature is said to be in view.';
-COMMENT ON COLUMN why_part.run_id IS 'the run';
-COMMENT ON COLUMN why_part.in_view_no IS 'ordinal in part_in_view';
-COMMENT ON COLUMN why_part.path IS 'path of the part or feature';
-COMMENT ON COLUMN why_part.level IS 'part or feature';
-COMMENT ON COLUMN why_part.visible_share IS 'share that shows of what would show were nothing before it';
-COMMENT ON COLUMN why_part.predicted IS 'model arcs of the part that views predict; 0 for features';
-COMMENT ON COLUMN why_part.matched IS 'of those, how many have an image arc';
-COMMENT ON COLUMN why_part.sentence IS 'the decision in words';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('why_arc', 'localisation', 'view'),

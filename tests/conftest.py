@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import os
 import shutil
@@ -37,11 +38,11 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
-# Folders whose files share fixtures that take long (a bulkhead inspected, six of them loaded): to one worker each.
-_TOGETHER = ("tests/cli", "tests/variants")
+# Folders whose files share fixtures that take long (six bulkheads loaded): to one worker each.
+_TOGETHER = ("tests/variants",)
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
 _FIRST = (
-    "tests/cli/",
+    "tests/app/cli/",
     "tests/loading/",
     "tests/readers/",
     "tests/features/",
@@ -72,14 +73,38 @@ def data_dir() -> Path:
     return Path(os.environ["RELMODEL_TEST_DATA"])
 
 
-@pytest.fixture(scope="session", autouse=True)
-def folder_of_files_read(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Where `tests/reading.py` keeps what STEP files give: a folder that all workers of one run share."""
+@pytest.fixture(scope="session")
+def common_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that all workers of one run share."""
     folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    (folder / "step").mkdir(exist_ok=True)
-    os.environ["RELMODEL_TESTS_READ"] = str(folder / "step")
+    return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
+
+
+@pytest.fixture(scope="session", autouse=True)
+def folder_of_files_read(common_folder: Path) -> None:
+    """Where `tests/reading.py` keeps what STEP files give."""
+    (common_folder / "step").mkdir(exist_ok=True)
+    os.environ["RELMODEL_TESTS_READ"] = str(common_folder / "step")
+
+
+@pytest.fixture(scope="session")
+def make_once(common_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Fills a folder by a function that takes long, in one worker of a run; each worker gets a copy of its own."""
+
+    def make(name: str, fill: Callable[[Path], None]) -> Path:
+        filled = common_folder / f"once-{name}"
+        with filled.with_suffix(".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not filled.exists():
+                own = filled.with_suffix(f".{os.getpid()}")
+                own.mkdir()
+                fill(own)
+                own.rename(filled)
+        copy = tmp_path_factory.mktemp(name) / name
+        shutil.copytree(filled, copy)
+        return copy
+
+    return make
 
 
 @pytest.fixture

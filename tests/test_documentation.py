@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 from docs import generate
-from relmodel.cli.main import VERBS
+from relmodel.app.cli.main import VERBS
 from relmodel.store import Store
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -12,11 +12,11 @@ from scipy.optimize import Bounds, milp
 from scipy.sparse import csr_array
 
 from relmodel.arrays import Floats, Ints
-from relmodel.matching.assignment import solve_assignment
-from relmodel.matching.cost import labelling_cost
-from relmodel.matching.problem import NONE, MatchingProblem
-from relmodel.matching.solve import solve
-from tests.matching.oracle import integer_programme
+from relmodel.labelling.assignment import solve_assignment
+from relmodel.labelling.cost import labelling_cost
+from relmodel.labelling.problem import NONE, MatchingProblem
+from relmodel.labelling.solve import solve
+from tests.labelling.oracle import integer_programme
 
 LARGEST_DENSE = 2000  # rows of a dense matrix of affinities
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from relmodel.cli.main import main as relmodel
+from relmodel.app.cli.main import main as relmodel
 
 HERE = Path(__file__).parent
 OBJECTS = (

@@ -43,6 +43,7 @@ def create_schema(connection: Connection) -> None:
     """Make the tables, views and functions of `schema/` in an empty database, and note which schema it is."""
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
+    connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
     connection.execute(sql.query("note_schema"), {"sha256": sql.schema_hash(connection.dialect.name)})
 
 

@@ -39,10 +39,46 @@ def table_script(table: str) -> str:
     return made[0]
 
 
+_MADE = re.compile(r"^CREATE (TABLE|VIEW) (\w+) \((.*?)^\)(?:;| AS$)", re.MULTILINE | re.DOTALL)
+_COLUMN = re.compile(r"(?:^    |(?<=, ))([a-z]\w*)\b")
+
+
+def comment_statements(dialect: str) -> str:
+    """COMMENT statements for tables, views and columns, made from the comments that stand beside them in `schema/`.
+
+    A comment goes on in the lines of comment below it.  The first row of a transform says what the twelve columns are.
+    """
+    statements = []
+    for kind, relation, body in _MADE.findall("\n".join(schema_scripts(dialect))):
+        head, *lines = re.sub(r"\n +-- ", " ", body).split("\n")
+        statements.append(_comment(kind, relation, head.partition("-- ")[2]))
+        for code, _, words in (line.partition("  -- ") for line in lines):
+            names = _COLUMN.findall(code) if words else []
+            if names == ["m00", "m01", "m02", "m03"]:
+                statements += [
+                    _comment("COLUMN", f"{relation}.m{row}{column}", f"{words}: {place}")
+                    for row in range(3)
+                    for column in range(4)
+                    for place in [
+                        f"row {row}, column {column} of the rotation"
+                        if column < 3
+                        else f"row {row} of the translation, mm"
+                    ]
+                ]
+            elif names:
+                statements.append(_comment("COLUMN", f"{relation}.{names[0]}", words))
+    return "\n".join(statements)
+
+
+def _comment(kind: str, name: str, words: str) -> str:
+    quoted = words.replace("'", "''")
+    return f"COMMENT ON {kind} {name} IS '{quoted}';"
+
+
 @cache
 def column_types(table: str) -> dict[str, str]:
     """Types of the columns of a table as `schema/` spells them, such as `DECIMAL(9, 2)`, without asking a store."""
-    column = r"^    ([a-z]\w*) ((?:DOUBLE PRECISION|[A-Z]+)(?:\([\d, ]+\))?(?:\[\])?)"
+    column = r"(?:^    |(?<=, ))([a-z]\w*) ((?:DOUBLE PRECISION|[A-Z]+)(?:\([\d, ]+\))?(?:\[\])?)"
     return dict(re.findall(column, table_script(table), re.MULTILINE))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pyarrow import concat_tables, parquet
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.parquet import export_parts, volume_tables

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 from relmodel.errors import InputError
 from relmodel.loading import derive as deriving
 from relmodel.model.model import Model

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import trimesh
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 from relmodel.errors import InputError
 from relmodel.loading import load as loading
 from relmodel.loading.load import Request

@@ -14,20 +14,20 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+from relmodel.app.show.picture import write_picture
+from relmodel.app.show.tree import read_tree
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
 from relmodel.model.model import Pmi, Shape
 from relmodel.readers.step.part21_instances import Instances, Typed
 from relmodel.readers.step.part21_units import measure
-from relmodel.show.picture import write_picture
-from relmodel.show.tree import read_tree
 from relmodel.store import Store
 from relmodel.store.check import check
-from relmodel.variants.compare import compare
+from relmodel.variants.compare_variants import compare
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
 from tests.reading import load, read_here, shared, store_model
-from vision.localisation.stored_scene import read_scene
+from vision.scene.stored_scene import read_scene
 
 PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ctc_02_asme1_ap242.stp")
 

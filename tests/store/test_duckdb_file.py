@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check

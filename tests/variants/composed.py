@@ -15,7 +15,7 @@ from relmodel.loading.write.write import LoadReport
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.step import shape as step_shape
 from relmodel.store import Store
-from relmodel.variants.compare import compare
+from relmodel.variants.compare_variants import compare
 from tests.reading import store_model
 
 Pose = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 from tests.variants.conftest import Bulkheads
 
 PAGE = (Path(__file__).parents[2] / "docs/variants.md").read_text()

@@ -182,7 +182,7 @@ def bay(store: Store, folder: Path, joints: dict[str, float]) -> Path:
 
 def test_nested_robots_take_their_joints(fresh_store: str, tmp_path: Path) -> None:
     from vision.cameras.files import read_rig
-    from vision.cameras.record import record_rig
+    from vision.cameras.record_cameras import record_rig
 
     arm, tool = "cart/left_arm", "cart/left_arm/flange/tool"
     joints = {f"{arm}/travel": 200.0, f"{arm}/tilt_deg": 20.0, f"{arm}/face": 0.7, f"{tool}/tilt": -0.5}

@@ -15,7 +15,7 @@ import yaml
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from relmodel.cli.main import main
+from relmodel.app.cli.main import main
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store

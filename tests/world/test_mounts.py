@@ -55,7 +55,7 @@ def cell(folder: Path, second: dict[str, float] | None = None, **joints: float) 
 
 def placed(store: Store, file: Path) -> WorldReport:
     from vision.cameras.files import read_rig
-    from vision.cameras.record import record_rig
+    from vision.cameras.record_cameras import record_rig
 
     return place_world(store, file, write_rig=lambda run, c, _, path: record_rig(run, c, read_rig(path)))
 

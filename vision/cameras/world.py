@@ -10,7 +10,7 @@ from relmodel.store import Store
 from relmodel.world.placement import WorldReport, place_world
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_rig, rig_inputs
-from vision.cameras.record import record_rig
+from vision.cameras.record_cameras import record_rig
 
 
 def place_world_with_rigs(store: Store, path: str | Path, progress: Progress = silent) -> WorldReport:

@@ -15,7 +15,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.edges import EdgeElements
-from vision.extraction.parameters import QualityParameters
+from vision.extraction.extraction_parameters import QualityParameters
 
 _DEFAULTS = QualityParameters()
 

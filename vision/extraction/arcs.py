@@ -11,9 +11,9 @@ from vision.extraction import covariances
 from vision.extraction.covariances import STATIONS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses, fit_ellipses
+from vision.extraction.extraction_parameters import FittingParameters
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import Chains
-from vision.extraction.parameters import FittingParameters
 from vision.extraction.refined_polylines import (
     Deviations,
     compute_curvature_bias,

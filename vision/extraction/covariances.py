@@ -9,7 +9,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Indices
 from vision.extraction.ellipses import Ellipses
-from vision.extraction.parameters import FittingParameters
+from vision.extraction.extraction_parameters import FittingParameters
 from vision.extraction.refined_polylines import Deviations
 
 STATIONS = 8  # places, at most, at which the covariance of a free curve is kept

@@ -6,10 +6,10 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Floats
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.edges import EdgeElements
+from vision.extraction.extraction_parameters import RegionParameters
 from vision.extraction.junctions import Junctions
 from vision.extraction.linking import Chains
 from vision.extraction.meetings import END, START
-from vision.extraction.parameters import RegionParameters
 
 _DEFAULTS = RegionParameters()
 

@@ -19,9 +19,9 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Floats32, Ints32
 from relmodel.errors import InputError
+from vision.extraction.extraction_parameters import EdgeParameters
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.noise import estimate_noise
-from vision.extraction.parameters import EdgeParameters
 
 _DEFAULTS = EdgeParameters()
 

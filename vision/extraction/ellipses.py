@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats
-from vision.extraction.parameters import FittingParameters
+from vision.extraction.extraction_parameters import FittingParameters
 
 _DEFAULTS = FittingParameters()
 

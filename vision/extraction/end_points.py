@@ -6,9 +6,9 @@ import numpy as np
 
 from relmodel.arrays import Ints32
 from vision.extraction.arcs import LINE, Arcs
+from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.junctions import Junctions
 from vision.extraction.meetings import END, START
-from vision.extraction.parameters import JunctionParameters
 from vision.extraction.refined_polylines import RefinedPolylines
 
 _DEFAULTS = JunctionParameters()

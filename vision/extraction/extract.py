@@ -15,23 +15,23 @@ from vision.extraction.arcs import Arcs, measure_arcs
 from vision.extraction.edge_mask import draw_edge_mask
 from vision.extraction.edges import EdgeElements, to_grey
 from vision.extraction.end_points import snap_end_points
+from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.junctions import Junctions, find_junctions
 from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.noise import estimate_noise
-from vision.extraction.parameters import ExtractionParameters
 from vision.extraction.regions import Regions, find_leak_proof_regions, find_plain_regions
 from vision.extraction.relations import RegionArcs, find_region_arcs, find_relations
 from vision.extraction.scales import detect_edges_over_scales
 from vision.extraction.segmentation import segment_chains
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
 from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
-from vision.matching.relations import Relations
+from vision.relations.relations import Relations
 
 VERSION = "15"  # raised whenever equal pictures and parameters come to give other primitives
 
 # The kernels of an extraction at one scale.
 KERNELS = (
-    "vision.matching.gap_kernels",
+    "vision.relations.gap_kernels",
     *(
         f"vision.extraction.{name}_kernels"
         for name in (

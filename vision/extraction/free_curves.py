@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Floats
 from vision.extraction.covariances import STATIONS
-from vision.extraction.parameters import FittingParameters
+from vision.extraction.extraction_parameters import FittingParameters
 from vision.extraction.refined_polylines import Deviations
 
 

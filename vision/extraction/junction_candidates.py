@@ -9,10 +9,10 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
+from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.linking import find_pairs_within, interpolate_grey
 from vision.extraction.meetings import END, locate_meetings, stack, take_part
 from vision.extraction.osculating_circles import OsculatingCircles, find_osculating_circles
-from vision.extraction.parameters import JunctionParameters
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
+from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.junction_candidates import (
     Ends,
     Polylines,
@@ -24,7 +25,6 @@ from vision.extraction.junction_candidates import (
 from vision.extraction.linking import find_pairs_within, label_components
 from vision.extraction.meetings import AT, END, INTERIOR, START, Meetings, stack
 from vision.extraction.osculating_circles import find_osculating_circles
-from vision.extraction.parameters import JunctionParameters
 
 KINDS = ("L", "T", "Y", "X", "smooth")
 L, T, Y, X, SMOOTH = range(5)

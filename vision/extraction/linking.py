@@ -9,7 +9,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.edges import EdgeElements
-from vision.extraction.parameters import LinkingParameters
+from vision.extraction.extraction_parameters import LinkingParameters
 
 _DEFAULTS = LinkingParameters()
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Indices
 from vision.extraction.arcs import Arcs
+from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.osculating_circles import OsculatingCircles
-from vision.extraction.parameters import JunctionParameters
 
 AT = ("start", "end", "interior")
 START, END, INTERIOR = range(3)

@@ -7,7 +7,7 @@ its magnitude within each band of grey is deaf to edges and to most texture.
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.extraction.parameters import NoiseParameters
+from vision.extraction.extraction_parameters import NoiseParameters
 
 _BINS = 1024  # of the magnitude, one a unit
 _MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6

@@ -10,7 +10,7 @@ from relmodel.arrays import Bools, Floats, Indices
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
 from vision.extraction.ellipses import Ellipses
-from vision.extraction.parameters import JunctionParameters
+from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.refined_polylines import measure_from_ellipses
 
 

@@ -14,7 +14,7 @@ from vision.extraction.extract import Extraction
 from vision.extraction.junctions import KINDS as _JUNCTIONS
 from vision.extraction.linking import Chains, link
 from vision.extraction.topography import LABELS
-from vision.matching.relations import KINDS as _RELATIONS
+from vision.relations.relations import KINDS as _RELATIONS
 
 _SHIFT = 4  # cv2 draws at fixed-point places
 # RGB, of the kinds of arcs in their order, of the topographic labels, of relations and kinds of junctions.

@@ -13,8 +13,8 @@ import numpy as np
 from relmodel.arrays import Floats, Indices
 from vision.extraction.edges import EdgeElements
 from vision.extraction.ellipses import Ellipses
+from vision.extraction.extraction_parameters import FittingParameters
 from vision.extraction.linking import Chains
-from vision.extraction.parameters import FittingParameters
 
 
 @dataclass(frozen=True)

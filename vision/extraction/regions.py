@@ -12,8 +12,8 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Floats32, Indices, Ints, Ints32
 from vision.extraction.edges import EdgeElements
+from vision.extraction.extraction_parameters import RegionParameters
 from vision.extraction.linking import label_components
-from vision.extraction.parameters import RegionParameters
 
 _DEFAULTS = RegionParameters()
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `region_kernels.sums`

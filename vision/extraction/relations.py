@@ -1,5 +1,5 @@
 """The units of one picture and the relations among them: arcs and regions as curves and areas, related by what lies
-where (`vision.matching.relations`) and by which borders label images show them to share.
+where (`vision.relations.relations`) and by which borders label images show them to share.
 
 Units are numbered arcs first, then regions.
 """
@@ -14,10 +14,10 @@ from vision.extraction.arc_quality import ArcQuality
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.end_points import snap_polylines
+from vision.extraction.extraction_parameters import ExtractionParameters, UnitParameters
 from vision.extraction.junctions import Junctions
-from vision.extraction.parameters import ExtractionParameters, UnitParameters
 from vision.extraction.regions import Regions, sum_borders
-from vision.matching.relations import (
+from vision.relations.relations import (
     ADJACENT,
     BOUNDS,
     SURROUNDS,
@@ -81,7 +81,7 @@ def find_relations(
     borders: RegionArcs,
     parameters: ExtractionParameters,
 ) -> Relations:
-    """All relations among the units of a picture, of the kinds `vision.matching.relations.KINDS`."""
+    """All relations among the units of a picture, of the kinds `vision.relations.relations.KINDS`."""
     p = parameters.units
     curves, areas = pack_curves(arcs, junctions, quality, parameters), pack_areas(regions, p)
     middles = find_middles(curves, areas)

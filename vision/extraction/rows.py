@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Ints32
 from relmodel.columns import Columns, ColumnValues, Ragged
-from relmodel.store.sql import column_types
+from relmodel.store.rounding import round_columns
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
 from vision.extraction.arcs import Arcs, concatenate
@@ -17,7 +17,7 @@ from vision.extraction.extract import Extraction
 from vision.extraction.meetings import AT
 from vision.extraction.primitives import Primitives
 from vision.extraction.topography import LABELS
-from vision.matching.relations import KINDS as RELATIONS
+from vision.relations.relations import KINDS as RELATIONS
 
 Tables = dict[str, dict[str, ColumnValues]]
 
@@ -35,24 +35,6 @@ def make_rows(extraction: Extraction) -> Tables:
 def make_primitives(extraction: Extraction) -> Primitives:
     """What later stages take of an extraction that no store holds."""
     return Primitives.of(extraction.shape, make_rows(extraction))
-
-
-def round_columns(table: str, columns: Columns) -> dict[str, ColumnValues]:
-    """Columns of a table whose floating-point numbers are rounded as the store's types do, once and for all."""
-    types = column_types(table)
-
-    def rounded(name: str, values: ColumnValues) -> ColumnValues:
-        if not isinstance(values, np.ndarray) or values.dtype.kind != "f":
-            return values
-        kind, _, size = types[name].partition("(")
-        if kind == "DECIMAL":
-            unit = 10.0 ** int(size.rstrip(")").split(",")[1])
-            return np.asarray(np.rint(values * unit) / unit)
-        if kind == "REAL":
-            return values.astype(np.float32).astype(np.float64)
-        return values
-
-    return {name: rounded(name, values) for name, values in columns.items()}
 
 
 def _primitives(extraction: Extraction) -> dict[str, Columns]:

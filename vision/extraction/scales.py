@@ -10,7 +10,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
 from vision.extraction.edges import EdgeElements, concatenate, detect_edges
-from vision.extraction.parameters import EdgeParameters
+from vision.extraction.extraction_parameters import EdgeParameters
 
 
 def detect_edges_over_scales(

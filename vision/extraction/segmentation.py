@@ -27,8 +27,8 @@ from vision.extraction.arcs import (
     weigh_elements,
 )
 from vision.extraction.edges import EdgeElements
+from vision.extraction.extraction_parameters import FittingParameters, SegmentationParameters
 from vision.extraction.linking import Chains, find_pairs_within
-from vision.extraction.parameters import FittingParameters, SegmentationParameters
 
 _DEFAULTS, _FITTING = SegmentationParameters(), FittingParameters()
 

@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats
 from vision.extraction.edges import EdgeElements
+from vision.extraction.extraction_parameters import SignificanceParameters
 from vision.extraction.linking import Chains
-from vision.extraction.parameters import SignificanceParameters
 
 _LEAST = 1e-300
 _DEFAULTS = SignificanceParameters()

@@ -12,9 +12,9 @@ import numpy as np
 from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.edges import EdgeElements
+from vision.extraction.extraction_parameters import ExtractionParameters, TopographyParameters
 from vision.extraction.facets import gaussian_kernels, in_bands
 from vision.extraction.linking import Chains, link
-from vision.extraction.parameters import ExtractionParameters, TopographyParameters
 from vision.extraction.segmentation import fit_arcs
 
 _DEFAULTS, _ALL = TopographyParameters(), ExtractionParameters()

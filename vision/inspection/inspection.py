@@ -20,28 +20,28 @@ from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
 from vision.cameras.images import read_picture
-from vision.cameras.record import find_rig
+from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
-from vision.inspection.audit import record_decisions
 from vision.inspection.crops import check_crops, write_crops
+from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.matched_views import match_views, measure_relational_distances
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
-from vision.inspection.parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
-from vision.inspection.record import Inspected, record_inspection
+from vision.inspection.record_decisions import record_decisions
+from vision.inspection.record_inspection import Inspected, record_inspection
 from vision.inspection.variants import is_to_be_weighed, weigh_variants
-from vision.localisation.depth_range import predict_depth_range
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
-from vision.localisation.stored_scene import StoredScene, read_scene
-from vision.matching.workspace import open_workspace
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence
+from vision.relations.workspace import open_workspace
+from vision.scene.stored_scene import StoredScene, read_scene
+from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
 
@@ -50,9 +50,9 @@ KERNELS = (
     "relmodel.find.rtree_kernels",
     *extraction.KERNELS,
     "vision.stereo.epipolar_kernels",
-    "relmodel.matching.dual_kernels",
-    "relmodel.matching.search_kernels",
-    "relmodel.matching.soft_kernels",
+    "relmodel.labelling.dual_kernels",
+    "relmodel.labelling.search_kernels",
+    "relmodel.labelling.soft_kernels",
     "vision.localisation.search_kernels",
     "vision.localisation.measure_kernels",
     "vision.localisation.coverage_kernels",
@@ -353,7 +353,7 @@ def _stereo(
     depths = None
     if parameters.stereo_gate:
         depths = predict_depth_range(
-            stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.localisation.depth_range
+            stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.stereo.depth_range
         )
     return match_stereo(rig, pictures["left"], pictures["right"], depths, parameters.stereo)
 

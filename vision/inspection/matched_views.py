@@ -6,14 +6,14 @@ from relmodel.store.database import Database
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import map_surfaces
+from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.localise import Localisation
-from vision.localisation.parameters import LocalisationParameters
 from vision.localisation.refine import Refined
-from vision.localisation.scene import Scene
 from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose_sigma
-from vision.matching.parameters import MatchingParameters
+from vision.matching.matching_parameters import MatchingParameters
 from vision.matching.pose_problem import MatchedView, match_view
 from vision.matching.view_units import describe_view
+from vision.scene.scene import Scene
 
 
 def match_views(

@@ -10,11 +10,11 @@ from sqlalchemy import Connection
 
 from relmodel.store import Run
 from vision.cameras.images import Picture
-from vision.cameras.record import record_picture
+from vision.cameras.record_cameras import record_picture
 from vision.extraction.extract import extract
-from vision.extraction.parameters import ExtractionParameters
+from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.primitives import Primitives
-from vision.extraction.record import RecordedExtraction, find_extraction, read_primitives, record_extraction
+from vision.extraction.record_extraction import RecordedExtraction, find_extraction, read_primitives, record_extraction
 from vision.extraction.rows import Tables, make_rows
 
 

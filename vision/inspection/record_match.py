@@ -8,11 +8,11 @@ from dataclasses import asdict
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.matching.rows import result_rows
+from relmodel.labelling.rows import result_rows
 from relmodel.store import Run
-from vision.localisation.stored_scene import StoredScene
-from vision.matching.parameters import PoseProblemParameters
+from vision.matching.matching_parameters import PoseProblemParameters
 from vision.matching.pose_problem import REASONS, MatchedView
+from vision.scene.stored_scene import StoredScene
 
 BEST = 0  # number of the hypothesis that views and correspondences belong to
 

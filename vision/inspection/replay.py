@@ -12,10 +12,10 @@ from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.identity import code_sha256
-from relmodel.matching.branch_and_bound import MODE as DEFAULT_MODE
-from relmodel.matching.solve import solve
-from relmodel.matching.star import MODE as STAR
-from relmodel.matching.stored import read_problem
+from relmodel.labelling.branch_and_bound import MODE as DEFAULT_MODE
+from relmodel.labelling.solve import solve
+from relmodel.labelling.star import MODE as STAR
+from relmodel.labelling.stored import read_problem
 from relmodel.store import Store
 from relmodel.store.runs import package_versions
 from vision.inspection.replay_pose import Compared, replay_pose, replay_verdict

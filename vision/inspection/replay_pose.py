@@ -14,19 +14,18 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices
 from relmodel.store.database import Database
 from vision.cameras.cameras import Needs, Prior
-from vision.inspection.audit import UNKNOWNS
+from vision.inspection.record_decisions import UNKNOWNS
 from vision.localisation.calibration import CameraUnknowns, differentiate
 from vision.localisation.covariance import compute_covariance
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
+from vision.localisation.localisation_parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import Measurements, weigh
-from vision.localisation.parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.refine import Explanation, join_explanations, normal_equations, take_last_step
 from vision.localisation.verdict import (
-    Signs,
-    are_rivals,
+    Gathered,
     compute_agreement,
-    compute_disagreement,
     compute_precision,
+    find_standing,
     judge,
 )
 
@@ -94,63 +93,47 @@ def replay_verdict(store: Database, connection: Connection, run: int, parameters
     if not found or not start or not len(h["cost"]):
         return
     p = _verdict_parameters(store.rows(connection, "replay/thresholds", run=run, decision="verdict"))
-    poses, distance, gathered = matrices(h), h["distance"], h["found"] + h["outline_evidence"]
-    yield Compared("verdict", "best hypothesis", poses[0], _matrix(found[0]))
-    yield Compared("verdict", "distances from the prior", distance, np.array([asked.prior.distance(x) for x in poses]))
-    yield Compared("verdict", "costs", h["cost"], 0.5 * distance**2 - h["evidence"] - h["outline_evidence"])
-    share = h["found"] / np.maximum(h["expected"], 1e-9)
-    yield Compared("verdict", "shares of the evidence expected", h["evidence_ratio"], share)
+    poses, pose = matrices(h), _matrix(found[0])
+    g = Gathered(
+        h["distance"], h["evidence"], h["found"], h["expected"], h["outline_length"], h["outline_contrast"],
+        h["outline_evidence"],
+    )  # fmt: skip
+    standing = find_standing(g, p)
+    yield Compared("verdict", "best hypothesis", pose, poses[standing[0]])
+    yield Compared(
+        "verdict", "distances from the prior", g.prior_sigma, np.array([asked.prior.distance(x) for x in poses])
+    )
+    yield Compared("verdict", "costs", h["cost"], g.cost)
+    yield Compared("verdict", "shares of the evidence expected", h["evidence_ratio"], g.share)
 
-    alone = [(_matrix(row), _square(row.covariance)) for row in store.rows(connection, "replay/alone", run=run)]
-    covariance = _square(found[0].covariance)
-    middle = np.array([start[0].middle_x, start[0].middle_y, start[0].middle_z])
-    precision = compute_precision(covariance, middle)
-    stored = {row.name: row.value for row in store.rows(connection, "replay/signs", run=run)}
+    weighed = {row.name: row.value for row in store.rows(connection, "replay/signs", run=run)}
     rows = store.columns(connection, "replay/measurements", run=run)
-    agreement = stored["agreement"]
+    agreement = weighed["agreement"]
     if len(rows["weight"]):
         agreement = compute_agreement(rows["length"], rows["weight"], rows["residual"], p)
-    signs = Signs(
-        float(h["evidence"][0]), float(distance[0]), float(share[0]), agreement,
-        float(h["outline_length"][0]), float(h["outline_contrast"][0]), compute_disagreement(alone),
-    )  # fmt: skip
-    # Rivals are those of the likeliest; the best is the one of them and it that is nearest the prior.
-    order = np.argsort(h["cost"], kind="stable")
-    mask = np.zeros(len(order), bool)
-    mask[order[1:]] = are_rivals(gathered[order], distance[order], p)
-    mask[order[0]] = True
-    mask[0] = False
-    rivals = np.flatnonzero(mask)
-    standing = np.concatenate([[0], rivals])
-    verdict = judge(
-        signs,
-        h["cost"][standing],
-        distance[standing],
-        precision,
+    again = judge(
+        g,
+        standing,
+        agreement,
+        [(_matrix(row), _square(row.covariance)) for row in store.rows(connection, "replay/alone", run=run)],
+        compute_precision(
+            _square(found[0].covariance), np.array([start[0].middle_x, start[0].middle_y, start[0].middle_z])
+        ),
+        int(start[0].excluded),
         asked.needs,
         p,
-        excluded=int(start[0].excluded),
-        several=bool(alone),
     )
-    odds = signs.log_odds(p)
-    again = {f.name: float(getattr(signs, f.name)) for f in fields(signs)} | {
-        "log_odds": odds,
-        "likely": 1.0 / (1.0 + float(np.exp(-odds))),
-        "sigma_mm": precision[0],
-        "sigma_rad": precision[1],
-        "rivals": float(len(rivals)),
-        "excluded": float(start[0].excluded),
-    }
-    yield Compared("verdict", "names of what was weighed", ", ".join(sorted(stored)), ", ".join(sorted(again)))
-    for name in sorted(stored.keys() & again.keys()):
-        yield Compared("verdict", name, np.array(stored[name]), np.array(again[name]))
-    yield Compared("verdict", "posterior", np.array(found[0].posterior), np.array(verdict.posterior))
-    yield Compared("verdict", "verdict", found[0].verdict, verdict.verdict)
-    yield Compared("verdict", "reason", found[0].reason, verdict.reason)
-    yield Compared("verdict", "cost", np.array(found[0].cost), h["cost"][0])
-    others = h["cost"][1:]
-    margin = np.array(others.min() - h["cost"][0] if len(others) else np.nan)
-    yield Compared("verdict", "margin", np.array(np.nan if found[0].margin is None else found[0].margin), margin)
+    for name in sorted(weighed.keys() | again.weighed.keys()):
+        values = (np.array(of.get(name, np.nan), float) for of in (weighed, again.weighed))
+        yield Compared("verdict", name, *values)
+    yield Compared("verdict", "posterior", np.array(found[0].posterior), np.array(again.posterior))
+    yield Compared("verdict", "verdict", found[0].verdict, again.verdict)
+    yield Compared("verdict", "reason", found[0].reason, again.reason)
+    margin = g.cost[1:].min() - g.cost[0] if len(poses) > 1 else np.nan
+    yield Compared("verdict", "cost", np.array(found[0].cost), g.cost[0])
+    yield Compared(
+        "verdict", "margin", np.array(np.nan if found[0].margin is None else found[0].margin), np.array(margin)
+    )
 
 
 def read_parameters(cls: type[Any], stated: dict[str, Any]) -> Any:

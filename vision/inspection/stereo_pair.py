@@ -11,21 +11,21 @@ from sqlalchemy import Connection
 
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
-from relmodel.matching.problem import NONE
+from relmodel.labelling.problem import NONE
 from relmodel.store import Run, Store, digest_inputs
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_prior, read_rig, rig_inputs
 from vision.cameras.images import read_picture
-from vision.cameras.record import record_rig
+from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import select_in_view
 from vision.extraction import extract as extraction
-from vision.inspection.parameters import DEFAULTS, InspectionParameters
+from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
-from vision.localisation.depth_range import predict_depth_range
-from vision.localisation.stored_scene import read_scene
+from vision.scene.stored_scene import read_scene
+from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.disparity_range import DepthRange
 from vision.stereo.match import METHODS, StereoMatches, check_method, match_stereo
-from vision.stereo.record import record_stereo
+from vision.stereo.record_stereo import record_stereo
 from vision.stereo.rectification import rectify
 from vision.stereo.triangulate import CURVES
 
@@ -137,5 +137,5 @@ def _depths(store: Store, rig: Rig, prior: str | Path, world: str, camera: str, 
         world_id, _ = world_named(store, connection, world)
         stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
     return predict_depth_range(
-        stored.scene, rig, believed.world_from_rig, believed.covariance, p.localisation.depth_range, camera
+        stored.scene, rig, believed.world_from_rig, believed.covariance, p.stereo.depth_range, camera
     )

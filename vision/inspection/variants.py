@@ -6,12 +6,12 @@ from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.cameras.view_volume import Selection
 from vision.extraction.primitives import Primitives
-from vision.inspection.parameters import InspectionParameters
+from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.localise import Localisation
-from vision.localisation.stored_scene import StoredScene, read_variant_scene
 from vision.presence.report import rank_failures
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence, assess_variant, rank, weigh_variant
+from vision.scene.stored_scene import StoredScene, read_variant_scene
 
 
 def is_to_be_weighed(presence: Presence, asked: bool | None) -> bool:

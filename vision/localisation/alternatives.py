@@ -13,8 +13,8 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Prior, perturbation
-from vision.localisation.parameters import DEFAULTS, RivalParameters
-from vision.localisation.scene import Scene
+from vision.localisation.localisation_parameters import DEFAULTS, RivalParameters
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import CalibrationSigma, Rig
 from vision.localisation.hypotheses import Prediction, flow_in_camera
-from vision.localisation.parameters import RefinementParameters
+from vision.localisation.localisation_parameters import RefinementParameters
 
 COUNT = 10
 

@@ -7,8 +7,8 @@ import numpy as np
 from relmodel.arrays import Floats, Ints
 from vision.localisation.calibration import CameraUnknowns
 from vision.localisation.hypotheses import Prediction, flow_in_camera
+from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.measurements import Measurements, group_by_arc
-from vision.localisation.parameters import LocalisationParameters
 
 
 def compute_covariance(

@@ -8,8 +8,8 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.scene import Scene
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

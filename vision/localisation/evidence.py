@@ -20,7 +20,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Floats32, Ints
 from vision.cameras.cameras import Camera
 from vision.extraction.primitives import Primitives
-from vision.localisation.parameters import DEFAULTS, EvidenceParameters
+from vision.localisation.localisation_parameters import DEFAULTS, EvidenceParameters
 
 
 @dataclass(frozen=True)

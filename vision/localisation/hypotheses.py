@@ -17,9 +17,9 @@ from relmodel.arrays import Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Prior, Rig
 from vision.localisation.evidence import EdgePoints, Evidence, bin_orientations, build_evidence
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.scene import Scene
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.visibility import VisibleArcs, are_in_picture, find_visible_arcs
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

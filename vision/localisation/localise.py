@@ -25,18 +25,18 @@ from vision.localisation.hypotheses import (
     search_poses,
     select_samples,
 )
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import Refined, refine
-from vision.localisation.scene import Scene
-from vision.localisation.verdict import Verdict, decide, find_rivals
+from vision.localisation.verdict import Gathered, Verdict, decide, find_standing
 from vision.localisation.views import (
     EdgeMeasurements,
     ViewArcs,
     collect_edge_measurements,
     find_view_arcs,
 )
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -98,16 +98,17 @@ def localise(
     hypotheses, stages = solver.hypotheses(found)
     clock.lap("refine")
     # Where the pictures leave several, the one nearest the prior is given first.
-    near_best = [hypotheses[0], *find_rivals(hypotheses[0], hypotheses[1:], p.verdict)]
-    near_best.sort(key=lambda h: h.prior_sigma)
-    hypotheses = near_best + [h for h in hypotheses if h not in near_best]
-    best = near_best[0]
+    standing = find_standing(Gathered.of(hypotheses), p.verdict)
+    rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
+    hypotheses = [hypotheses[h] for h in (*standing, *rest)]
+    standing = np.arange(len(standing))
+    best = hypotheses[0]
     alone = [solver.alone(name, best.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
-    verdict = decide(best, near_best[1:], alone, needs, p.verdict)
+    verdict = decide(hypotheses, standing, alone, needs, p.verdict)
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
-    return Localisation(verdict, best, hypotheses, near_best[1:], alone, views, clock.laps, stages)
+    return Localisation(verdict, best, hypotheses, hypotheses[1 : len(standing)], alone, views, clock.laps, stages)
 
 
 def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:

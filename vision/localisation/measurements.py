@@ -10,7 +10,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from vision.localisation.calibration import CameraUnknowns, differentiate
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, project_directions, project_with_jacobians
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
 
 
 class EdgeIndex:

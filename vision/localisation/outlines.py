@@ -17,8 +17,8 @@ import numpy as np
 from relmodel.arrays import Bools, Bytes, Floats, Floats32
 from vision.cameras.cameras import Rig
 from vision.localisation.coverage import lay_rays
-from vision.localisation.parameters import OutlineParameters
-from vision.localisation.scene import Scene
+from vision.localisation.localisation_parameters import OutlineParameters
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

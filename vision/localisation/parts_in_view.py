@@ -10,8 +10,8 @@ import numpy as np
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.coverage import measure_coverage
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.stored_scene import StoredScene
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
+from vision.scene.stored_scene import StoredScene
 
 PART = -1  # feature number of a part as a whole
 

@@ -13,11 +13,11 @@ from vision.localisation.calibration import CameraUnknowns, describe_unknowns
 from vision.localisation.covariance import compute_covariance, group_by_stretch
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import Prediction, predict
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
 from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc, measure
 from vision.localisation.outlines import Outlines
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters, RefinementParameters
-from vision.localisation.scene import Scene
 from vision.localisation.support import Support, measure_support
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
 )
+from vision.localisation.localisation_parameters import LocalisationParameters, SupportParameters
 from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc
-from vision.localisation.parameters import LocalisationParameters, SupportParameters
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,15 @@ it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, perturbation
-from vision.localisation.parameters import VerdictParameters
+from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.refine import Refined
 
 AXES = ("x", "y", "z")
@@ -30,6 +31,7 @@ class Verdict:
     verdict: accepted | ambiguous | refused; reason: why; posterior: probability that the best pose is the right one;
     missing: what was missing for acceptance, a sentence each.  sigma_mm, sigma_rad: standard deviations along the worst
     directions, of the point in the middle of what is seen and of rotation; weakest: the worst direction in words.
+    weighed: what was weighed, by name; empty where nothing is in view.
     """
 
     verdict: str
@@ -39,30 +41,61 @@ class Verdict:
     sigma_mm: float
     sigma_rad: float
     weakest: str
+    weighed: dict[str, float] = field(default_factory=dict)
 
 
-def find_rivals(best: Refined, others: list[Refined], p: VerdictParameters) -> list[Refined]:
-    """Those of the others that pictures and prior leave about as likely as the best.
+@dataclass(frozen=True)
+class Gathered:
+    """What hypotheses gather, as columns (h,).
+
+    prior_sigma: distance from the prior; evidence: log odds of the edges against chance; found, expected: sum of the
+    places' log odds without regard to arcs, and its expectation at the right pose; outline_px, outline_contrast,
+    outline_evidence: length of the outlines against the background, contrast of the greys beside them, and the log odds
+    that they are outlines.
+    """
+
+    prior_sigma: Floats
+    evidence: Floats
+    found: Floats
+    expected: Floats
+    outline_px: Floats
+    outline_contrast: Floats
+    outline_evidence: Floats
+
+    @classmethod
+    def of(cls, hypotheses: Sequence[Refined]) -> Gathered:
+        rows = [
+            (
+                h.prior_sigma, h.evidence, h.support.found.sum(), h.support.expected.sum(),
+                *((h.outlines.total_px, h.outlines.mean, h.outlines.evidence) if h.outlines else (0.0, 0.0, 0.0)),
+            )
+            for h in hypotheses
+        ]  # fmt: skip
+        return cls(*np.array(rows, float).T)
+
+    @property
+    def cost(self) -> Floats:
+        """Half of the prior's distance squared, less the evidence of edges and outlines."""
+        return np.asarray(0.5 * self.prior_sigma**2 - self.evidence - self.outline_evidence)
+
+    @property
+    def share(self) -> Floats:
+        """Evidence found over what the right pose is expected to find."""
+        return np.asarray(self.found / np.maximum(self.expected, 1e-9))
+
+
+def find_standing(g: Gathered, p: VerdictParameters) -> Ints:
+    """The hypothesis of least cost and those that pictures and prior leave about as likely; nearest the prior first.
 
     What edges are found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge
     tells them apart, however many arcs light may hide.  Printed edges may be found as well as the object's own: the
     greys beside the outlines count with them."""
-
-    def found(h: Refined) -> float:
-        return float(h.support.found.sum()) + (h.outlines.evidence if h.outlines else 0.0)
-
-    gathered = np.array([found(h) for h in (best, *others)])
-    distance = np.array([h.prior_sigma for h in (best, *others)])
-    return [h for h, rivals in zip(others, are_rivals(gathered, distance, p), strict=True) if rivals]
-
-
-def are_rivals(found: Floats, prior_sigma: Floats, p: VerdictParameters) -> list[bool]:
-    """Whether each pose but the first rivals it, by what edges and outlines each gathers and its distance from the
-    prior."""
-    least = found[0] - max(p.rival_share * found[0], p.min_margin)
-    odds = 0.5 * (prior_sigma[1:] ** 2 - prior_sigma[0] ** 2)
-    rivals: list[bool] = ((found[1:] > least) & (odds < p.prior_odds)).tolist()
-    return rivals
+    first, *others = np.argsort(g.cost, kind="stable").tolist()
+    found = g.found + g.outline_evidence
+    near = found > found[first] - max(p.rival_share * found[first], p.min_margin)
+    near &= 0.5 * (g.prior_sigma**2 - g.prior_sigma[first] ** 2) < p.prior_odds
+    standing = np.array([first, *(h for h in others if near[h])])
+    return np.asarray(standing[np.argsort(g.prior_sigma[standing], kind="stable")])
 
 
 def compute_precision(covariance: Floats, middle: Floats) -> tuple[float, float, str]:
@@ -91,7 +124,7 @@ def compute_agreement(length: Floats, weight: Floats, offset: Floats, p: Verdict
     return float(length[found & (np.abs(offset) < p.agreement_px)].sum() / max(length[found].sum(), 1e-9))
 
 
-def compute_disagreement(poses: list[tuple[Floats, Floats]]) -> float:
+def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
     """How far the poses that single cameras give lie apart, each with its covariance: the largest distance of two, in
     sigmas."""
     worst = 0.0
@@ -131,48 +164,57 @@ class Signs:
         return float(p.offset + np.array(p.weights) @ self.columns(p))
 
 
-def read_signs(best: Refined, alone: list[Refined], p: VerdictParameters) -> Signs:
-    """The signs of a pose, of which single cameras give the poses `alone`."""
-    s, outlines, m = best.support, best.outlines, best.measurements
+def measure_agreement(best: Refined, p: VerdictParameters) -> float:
+    """`compute_agreement` of a pose with its own measurements."""
+    m = best.measurements
+    return compute_agreement(best.prediction.weight, m.weight, m.offset, p)
+
+
+def read_signs(g: Gathered, row: int, agreement: float, alone: Sequence[tuple[Floats, Floats]]) -> Signs:
+    """The signs of one of the hypotheses; `alone`: the poses that single cameras give, each with its covariance."""
     return Signs(
-        best.evidence,
-        best.prior_sigma,
-        float(s.found.sum() / max(float(s.expected.sum()), 1e-9)),
-        compute_agreement(best.prediction.weight, m.weight, m.offset, p),
-        outlines.total_px if outlines else 0.0,
-        outlines.mean if outlines else 0.0,
-        compute_disagreement([(h.world_from_rig, h.covariance) for h in alone]),
+        float(g.evidence[row]),
+        float(g.prior_sigma[row]),
+        float(g.share[row]),
+        agreement,
+        float(g.outline_px[row]),
+        float(g.outline_contrast[row]),
+        compute_disagreement(alone),
     )
 
 
-def decide(best: Refined, rivals: list[Refined], alone: list[Refined], needs: Needs, p: VerdictParameters) -> Verdict:
-    """What to think of the best pose: rivals are the other hypotheses that are about as likely, `alone` the poses that
-    single cameras give, where there are several."""
+def decide(
+    hypotheses: Sequence[Refined], standing: Ints, alone: Sequence[Refined], needs: Needs, p: VerdictParameters
+) -> Verdict:
+    """What to think of the first of the hypotheses that stand; `alone` are the poses that single cameras give, where
+    there are several."""
+    best = hypotheses[standing[0]]
     return judge(
-        read_signs(best, alone, p),
-        np.array([h.cost for h in (best, *rivals)]),
-        np.array([h.prior_sigma for h in (best, *rivals)]),
+        Gathered.of(hypotheses),
+        standing,
+        measure_agreement(best, p),
+        [(h.world_from_rig, h.covariance) for h in alone],
         compute_precision(best.covariance, best.middle),
+        int(best.excluded.sum()),
         needs,
         p,
-        excluded=int(best.excluded.sum()),
-        several=bool(alone),
     )
 
 
 def judge(
-    signs: Signs,
-    costs: Floats,
-    prior_sigmas: Floats,
+    g: Gathered,
+    standing: Ints,
+    agreement: float,
+    alone: Sequence[tuple[Floats, Floats]],
     precision: tuple[float, float, str],
+    excluded: int,
     needs: Needs,
     p: VerdictParameters,
-    *,
-    excluded: int,
-    several: bool,
 ) -> Verdict:
-    """The rule of `decide` on numbers: costs and distances from the prior of the best and its rivals; the precision of
-    the best; how many components it leaves out; and whether several cameras gave a pose each."""
+    """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, the precision of
+    the best, and how many components it leaves out."""
+    signs = read_signs(g, int(standing[0]), agreement, alone)
+    costs, prior_sigmas = g.cost[standing], g.prior_sigma[standing]
     odds = signs.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.
@@ -188,7 +230,7 @@ def judge(
             f"the pictures do not show the model there surely enough: evidence of {signs.evidence:.0f} against chance, "
             f"{signs.share:.0%} of the edges expected, {signs.agreement:.0%} of those found lie on the model's, "
             f"contrast of {signs.outline_contrast:.1f} along {signs.outline_px:.0f} px of outline"
-            + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if several else "")
+            + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if alone else "")
         )
     if prior_sigmas[0] > p.max_sigma:
         missing.append(f"the pose lies {prior_sigmas[0]:.1f} sigma from the prior, which contradicts it")
@@ -214,7 +256,15 @@ def judge(
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
-    return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest)
+    weighed = asdict(signs) | {
+        "log_odds": odds,
+        "likely": likely,
+        "sigma_mm": sigma_mm,
+        "sigma_rad": sigma_rad,
+        "rivals": float(len(standing) - 1),
+        "excluded": float(excluded),
+    }
+    return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed)
 
 
 def _percent(probability: float) -> str:

@@ -12,11 +12,11 @@ from vision.cameras.cameras import Camera
 from vision.localisation.calibration import COUNT
 from vision.localisation.covariance import group_by_stretch
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.refine import Refined
-from vision.localisation.scene import Scene
 from vision.localisation.visibility import VisibleArcs, find_visible_arcs
+from vision.scene.scene import Scene
 
 SHARP, SMOOTH, SILHOUETTE = range(3)
 NO_RUN = -1

@@ -14,15 +14,15 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Columns
-from relmodel.matching.problem import NONE
+from relmodel.labelling.problem import NONE
 from relmodel.store.database import Database
 from vision.extraction.primitives import Primitives
 from vision.extraction.region_lookup import find_regions_at
 from vision.localisation.coverage import SurfaceMap
-from vision.matching.joins import ProblemRows, Solved, put_relations, solve_rows
-from vision.matching.parameters import PoseProblemParameters
-from vision.matching.tolerances import TOLERANCES
+from vision.matching.matching_parameters import PoseProblemParameters
 from vision.matching.view_units import ViewUnits
+from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
+from vision.relations.tolerances import TOLERANCES
 
 REASONS = ("assigned", "orientation", "distance", "overlap", "unrelated", "better_elsewhere", "covered")
 ASSIGNED, ORIENTATION, DISTANCE, OVERLAP, UNRELATED, BETTER_ELSEWHERE, COVERED = range(len(REASONS))

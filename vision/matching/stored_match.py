@@ -10,9 +10,9 @@ from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.store.database import Database
-from vision.matching.parameters import PoseProblemParameters
+from vision.matching.matching_parameters import PoseProblemParameters
 from vision.matching.pose_problem import REASONS, Pairs, PoseMatch, SurfacePairs, UnitCounts, match_pairs
-from vision.matching.workspace import open_workspace
+from vision.relations.workspace import open_workspace
 
 
 def match_stored(store: Database, connection: Connection, run_id: int, problem_no: int) -> PoseMatch:

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from relmodel.arrays import Floats, Ints
 from relmodel.columns import Columns
+from relmodel.store.rounding import round_columns
 from vision.cameras.cameras import Camera
-from vision.extraction.rows import round_columns
 from vision.localisation.coverage import SurfaceMap
 from vision.localisation.views import ViewArcs
-from vision.matching.parameters import ViewParameters
-from vision.matching.relations import (
+from vision.matching.matching_parameters import ViewParameters
+from vision.relations.relations import (
     BOUNDS,
     KINDS,
     Areas,

@@ -10,11 +10,10 @@ from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import map_surfaces
 from vision.localisation.evidence import collect_edge_points
+from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.parameters import LocalisationParameters
 from vision.localisation.parts_in_view import PartsInView
 from vision.localisation.refine import Refined
-from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
@@ -24,15 +23,16 @@ from vision.presence.distances import measure_distances
 from vision.presence.items import list_items
 from vision.presence.moved import Edges, find_usable
 from vision.presence.openings import look_through
-from vision.presence.parameters import DEFAULTS, PresenceParameters
+from vision.presence.presence_parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
-from vision.presence.runs import weigh_runs
 from vision.presence.samples import collect_samples, find_beside
 from vision.presence.sides import look_at_sides
 from vision.presence.states import Presence, decide
+from vision.presence.stretches import weigh_runs
 from vision.presence.support import measure_support
 from vision.presence.surfaces import assess_surfaces
 from vision.presence.unexplained import find_unexplained, lie_on
+from vision.scene.stored_scene import StoredScene
 
 
 def assess(

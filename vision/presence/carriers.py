@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.localisation.stored_scene import StoredScene
 from vision.presence.samples import Samples
+from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)

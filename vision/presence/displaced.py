@@ -14,10 +14,8 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.stored_scene import StoredScene
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures
-from vision.presence.parameters import DisplacedParameters, StateParameters
 from vision.presence.pieces import (
     PieceView,
     find_axes,
@@ -28,9 +26,11 @@ from vision.presence.pieces import (
     look,
     measure_distance,
 )
+from vision.presence.presence_parameters import DisplacedParameters, StateParameters
 from vision.presence.samples import Beside, Samples
 from vision.presence.support import Support
 from vision.presence.turned import Turn, seek_turn
+from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.localisation.scene import Scene
 from vision.presence.items import Items
-from vision.presence.parameters import DistanceParameters
+from vision.presence.presence_parameters import DistanceParameters
 from vision.presence.surfaces import Surfaces
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

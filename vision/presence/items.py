@@ -11,7 +11,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from vision.localisation.coverage import SurfaceMap
 from vision.localisation.parts_in_view import PART, PartsInView
-from vision.localisation.stored_scene import StoredScene
+from vision.scene.stored_scene import StoredScene
 
 INSETS = ("through_hole", "blind_hole", "boss", "duct")
 NONE = -1  # number of the feature or surface of an item that is neither

@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.items import Items
-from vision.presence.parameters import StateParameters
+from vision.presence.presence_parameters import StateParameters
 from vision.presence.surfaces import Surfaces
 
 DISPLACED = ("displacement", "dx", "dy", "dz", "turn")  # of parts that lie elsewhere

@@ -18,9 +18,9 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.carriers import Carriers
 from vision.presence.opposed import Opposed
-from vision.presence.parameters import MovedParameters, PresenceParameters
-from vision.presence.runs import Runs, compute_log_odds
+from vision.presence.presence_parameters import MovedParameters, PresenceParameters
 from vision.presence.samples import Beside, Samples
+from vision.presence.stretches import Runs, compute_log_odds
 from vision.presence.support import Support
 
 

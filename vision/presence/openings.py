@@ -17,7 +17,7 @@ from vision.extraction.primitives import Primitives
 from vision.extraction.region_lookup import find_regions_at
 from vision.localisation.coverage import SurfaceMap
 from vision.presence.items import Items
-from vision.presence.parameters import OpeningParameters
+from vision.presence.presence_parameters import OpeningParameters
 from vision.presence.samples import Samples
 
 KINDS = ("through_hole", "duct")

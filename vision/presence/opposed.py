@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.localisation.scene import Scene
 from vision.presence.items import Items
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from scipy.spatial import cKDTree
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.scene import Scene
-from vision.presence.parameters import DisplacedParameters
+from vision.presence.presence_parameters import DisplacedParameters
 from vision.presence.samples import Samples
+from vision.scene.scene import Scene
 
 NEAREST = 6  # elements looked at beside a sample: more lie within a few px only in dense texture
 BESIDE_PX = 1.0  # along the edge, between a sample and the element on its normal

@@ -12,9 +12,9 @@ from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Refined
-from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import SMOOTH, ViewArcs, propagate_pose_sigma
-from vision.presence.parameters import SampleParameters
+from vision.presence.presence_parameters import SampleParameters
+from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)

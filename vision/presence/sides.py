@@ -8,9 +8,9 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Rig
-from vision.localisation.scene import Scene
-from vision.presence.parameters import SideParameters
+from vision.presence.presence_parameters import SideParameters
 from vision.presence.samples import Samples
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.moved import Pulls
-from vision.presence.parameters import SizeParameters
+from vision.presence.presence_parameters import SizeParameters
 from vision.presence.samples import Samples
 from vision.presence.support import Support
 

@@ -13,9 +13,9 @@ from vision.presence.distances import Distances
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures, find_moved, join, measure_items
 from vision.presence.openings import Openings
-from vision.presence.parameters import StateParameters
+from vision.presence.presence_parameters import StateParameters
 from vision.presence.regions import RegionSupport
-from vision.presence.runs import Runs
+from vision.presence.stretches import Runs
 from vision.presence.surfaces import Surfaces
 from vision.presence.unexplained import Unexplained
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.parameters import SupportParameters
+from vision.presence.presence_parameters import SupportParameters
 from vision.presence.samples import Beside, Samples
 
 

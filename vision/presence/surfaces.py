@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.localisation.stored_scene import StoredScene
 from vision.presence.items import Items
 from vision.presence.moved import Edges, Pulls, collect_pulls, seek_moved
 from vision.presence.opposed import Opposed, find_opposed
-from vision.presence.parameters import PresenceParameters, SizeParameters
-from vision.presence.runs import Runs
+from vision.presence.presence_parameters import PresenceParameters, SizeParameters
 from vision.presence.samples import Samples
 from vision.presence.sizes import Offsets, measure_offsets
+from vision.presence.stretches import Runs
 from vision.presence.support import Support
+from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
-from vision.localisation.scene import Scene
-from vision.presence.parameters import TurnedParameters
 from vision.presence.pieces import PieceCamera, PieceView
+from vision.presence.presence_parameters import TurnedParameters
+from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)

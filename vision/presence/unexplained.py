@@ -19,10 +19,10 @@ from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.primitives import ArcColumns, Primitives
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.scene import Scene
 from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import VisibleArcs
-from vision.presence.parameters import UnexplainedParameters
+from vision.presence.presence_parameters import UnexplainedParameters
+from vision.scene.scene import Scene
 
 KINDS = ("closed", "curved", "straight", "region")
 CLOSED, CURVED, STRAIGHT, REGION = range(4)

@@ -10,15 +10,15 @@ import numpy as np
 
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
-from vision.localisation.parameters import LocalisationParameters
+from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.parts_in_view import find_parts_in_view
 from vision.localisation.refine import Refined
-from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import find_view_arcs
 from vision.presence.assess import assess
-from vision.presence.parameters import PresenceParameters
+from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.report import count_against
 from vision.presence.states import Presence
+from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)

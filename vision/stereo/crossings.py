@@ -8,8 +8,8 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.extraction.primitives import Primitives
-from vision.stereo.parameters import EpipolarParameters
 from vision.stereo.rectification import Rectification, View
+from vision.stereo.stereo_parameters import EpipolarParameters
 
 
 @dataclass(frozen=True)

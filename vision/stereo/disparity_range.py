@@ -13,8 +13,8 @@ import numpy as np
 from relmodel.arrays import Bools, Floats
 from vision.stereo.crossings import Side
 from vision.stereo.epipolar import Votes, vote
-from vision.stereo.parameters import EpipolarParameters, RangeParameters
 from vision.stereo.rectification import Rectification
+from vision.stereo.stereo_parameters import EpipolarParameters, RangeParameters
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.stereo.crossings import Crossings, Side, compress_contrast
-from vision.stereo.parameters import EpipolarParameters
+from vision.stereo.stereo_parameters import EpipolarParameters
 
 
 @dataclass(frozen=True)

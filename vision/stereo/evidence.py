@@ -15,7 +15,7 @@ from relmodel.arrays import Floats, Ints
 from vision.stereo.crossings import Side, compress_contrast
 from vision.stereo.disparity_range import DisparityRange
 from vision.stereo.epipolar import Votes, describe, index_rows
-from vision.stereo.parameters import EpipolarParameters, EvidenceParameters
+from vision.stereo.stereo_parameters import EpipolarParameters, EvidenceParameters
 
 
 @dataclass(frozen=True)

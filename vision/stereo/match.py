@@ -10,21 +10,21 @@ import numpy as np
 from relmodel.arrays import Bools, Ints
 from relmodel.columns import Columns
 from relmodel.errors import UsageError
-from relmodel.matching.problem import NONE
-from relmodel.matching.solve import MODES
-from relmodel.matching.star import MODE as STAR
+from relmodel.labelling.problem import NONE
+from relmodel.labelling.solve import MODES
+from relmodel.labelling.star import MODE as STAR
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
-from vision.matching.joins import ProblemRows, Solved, put_relations, solve_rows
-from vision.matching.tolerances import TOLERANCES
-from vision.matching.workspace import open_workspace
+from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
+from vision.relations.tolerances import TOLERANCES
+from vision.relations.workspace import open_workspace
 from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
 from vision.stereo.disparity_range import DepthRange, estimate_range, range_of_depths
 from vision.stereo.epipolar import Votes, vote
 from vision.stereo.evidence import Candidates, compare_arcs, join
-from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification, rectify
 from vision.stereo.regions import StereoRegions, compare_regions, pack_regions
+from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
 
 METHODS = ("pong", "relational", "star")

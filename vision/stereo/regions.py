@@ -15,8 +15,8 @@ from vision.extraction.primitives import Primitives
 from vision.stereo.disparity_range import DisparityRange
 from vision.stereo.epipolar import Votes
 from vision.stereo.evidence import Candidates
-from vision.stereo.parameters import RegionEvidenceParameters
 from vision.stereo.rectification import Rectification, View
+from vision.stereo.stereo_parameters import RegionEvidenceParameters
 
 
 @dataclass(frozen=True)

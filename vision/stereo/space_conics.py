@@ -8,8 +8,8 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.extraction.ellipses import fit_ellipses
-from vision.stereo.parameters import TriangulationParameters
 from vision.stereo.rectification import Rectification
+from vision.stereo.stereo_parameters import TriangulationParameters
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ import numpy as np
 from relmodel.arrays import Floats, Ints
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE
 from vision.stereo.crossings import StereoArcs, cross_rows, pair_crossings
-from vision.stereo.parameters import DEFAULTS, StereoParameters
 from vision.stereo.rectification import Rectification
 from vision.stereo.space_conics import Conics, fit_conics
+from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters
 
 CURVES = ("line", "circle", "ellipse", "free")
 

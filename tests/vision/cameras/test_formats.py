@@ -14,8 +14,8 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
+from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
-from relmodel.cli.main import main
 from relmodel.errors import InputError, UsageError
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 from vision.cameras.files import read_rig, rig_inputs, write_rig

@@ -14,7 +14,7 @@ from tests.find.test_find import PLACES, Oracle, fill
 from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
 from vision.cameras.cameras import Camera, Prior, Rig, perturb
-from vision.cameras.record import record_rig
+from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import SelectionParameters, build_view_volume, sample_views, select_in_view
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])

@@ -11,10 +11,10 @@ from tests.vision.extraction.synthetic import linked
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
+from vision.extraction.extraction_parameters import FittingParameters, JunctionParameters
 from vision.extraction.free_curves import fit_free_curves
 from vision.extraction.linking import fill_gaps
 from vision.extraction.osculating_circles import find_osculating_circles
-from vision.extraction.parameters import FittingParameters, JunctionParameters
 from vision.extraction.refined_polylines import Deviations
 
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0

@@ -9,8 +9,8 @@ from relmodel.errors import InputError, UsageError
 from tests.vision.extraction.synthetic import disc, render
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import Extraction, extract
-from vision.extraction.parameters import EdgeParameters, ExtractionParameters, RegionParameters
-from vision.matching.relations import (
+from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
+from vision.relations.relations import (
     ADJACENT,
     BOUNDS,
     CONCENTRIC,

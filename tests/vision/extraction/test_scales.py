@@ -7,8 +7,8 @@ from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import EdgeElements
+from vision.extraction.extraction_parameters import EdgeParameters
 from vision.extraction.noise import estimate_noise
-from vision.extraction.parameters import EdgeParameters
 from vision.extraction.scales import detect_edges_over_scales
 
 _ANGLE = 0.4

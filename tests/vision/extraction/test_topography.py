@@ -7,7 +7,7 @@ from tests.vision.extraction.landscapes import labels_of, random_landscape
 from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.parameters import EdgeParameters, ExtractionParameters, TopographyParameters
+from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, TopographyParameters
 from vision.extraction.topography import LABELS, count_labels, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0

@@ -13,8 +13,8 @@ from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import build_fine_evidence
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Refined, refine
-from vision.localisation.scene import Scene
 from vision.localisation.visibility import find_visible_arcs
+from vision.scene.scene import Scene
 
 NOISE_PX = 0.1
 

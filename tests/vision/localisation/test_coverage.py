@@ -5,7 +5,7 @@ import pytest
 
 from vision.cameras.cameras import Camera
 from vision.localisation.coverage import measure_coverage
-from vision.localisation.scene import Scene
+from vision.scene.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]]))
 

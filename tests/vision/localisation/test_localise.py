@@ -25,7 +25,7 @@ from vision.extraction.extract import extract
 from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.scene import Scene
+from vision.scene.scene import Scene
 
 
 @cache

@@ -21,12 +21,12 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
 )
+from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.parameters import DEFAULTS
 from vision.localisation.refine import Fit, Refined, refine
-from vision.localisation.scene import Scene
 from vision.localisation.verdict import compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
+from vision.scene.scene import Scene
 
 SIGMA = 0.1
 
@@ -266,7 +266,7 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     along = truth[:3, :3].T @ [1.0, 0, 0]
     axis = "xyz"[int(np.argmax(np.abs(along)))]
     assert weakest.startswith(f"shift along {axis}")
-    verdict = decide(found, [], [], Needs(5.0, 0.02), DEFAULTS.verdict)
+    verdict = decide([found], np.array([0]), [], Needs(5.0, 0.02), DEFAULTS.verdict)
     assert verdict.verdict == "refused"
     assert any(weakest in sentence for sentence in verdict.missing)
 

@@ -14,8 +14,8 @@ from relmodel.world.placement import place_world
 from tests.parts.step_parts import write_product
 from tests.reading import load
 from tests.vision.localisation.test_visibility import CAMERA, looking
-from vision.localisation.stored_scene import read_scene
 from vision.localisation.visibility import find_visible_arcs
+from vision.scene.stored_scene import read_scene
 
 _FACES = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))
 

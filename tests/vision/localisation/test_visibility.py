@@ -14,8 +14,8 @@ from relmodel.readers.mesh.shape import shape_from_triangles
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
 from vision.cameras.cameras import Camera
 from vision.localisation.alternatives import describe_arc_shapes, find_displacements
-from vision.localisation.scene import Scene
 from vision.localisation.visibility import find_silhouettes, find_visible_arcs
+from vision.scene.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]))
 

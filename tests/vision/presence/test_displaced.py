@@ -15,14 +15,14 @@ from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Camera, Rig
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.scene import Scene
-from vision.localisation.stored_scene import StoredScene
 from vision.localisation.views import find_view_arcs
 from vision.presence.displaced import Displacements, measure_displacements
-from vision.presence.parameters import PresenceParameters
 from vision.presence.pieces import find_pieces
+from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.samples import Samples, find_beside
 from vision.presence.support import measure_support
+from vision.scene.scene import Scene
+from vision.scene.stored_scene import StoredScene
 
 P = PresenceParameters()
 CAMERA = Camera(800, 600, np.array([[900.0, 0, 400], [0, 900, 300], [0, 0, 1]]))

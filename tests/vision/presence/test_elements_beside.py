@@ -7,7 +7,7 @@ import numpy as np
 from relmodel.arrays import Floats, Ints
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.parameters import SampleParameters, SupportParameters
+from vision.presence.presence_parameters import SampleParameters, SupportParameters
 from vision.presence.samples import Beside, Samples, find_beside
 from vision.presence.support import measure_support
 

@@ -14,7 +14,7 @@ from vision.extraction.rows import make_primitives
 from vision.localisation.coverage import SurfaceMap
 from vision.presence.items import Items
 from vision.presence.openings import Openings, look_through
-from vision.presence.parameters import OpeningParameters
+from vision.presence.presence_parameters import OpeningParameters
 from vision.presence.samples import Samples
 
 STEP, SIZE = 3, (400, 300)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import betabinom
 
-from vision.presence.parameters import RunParameters
-from vision.presence.runs import compute_log_odds
+from vision.presence.presence_parameters import RunParameters
+from vision.presence.stretches import compute_log_odds
 
 P = RunParameters()
 

@@ -11,10 +11,10 @@ from vision.localisation.measurements import EdgeIndex
 from vision.presence.carriers import find_carriers
 from vision.presence.moved import Edges, collect_pulls, find_usable, seek_moved
 from vision.presence.opposed import Opposed
-from vision.presence.parameters import PresenceParameters
-from vision.presence.runs import Runs
+from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.samples import Samples, find_beside
 from vision.presence.sizes import measure_offsets
+from vision.presence.stretches import Runs
 from vision.presence.support import measure_support
 
 P = PresenceParameters()

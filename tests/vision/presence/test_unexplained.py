@@ -11,10 +11,10 @@ from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.localisation.evidence import collect_edge_points
+from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.parameters import DEFAULTS as LOCALISATION
 from vision.localisation.views import find_view_arcs
-from vision.presence.parameters import UnexplainedParameters
+from vision.presence.presence_parameters import UnexplainedParameters
 from vision.presence.unexplained import CLOSED, REGION, Unexplained, find_unexplained
 
 SIZE, FOCAL, DISTANCE = (400, 300), 500.0, 1000.0

@@ -13,7 +13,7 @@ from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.stereo.crossings import pack_arcs
 from vision.stereo.match import METHODS, match_stereo
-from vision.stereo.parameters import DEFAULTS
+from vision.stereo.stereo_parameters import DEFAULTS
 
 
 @pytest.mark.data

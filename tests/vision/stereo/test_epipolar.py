@@ -10,7 +10,7 @@ import pytest
 from relmodel.arrays import Floats
 from vision.stereo.crossings import row_crossings
 from vision.stereo.epipolar import match_rows
-from vision.stereo.parameters import EpipolarParameters
+from vision.stereo.stereo_parameters import EpipolarParameters
 
 
 def test_a_circle_is_crossed_twice_a_row() -> None:

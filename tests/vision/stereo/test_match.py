@@ -39,8 +39,8 @@ def test_the_range_holds_what_is_seen() -> None:
     a half of all."""
     from vision.stereo.crossings import lay_out
     from vision.stereo.disparity_range import estimate_range
-    from vision.stereo.parameters import DEFAULTS
     from vision.stereo.rectification import rectify
+    from vision.stereo.stereo_parameters import DEFAULTS
 
     rectification = rectify(toed_in_rig())
     for seed in (1, 2, 3):

@@ -12,7 +12,7 @@ from relmodel.store.store import Store
 from tests.vision.stereo.scenes import picture_of, toed_in_rig, wireframe_scene
 from vision.stereo.disparity_range import DepthRange
 from vision.stereo.match import StereoMatches, match_pictures
-from vision.stereo.record import record_stereo
+from vision.stereo.record_stereo import record_stereo
 
 PROBLEM = 3
 

@@ -11,8 +11,8 @@ from tests.vision.stereo.scenes import pixels, segment, toed_in_rig
 from vision.cameras.cameras import Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
 from vision.stereo.crossings import StereoArcs
-from vision.stereo.parameters import DEFAULTS
 from vision.stereo.rectification import rectify
+from vision.stereo.stereo_parameters import DEFAULTS
 from vision.stereo.triangulate import CURVES, Triangulated, triangulate_pairs
 
 RIG = toed_in_rig()

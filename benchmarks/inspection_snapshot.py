@@ -1,0 +1,150 @@
+"""What inspections answer, kept and compared later: whether a change moved any verdict, state or pose.
+
+    python benchmarks/inspection_snapshot.py make FILE      inspects right and wrong pairs, keeps the answers as JSON
+    python benchmarks/inspection_snapshot.py compare OLD NEW [--mm MM] [--rad RAD]
+
+Pairs are the demonstration's, each against its own variant, the first also swapped and against the other variant, and
+of the folder that RELMODEL_TEST_DATA names the first pairs of each bulkhead with their small, and of C with their
+`half_pitch` prior.  Verdicts, states and what is told of variants must be equal, poses to 1e-9 or as given.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+CHECKOUT = Path(__file__).resolve().parents[1]
+DEMO = CHECKOUT / "examples/demo"
+SHARED = (("A", "small", 3), ("B", "small", 1), ("C", "small", 1), ("C", "half_pitch", 2))
+
+
+def run(*words: object, status: tuple[int, ...] = (0,)) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "relmodel", *map(str, words)], cwd=CHECKOUT, capture_output=True, text=True, check=False
+    )
+    if done.returncode not in status:
+        sys.exit(f"relmodel {' '.join(map(str, words))}: {done.stderr}")
+    return done.stdout
+
+
+def inspect(store: Path, stem: Path, rig: Path, prior: Path, world: str, *, swap: bool = False) -> dict[str, Any]:
+    sides = [f"{stem}_right.png", f"{stem}_left.png"] if swap else [f"{stem}_left.png", f"{stem}_right.png"]
+    given = ("--rig", rig, "--left", sides[0], "--right", sides[1], "--prior", prior, "--world", world)
+    answer = json.loads(run("inspect", "--store", store, *given, "--format", "json", status=(0, 1)))
+    keys = ("verdict", "world_from_rig", "covariance", "posterior", "parts_in_view", "presence", "variants")
+    return {key: answer[key] for key in keys}
+
+
+def demonstration(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    store, worlds = folder / "demo.duckdb", {}
+    run("init", "--store", store)
+    for variant, file in (("A", "world.yaml"), ("B", "world_B.yaml")):
+        run(
+            "load", DEMO / f"bulkhead_{variant}.step.gz", "--object", "bulkhead", "--variant", variant, "--store", store
+        )
+        run("world", DEMO / file, "--store", store)
+        worlds[variant] = yaml.safe_load((DEMO / file).read_text())["world"]
+    for truth in sorted(DEMO.glob("pair_*_truth.json")):
+        name = truth.name.removesuffix("_truth.json")
+        variant = json.loads(truth.read_text())["variant"]
+        files = (store, DEMO / name, DEMO / f"{name}_rig.yaml", DEMO / f"{name}_prior.yaml")
+        yield f"demo {name}", inspect(*files, worlds[variant])
+        if name == "pair_00":
+            yield f"demo {name} swapped", inspect(*files, worlds[variant], swap=True)
+        if name in ("pair_00", "pair_04"):
+            yield f"demo {name} other variant", inspect(*files, worlds["B" if variant == "A" else "A"])
+
+
+def shared(data: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
+    rig_file, prior_file, world_file = (folder / f"{name}.yaml" for name in ("rig", "prior", "world"))
+    for part, kind, most in SHARED:
+        pairs, store = data / "bulkhead" / part / "pairs", folder / f"{part}.duckdb"
+        truths = [json.loads(file.read_text()) for file in sorted(pairs.glob("pair_*_truth.json"))[:most]]
+        if not store.exists():
+            run("init", "--store", store)
+            run("load", pairs.parent / "bulkhead_parts.step", "--object", "bulkhead", "--store", store)
+            placed = {"object": "bulkhead", "world_from_object": truths[0]["T_world_part"]}
+            world_file.write_text(yaml.safe_dump({"world": "cell", "objects": [placed]}))
+            run("world", world_file, "--store", store)
+        for truth in truths:
+            (width, height), cameras = truth["image_size"], {}
+            for side, pose in (("left", np.eye(4).tolist()), ("right", truth["T_left_right"])):
+                matrix = truth["cameras"][side]["K"]
+                cameras[side] = {"width": width, "height": height, "matrix": matrix, "rig_from_camera": pose}
+            rig_file.write_text(yaml.safe_dump({"cameras": cameras}))
+            prior = truth["priors"][kind]
+            sigma = {"translation_mm": max(prior["mm"] / 3**0.5, 1.0), "rotation_deg": max(prior["deg"] / 3**0.5, 0.5)}
+            prior_file.write_text(yaml.safe_dump({"world_from_rig": prior["T_world_cam_left"], "sigma": sigma}))
+            stem = pairs / f"pair_{truth['pair']:02d}"
+            yield f"{part}{truth['pair']} {kind}", inspect(store, stem, rig_file, prior_file, "cell")
+
+
+def make(file: Path) -> None:
+    answers = {}
+    with tempfile.TemporaryDirectory() as folder:
+        sets = [demonstration(Path(folder))]
+        if data := os.environ.get("RELMODEL_TEST_DATA"):
+            sets.append(shared(Path(data), Path(folder)))
+        for found in sets:
+            for name, answer in found:
+                answers[name] = answer
+                print(name, answer["verdict"], flush=True)
+    file.write_text(json.dumps(answers))
+
+
+def compare(old: Path, new: Path, mm: float, rad: float) -> int:
+    before, after = (json.loads(file.read_text()) for file in (old, new))
+    differ = [f"{name}: in one of the two only" for name in sorted(before.keys() ^ after.keys())]
+    for name in sorted(before.keys() & after.keys()):
+        a, b = before[name], after[name]
+        if a["verdict"] != b["verdict"]:
+            differ.append(f"{name}: {a['verdict']} is now {b['verdict']}")
+        if (a["world_from_rig"] is None) != (b["world_from_rig"] is None):
+            differ.append(f"{name}: a pose in one of the two only")
+        elif a["world_from_rig"] is not None:
+            off = np.abs(np.array(a["world_from_rig"]) - np.array(b["world_from_rig"]))
+            if off[:3, 3].max() > mm or off[:3, :3].max() > rad:
+                differ.append(f"{name}: moved by {off[:3, 3].max():.3g} mm, {off[:3, :3].max():.3g} rad")
+        states = [
+            {(r["level"], r["path"]): r["state"] for r in (one["presence"] or {"items": []})["items"]} for one in (a, b)
+        ]
+        differ += [
+            f"{name}: {' '.join(item)}: {states[0].get(item)} is now {states[1].get(item)}"
+            for item in sorted(states[0].keys() | states[1].keys())
+            if states[0].get(item) != states[1].get(item)
+        ]
+        told = [[(v["object"], v["variant"]) for v in one["variants"]] for one in (a, b)]
+        if told[0] != told[1]:
+            differ.append(f"{name}: variants {told[0]} are now {told[1]}")
+    print("\n".join(differ) or f"{len(before)} inspections equal")
+    return len(differ) > 0
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    verbs.add_parser("make").add_argument("file", type=Path)
+    comparing = verbs.add_parser("compare")
+    comparing.add_argument("old", type=Path)
+    comparing.add_argument("new", type=Path)
+    comparing.add_argument("--mm", type=float, default=1e-9, help="how far poses may move (default 1e-9)")
+    comparing.add_argument("--rad", type=float, default=1e-9, help="how far they may turn (default 1e-9)")
+    given = parser.parse_args()
+    if given.verb == "make":
+        make(given.file)
+    else:
+        sys.exit(compare(given.old, given.new, given.mm, given.rad))
+
+
+if __name__ == "__main__":
+    main()

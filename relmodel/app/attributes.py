@@ -1,0 +1,199 @@
+"""Attributes that a person sets: of worlds, objects, parts, and of surfaces and arcs of parts.
+
+Each is appended in a run of its own, which says who set what and when; the newest value wins.
+"""
+
+from __future__ import annotations
+
+import getpass
+import math
+import re
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from relmodel.errors import UsageError
+from relmodel.model.attributes import attribute_rows
+from relmodel.store import Run, Store
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+Value = float | str | bool
+
+_LONGEST = 200  # characters of a name
+_COLOUR = re.compile(r"#[0-9a-f]{6}")
+
+
+@dataclass(frozen=True)
+class _Known:
+    """An attribute whose meaning is fixed: of which levels it is, and of which dimension (None: a text)."""
+
+    levels: tuple[str, ...]
+    dimension: str | None = None
+
+
+# What views and pictures take to mean something; every other name is free.
+_KNOWN = {
+    "density": _Known(("part",), "density"),
+    "mass": _Known(("object", "part"), "mass"),
+    "material": _Known(("part",)),
+    "finish": _Known(("part", "surface")),
+    "colour": _Known(("part", "surface", "arc")),
+    "layer": _Known(("part", "surface", "arc")),
+}
+
+
+@dataclass(frozen=True)
+class Owner:
+    """What has an attribute.  id: the world, object or part, of a surface or arc its shape, in which it is
+    `element_no`."""
+
+    level: str
+    id: int
+    element_no: int | None
+    words: str
+
+    @property
+    def key(self) -> dict[str, Any]:
+        """Key columns of the level's attribute table."""
+        if self.element_no is None:
+            return {f"{self.level}_id": self.id}
+        return {"shape_id": self.id, f"{self.level}_no": self.element_no}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """An attribute as it was set."""
+
+    run_id: int
+    owner: Owner
+    name: str
+    value: Value
+    unit: str | None
+
+
+def set_attribute(
+    store: Store,
+    path: str,
+    name: str,
+    value: Value,
+    *,
+    unit: str | None = None,
+    variant: str = "",
+    surface: int | None = None,
+    arc: int | None = None,
+    world: bool = False,
+) -> Setting:
+    """Set an attribute of what a path names: an object, or OBJECT/PATH of what stands in it; or of a world.
+
+    `surface`, `arc`: ordinal of a surface or arc of the part.  `world`: the path is the name of a world, whose newest
+    revision is meant.  Raises UsageError where the path leads nowhere or name, value and unit do not fit.
+    """
+    parameters: dict[str, Any] = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
+    parameters |= {"name": name, "value": value, "unit": unit, "user": _user()}
+    with Run.begin(store, "set", parameters) as run:
+        with store.read() as connection:
+            units = {row.symbol: row.dimension for row in store.rows(connection, "object/units")}
+            owner = _owner(store, connection, path, variant, surface, arc, world)
+        _check(owner, name, value, unit, units)
+        _, columns = attribute_rows([(owner.id, [(name, value, unit)])])
+        row = {key: [number] for key, number in owner.key.items()}
+
+        def write(connection: Connection) -> None:
+            run.append(connection, f"{owner.level}_attribute", {**row, "run_id": run.id, "source": "user", **columns})
+            run.finish(f"{name} of {owner.words} is set", connection)
+
+        run.transact(write)
+    return Setting(run.id, owner, name, value, unit)
+
+
+def _owner(
+    store: Store,
+    connection: Connection,
+    path: str,
+    variant: str,
+    surface: int | None,
+    arc: int | None,
+    world: bool,
+) -> Owner:
+    from relmodel.app.show.tree import read_tree
+    from relmodel.find.find import world_named
+
+    if world:
+        if variant or surface is not None or arc is not None:
+            raise UsageError("a world has no variant, surface or arc: leave them out")
+        world_id, found = world_named(store, connection, path)
+        return Owner("world", world_id, None, f"world {found}")
+    if surface is not None and arc is not None:
+        raise UsageError("an attribute is of a surface or of an arc: name one of them")
+    loaded = {row.name for row in store.rows(connection, "newest_objects")}
+    name = max((n for n in loaded if path == n or path.startswith(f"{n}/")), key=len, default=path.partition("/")[0])
+    tree = read_tree(store, connection, name, variant)
+    inside = path[len(name) + 1 :]
+    called = f"{name} variant {tree.variant}" if tree.variant else name
+    if inside and inside not in tree.path:
+        near = get_close_matches(inside, tree.path, 1)
+        hint = f"did you mean {name}/{near[0]}?" if near else f"relmodel show {name} lists what there is"
+        raise UsageError(f"there is no {inside} in {called}: {hint}")
+    at = tree.path.index(inside) if inside else -1
+    if at < 0 or tree.part_id[at] < 0:
+        if surface is not None or arc is not None:
+            raise UsageError(f"{path} is an object, and surfaces and arcs are of parts: give the path of a part in it")
+        return Owner("object", tree.object_id if at < 0 else int(tree.child_object_id[at]), None, f"object {path}")
+    part = store.rows(connection, "object/parts", part_ids=[int(tree.part_id[at])])[0]
+    words = f"part {part.number}"
+    for level, number, count in (("surface", surface, part.surface_count), ("arc", arc, part.arc_count)):
+        if number is not None:
+            if not 0 <= number < count:
+                raise UsageError(f"{words} has no {level} {number}: it has {level}s 0 to {count - 1}")
+            return Owner(level, int(part.shape_id), number, f"{level} {number} of {words}")
+    return Owner("part", int(part.id), None, words)
+
+
+def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, str]) -> None:
+    """Raise UsageError where name, value and unit of an attribute do not fit together."""
+    if not name.strip() or name != name.strip() or len(name) > _LONGEST or not name.isprintable():
+        raise UsageError(
+            f"{name!r} is no name of an attribute: give 1 to {_LONGEST} characters without spaces at the ends"
+        )
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if isinstance(value, str) and (not value.strip() or "\0" in value):
+        raise UsageError(f"the value of {name} is empty: give a number, a text, true or false")
+    if number and not math.isfinite(value):  # type: ignore[arg-type]
+        raise UsageError(f"the value of {name} is {value}: give a finite number")
+    if unit is not None and not number:
+        raise UsageError(f"the value of {name} is {value!r}, no number: leave the unit {unit!r} out")
+    if unit is not None and unit not in units:
+        raise UsageError(f"the unit {unit!r} is unknown: use one of {', '.join(units)}")
+    if name in ("index_kind", "grid_cell_mm") and owner.level == "world":
+        raise UsageError(f"{name} is measured by relmodel index --compare: it is not set by hand")
+    if name in _KNOWN:
+        _check_known(owner, name, value, unit, units)
+
+
+def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, str]) -> None:
+    known = _KNOWN[name]
+    if owner.level not in known.levels:
+        raise UsageError(f"{name} is of a {' or '.join(known.levels)}, and {owner.words} is none: name one")
+    if known.dimension is None:
+        if not isinstance(value, str):
+            raise UsageError(
+                f"{name} is a text, and {value!r} is none: give its name (with --text if it looks otherwise)"
+            )
+        if name == "colour" and not _COLOUR.fullmatch(value):
+            raise UsageError(f"the colour {value!r} is not #rrggbb: give six hexadecimal digits, as in #c0c0c0")
+        return
+    fitting = ", ".join(symbol for symbol, dimension in units.items() if dimension == known.dimension)
+    if isinstance(value, str | bool) or not value > 0:
+        raise UsageError(f"{name} is a number above zero, and {value!r} is none: give one with its unit ({fitting})")
+    if unit is None or units[unit] != known.dimension:
+        given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit]}"
+        raise UsageError(f"the {name} {value:g} {given}: give one of {fitting}")
+
+
+def _user() -> str | None:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # a container's user may have no name
+        return None

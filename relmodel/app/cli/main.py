@@ -1,0 +1,154 @@
+"""`relmodel VERB ...`: finds the verb's module, runs it, and turns errors into one sentence and an exit status.
+
+Each verb is a module of `relmodel.app.cli.verbs`: its docstring says what it does (the first line stands in the list of
+verbs), `EXAMPLE` shows a call, `add_arguments(parser)` declares its options and `run(args)` does it and returns the
+exit status.  These modules import nothing heavy before `run`, so that help answers at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from types import FrameType, ModuleType
+
+from relmodel import __version__
+from relmodel.app.cli import output
+from relmodel.app.cli.options import add_debug, add_quiet, add_store
+from relmodel.errors import RelmodelError
+from relmodel.text import visible
+
+# Verbs in the order in which help lists them; NAME is the module relmodel.app.cli.verbs.NAME.
+VERBS = (
+    "init",
+    "migrate",
+    "load",
+    "show",
+    "set",
+    "diff",
+    "export",
+    "world",
+    "rig",
+    "where",
+    "find",
+    "index",
+    "extract",
+    "stereo",
+    "inspect",
+    "runs",
+    "report",
+    "serve",
+    "why",
+    "replay",
+    "compare",
+    "prune",
+    "schema",
+    "sql",
+    "check",
+    "demo",
+    "completion",
+)
+
+UNFORESEEN = 4
+INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
+_INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
+    input, 4 an error that nobody foresaw, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    args = parser(words[0] if words else "").parse_args(words)
+    # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    output.quiet = args.quiet
+    with _interrupts() as came:
+        try:
+            status: int = args.run(args)
+            sys.stdout.flush()
+            return status
+        except (Exception, KeyboardInterrupt) as error:
+            if came or isinstance(error, KeyboardInterrupt):
+                print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
+                return INTERRUPTED
+            return _tell(args, error)
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Signals of an interrupt, as they come while the block lasts: what was at work may raise an error of its own."""
+    came: list[int] = []
+
+    def note(number: int, _: FrameType | None) -> None:
+        came.append(number)
+        logging.disable()  # libraries log what broke off in them; it is said in a sentence here
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():  # which alone has handlers
+        yield came
+        return
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGINT, before)
+        logging.disable(logging.NOTSET)
+
+
+def _tell(args: argparse.Namespace, error: Exception) -> int:
+    """Say what went wrong in a sentence; the exit status."""
+    if isinstance(error, RelmodelError):
+        print(f"relmodel {args.verb}: {visible(str(error))}", file=sys.stderr)
+        return error.exit_status
+    if isinstance(error, BrokenPipeError):
+        # The reader (head, less) has gone.  Point stdout at nothing, or Python complains when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    if args.debug:
+        sys.stderr.write(visible("".join(traceback.format_exception(error)), keep="\n"))
+    said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
+    cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
+    print(f"relmodel {args.verb}: an error that nobody foresaw ({said}): {cure}", file=sys.stderr)
+    return UNFORESEEN
+
+
+def parser(verb: str = "") -> argparse.ArgumentParser:
+    """The parser of the whole command line, or of one verb of it alone: to make those of all takes longer than most
+    verbs."""
+    top = argparse.ArgumentParser(
+        prog="relmodel",
+        description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
+        epilog="exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad input, "
+        "4 an error that nobody foresaw (--debug shows where), 5 accepted with something that inspect --fail-on names, "
+        "130 interrupted",
+    )
+    top.add_argument("--version", action="version", version=f"relmodel {__version__}")
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name in [verb] if verb in VERBS else VERBS:
+        module = import_module(f"relmodel.app.cli.verbs.{name}")
+        words = _words(module)
+        one = verbs.add_parser(
+            name,
+            help=words[0].lower() + words[1:].partition("\n")[0].rstrip("."),
+            description=words,
+            epilog=f"example:\n  {module.EXAMPLE}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        add_store(one)
+        add_quiet(one)
+        add_debug(one)
+        module.add_arguments(one)
+        one.set_defaults(run=module.run)
+    return top
+
+
+def _words(module: ModuleType) -> str:
+    assert module.__doc__, f"{module.__name__} has no docstring"
+    return module.__doc__.strip()

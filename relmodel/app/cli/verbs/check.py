@@ -1,0 +1,35 @@
+"""Check the store: integrity of the model, and that nothing that was committed has vanished.
+
+Prints the rows that offend, and ends with status 1 where there are any.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.output import say
+from relmodel.printing import print_rows
+
+EXAMPLE = "relmodel check --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.store import Store
+    from relmodel.store.check import check
+
+    with Store.open(store_target(args), read_only=True) as store:
+        findings = check(store)
+    offending = [(f.query, f.description, _words(row)) for f in findings for row in f.rows]
+    if offending or args.format != "table":
+        print_rows(("check", "finds", "row"), offending, args.format)
+    say(f"{len(findings)} checks, {len(offending)} offending rows")
+    return 1 if offending else 0
+
+
+def _words(row: dict[str, object]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in row.items())

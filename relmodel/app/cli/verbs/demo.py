@@ -1,0 +1,78 @@
+"""Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, hold the pose against the truth.
+
+Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the report.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from relmodel.app.cli.output import say
+from relmodel.printing import print_rows
+
+EXAMPLE = "relmodel demo --folder demo"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--folder", type=Path, default=Path("demo"), help="where the results go (default: demo)")
+    parser.add_argument("--pair", default="00", help="which of the demonstration's stereo pairs (default: 00)")
+
+
+def run(args: argparse.Namespace) -> int:
+    import os
+
+    from relmodel.app.report.page import write_page
+    from relmodel.app.report.run import run_page
+    from relmodel.compiled import compile_ahead
+    from relmodel.errors import InputError, UsageError
+    from relmodel.loading.load import load
+    from relmodel.resources import resource_dir
+    from relmodel.store import Store
+    from relmodel.world.placement import place_world
+    from vision.inspection import KERNELS, inspect
+    from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
+
+    source = resource_dir("demo")
+    truth_file = source / f"pair_{args.pair}_truth.json"
+    if not truth_file.is_file():
+        known = ", ".join(sorted(p.name[5:7] for p in source.glob("pair_*_truth.json")))
+        raise UsageError(f"there is no pair {args.pair} in the demonstration: use one of {known}")
+    truth = read_truth(truth_file)
+    try:
+        args.folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {args.folder} cannot be made ({error.strerror}): give another") from error
+    target = args.store or os.environ.get("RELMODEL_STORE") or str(args.folder / "cell.duckdb")
+    overlay = args.folder / f"pair_{args.pair}_overlay.png"
+    page = args.folder / f"pair_{args.pair}.html"
+
+    with Store.create(target) as store:
+        say(f"loading variant {truth.variant} of the demonstration bulkhead ...")
+        report = load(store, source / f"bulkhead_{truth.variant}.step.gz", name="bulkhead", variant=truth.variant)
+        say(f"  {report.status}: {report.parts} parts, {report.occurrences} placed, {report.faces_loaded} faces")
+        world = place_world(store, source / ("world.yaml" if truth.variant == "A" else f"world_{truth.variant}.yaml"))
+        compile_ahead(KERNELS, say)
+        say(f"inspecting stereo pair {args.pair} ...")
+        answer = inspect(
+            store,
+            rig=source / f"pair_{args.pair}_rig.yaml",
+            left=source / f"pair_{args.pair}_left.png",
+            right=source / f"pair_{args.pair}_right.png",
+            prior=source / f"pair_{args.pair}_prior.yaml",
+            world=world.world,
+            overlay=overlay,
+        )
+        with store.read() as connection:
+            write_page(page, lambda: run_page(store, connection, answer.run))
+    parts = [(p["path"], p["level"], f"{p['visible_share']:.0%}") for p in answer.parts_in_view]
+    print_rows(("in view", "level", "visible"), parts, "table")
+    print(f"\nverdict   {answer.outcome.words}: {answer.reason}")
+    if answer.world_from_rig is not None:
+        off: PoseError = measure_pose_error(answer.world_from_rig, truth)
+        print(f"pose      {off.target_mm:.3f} mm and {off.rotation_deg:.4f} degrees off the truth at the target point")
+    print(f"time      {sum(answer.timings_s.values()):.1f} s for the inspection")
+    print(f"store     {target}")
+    print(f"overlay   {overlay}")
+    print(f"report    {page}")
+    return 0 if answer.verdict == "accepted" else 1

@@ -1,0 +1,52 @@
+"""Say what differs between two variants of an object: parts, features and surfaces.
+
+identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed; and of
+parts what else differs (path, number, material, ...).  The rows stay in the store: SELECT * FROM variant_change.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.output import say
+from relmodel.printing import print_rows
+
+EXAMPLE = """relmodel diff A B --object bulkhead --level feature --store cell.duckdb
+  relmodel diff bracket:left bracket:right --format csv --store cell.duckdb"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("before", metavar="A", help="the variant before; with --object its name, else OBJECT:VARIANT")
+    parser.add_argument("after", metavar="B", help="the variant after")
+    parser.add_argument("--object", metavar="NAME", help="name of the object of both")
+    parser.add_argument("--level", choices=("part", "feature", "surface"), help="only this level")
+    parser.add_argument(
+        "--reach", type=float, default=100.0, help="how far a thing may move and be the same, mm (default: 100)"
+    )
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.app.cli.progress import shown
+    from relmodel.store import Store
+    from relmodel.variants.compare_variants import compare
+
+    def named(text: str) -> tuple[str, str]:
+        if args.object:
+            return args.object, text
+        name, _, variant = text.partition(":")
+        return name, variant
+
+    with Store.open(store_target(args)) as store:
+        with shown() as progress:
+            comparison = compare(store, named(args.before), named(args.after), reach=args.reach, progress=progress)
+        with store.read() as connection:
+            rows = store.rows(connection, "compare/changes", comparison_id=comparison.id)
+    for level in ("part", "feature", "surface"):
+        counts = [f"{status} {n}" for (of, status), n in sorted(comparison.counts.items()) if of == level]
+        say(f"{level}s: {', '.join(counts) or 'none compared: no part that both have differs in its geometry'}")
+    words = ["level", "status", "differs", "kind", "before", "after", "path"]
+    names = [*words, "dx", "dy", "dz", "distance", "angle", "x", "y", "z"]
+    print_rows(names, [tuple(r) for r in rows if args.level in (None, r.level)], args.format)
+    return 0

@@ -1,0 +1,110 @@
+"""Export an object, the results of an inspection, or the placed parts of the worlds, as files of other programs.
+
+An object: a file that ends in .glb is written in metres, with shared geometry; any other name is a folder for the
+tables placed_part, part, feature, surface and arc.  An inspection (--run): .json has all its results, .glb the placed
+world with rig and cameras, any other name is a folder for the tables.  With --parquet: placed parts with their boxes,
+in folders by ranges of pages, for queries/parquet/find_in_volumes.sql on DuckDB or Spark.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relmodel.app.cli.options import store_target
+from relmodel.app.cli.output import say
+from relmodel.errors import UsageError
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+    from relmodel.progress import Progress
+    from relmodel.store import Store
+
+EXAMPLE = """relmodel export bulkhead --variant A -o bulkhead.glb --store cell.duckdb
+  relmodel export bulkhead --variant A -o tables --tables csv --store cell.duckdb
+  relmodel export --run last -o inspection.json --store cell.duckdb
+  relmodel export --parquet parts --store cell.duckdb"""
+
+# Names that people give what is written as .glb, as .json or into a folder.
+_OTHER_FORMS = (".gltf", ".json", ".xlsx", ".csv", ".parquet", ".obj", ".stl", ".ply", ".3mf", ".step", ".stp")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("object", metavar="OBJECT", nargs="?", help="name of the object")
+    parser.add_argument("--variant", default="", help="its variant, where it has several")
+    parser.add_argument("--run", metavar="RUN", dest="number", help="an inspection instead: number of its run, or last")
+    parser.add_argument("-o", "--out", type=Path, metavar="FILE|FOLDER", help="what to write of the object or run")
+    parser.add_argument(
+        "--tables", choices=("parquet", "csv"), default="parquet", help="form of the tables in a folder"
+    )
+    parser.add_argument("--parquet", type=Path, metavar="FOLDER", help="a new folder for the placed parts")
+    parser.add_argument("--world", metavar="NAME", help="with --parquet: this world only")
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.app.cli.progress import shown
+    from relmodel.store import Store
+
+    _check(args)
+    with (
+        Store.open(store_target(args), read_only=True) as store,
+        store.read() as connection,
+        shown() as progress,
+    ):
+        if args.parquet is not None:
+            from relmodel.find.parquet import export_parts
+
+            progress(f"{args.parquet}: placed parts", 0, 1)
+            parts = export_parts(store, connection, args.parquet, args.world)
+            written = [f"{args.parquet} is written: {parts} placed parts"]
+        else:
+            export = _export_object if args.number is None else _export_run
+            written = [f"{file} is written" for file in export(args, store, connection, progress)]
+    for words in written:
+        say(words)
+    return 0
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Refuses options that do not go together."""
+    given = sum(one is not None for one in (args.object, args.number, args.parquet))
+    if given != 1 or (args.parquet is None) != (args.out is not None):
+        raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")
+    if args.world is not None and args.parquet is None:
+        raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
+    ends = (".glb",) if args.number is None else (".glb", ".json")
+    if args.out is not None and args.out.suffix.lower() in set(_OTHER_FORMS) - set(ends):
+        raise UsageError(
+            f"{args.out} is named as a model of another format: end its name with {' or '.join(ends)}, or name a folder"
+        )
+
+
+def _export_object(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
+    from relmodel.app.export.glb import export_glb
+    from relmodel.app.export.tables import read_tables, write_tables
+    from relmodel.app.show.tree import read_tree
+
+    tree = read_tree(store, connection, args.object, args.variant)
+    if args.out.suffix.lower() == ".glb":
+        export_glb(store, connection, tree, args.out, progress)
+        return [args.out]
+    return write_tables(read_tables(store, connection, tree), args.out, args.tables, progress)
+
+
+def _export_run(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
+    from relmodel.app.audit.newest import run_named
+    from relmodel.app.export.results import read_results, write_json, write_scene
+    from relmodel.app.export.tables import write_tables
+
+    run_id = run_named(store, connection, args.number)
+    results = read_results(store, connection, run_id)
+    form = args.out.suffix.lower()
+    if form == ".json":
+        write_json(results, args.out)
+    elif form == ".glb":
+        write_scene(store, connection, results, args.out, progress)
+    else:
+        return write_tables(results, args.out, args.tables, progress)
+    return [args.out]

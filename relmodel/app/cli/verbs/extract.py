@@ -1,0 +1,133 @@
+"""Extract edges, arcs, regions, topography and relations from pictures, and draw what a stage found.
+
+Stages: edges (sub-pixel elements), linking (chains), filling (chains with gaps bridged, weak ones cleared), arcs (red
+lines, blue circular, green elliptic, yellow free, grey likely texture), junctions (arcs, their ends closed where they
+meet), regions, topography (eleven labels), relations.
+Several pictures are drawn side by side.  With --store the rows are kept there.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relmodel.app.cli.options import add_format
+from relmodel.app.cli.output import say
+from relmodel.printing import print_rows
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+    from relmodel.store import Run
+    from vision.cameras.images import Picture
+    from vision.extraction.extract import Extraction
+    from vision.extraction.extraction_parameters import ExtractionParameters
+
+EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
+
+PACKAGES = ("numba", "numpy", "opencv-python-headless", "scipy")
+
+_STAGES = ("edges", "linking", "filling", "arcs", "junctions", "regions", "topography", "relations")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="PNG, TIFF or JPEG, grey or colour")
+    parser.add_argument(
+        "--stage", choices=_STAGES, default="arcs", help="the stage that --picture shows (default: arcs)"
+    )
+    parser.add_argument("--picture", type=Path, metavar="PICTURE", help="draw what the stage found and write it here")
+    parser.add_argument("--mask", type=Path, metavar="IMAGE", help="look only where this picture is brighter than half")
+    parser.add_argument(
+        "--scales",
+        type=_scales,
+        default=(1.4,),
+        metavar="PX,PX",
+        help="facet scales for edges, the finest first; of several, a coarser must confirm a finer (default: 1.4)",
+    )
+    parser.add_argument(
+        "--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"
+    )
+    parser.add_argument(
+        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
+    )
+    add_format(parser)
+
+
+def _scales(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(scale) for scale in text.split(","))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{text!r} is no list of numbers: give px, as in 1,1.4,2") from error
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.app.cli.progress import shown
+    from relmodel.compiled import compile_ahead
+    from vision.cameras.drawing import check_writable, save_side_by_side
+    from vision.cameras.images import read_mask, read_picture
+    from vision.extraction.extract import KERNELS, extract
+    from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
+    from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
+
+    if args.picture:
+        check_writable(args.picture)
+    mask = read_mask(args.mask) if args.mask else None
+    parameters = ExtractionParameters(
+        edges=EdgeParameters(scales=args.scales), regions=RegionParameters(kind=args.regions)
+    )
+    with _run(args, parameters) as stored:
+        pictures = [read_picture(path) for path in args.images]
+        compile_ahead(KERNELS, say)
+        found = []
+        with shown() as progress:
+            for done, picture in enumerate(pictures):
+                progress(f"{picture.file_name}: extracting", done, len(pictures))
+                found.append(extract(picture.grey, parameters, mask=mask))
+        if stored:
+            _keep(stored, pictures, found, keep_bytes=not args.no_keep_images)
+    if args.picture:
+        drawn = [draw_stage(p.grey, extraction, args.stage) for p, extraction in zip(pictures, found, strict=True)]
+        save_side_by_side(args.picture, drawn)
+        say(f"{args.stage} drawn in {args.picture}")
+    rows = [
+        (picture.file_name, stage, count_of_stage(extraction, stage))
+        for picture, extraction in zip(pictures, found, strict=True)
+        for stage in STAGES
+    ]
+    print_rows(("image", "stage", "found"), rows, args.format)
+    return 0
+
+
+@contextmanager
+def _run(args: argparse.Namespace, parameters: ExtractionParameters) -> Iterator[Run | None]:
+    """The run that the rows go to; None where no store is named."""
+    if not args.store:
+        yield None
+        return
+    from dataclasses import asdict
+
+    from relmodel.store import Run, Store, digest_inputs
+
+    inputs = digest_inputs({f"image {i}": path for i, path in enumerate(args.images)})
+    with (
+        Store.open(args.store) as store,
+        Run.begin(store, "extract", {"extraction": asdict(parameters)}, inputs=inputs, packages=PACKAGES) as run,
+    ):
+        yield run
+
+
+def _keep(stored: Run, pictures: list[Picture], extractions: list[Extraction], *, keep_bytes: bool) -> None:
+    """Write the rows of all extractions in a run."""
+    from vision.cameras.record_cameras import record_picture
+    from vision.extraction.record_extraction import record_extraction
+    from vision.extraction.rows import make_rows
+
+    def write(connection: Connection) -> None:
+        for picture, extraction in zip(pictures, extractions, strict=True):
+            image = record_picture(stored, connection, picture, keep_bytes=keep_bytes)
+            record_extraction(stored, connection, image, picture.sha256, extraction.parameters, make_rows(extraction))
+
+    stored.transact(write)

@@ -1,0 +1,131 @@
+"""Find the parts, features, surfaces or arcs that lie in a box, a sphere, a polyhedron or a camera's view.
+
+Without --level: parts and their features.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.output import say
+from relmodel.errors import InputError, UsageError
+from relmodel.paths import read_text
+from relmodel.printing import print_rows
+
+if TYPE_CHECKING:
+    from relmodel.find.volumes import Volume
+    from vision.cameras.cameras import Prior, Rig
+
+EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    volume = parser.add_mutually_exclusive_group(required=True)
+    bounds = ("x0", "y0", "z0", "x1", "y1", "z1")
+    volume.add_argument("--box", nargs=6, type=float, metavar=bounds, help="a box in the world, mm")
+    oriented = ("x", "y", "z", "hx", "hy", "hz", "rx_deg", "ry_deg", "rz_deg")
+    words = "a turned box: its centre, half its sizes (mm) and its turn, a rotation vector"
+    volume.add_argument("--obb", nargs=9, type=float, metavar=oriented, help=words)
+    volume.add_argument("--sphere", nargs=4, type=float, metavar=("x", "y", "z", "radius"), help="a ball, mm")
+    words = "a convex polyhedron: a list half_spaces of [nx, ny, nz, d], inside where n . p <= d"
+    volume.add_argument("--polyhedron", type=Path, metavar="FILE.yaml", help=words)
+    volume.add_argument(
+        "--camera", type=Path, metavar="RIG", help="what the cameras of a rig see (needs --at or --prior)"
+    )
+    parser.add_argument(
+        "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
+    )
+    parser.add_argument(
+        "--prior", type=Path, metavar="PRIOR.yaml", help="where the rig may be: the view is widened to hold all of it"
+    )
+    parser.add_argument("--near", type=float, default=10.0, help="least depth of the view, mm (default: 10)")
+    parser.add_argument("--far", type=float, default=10_000.0, help="greatest depth of the view, mm (default: 10000)")
+    parser.add_argument("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for")
+    words = "box: whose box is not wholly outside (default); exact: whose triangles or sampled arcs reach into it"
+    parser.add_argument("--precision", choices=("box", "exact"), default="box", help=words)
+    words = "the index that is asked: rtree (default), or octree, which relmodel index --octree writes; equal answers"
+    parser.add_argument("--kind", choices=("rtree", "octree"), default="rtree", help=words)
+    parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.find.find import find_rows
+    from relmodel.store import Store
+
+    rig, prior = _rig_and_prior(args)
+    volumes = _views(args, rig, prior) if rig else [_volume(args)]
+    asked = {"level": args.level, "world": args.world, "precision": args.precision, "kind": args.kind}
+    with Store.open(store_target(args), read_only=True) as store:
+        found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
+        if rig and prior:
+            from vision.cameras.view_volume import SelectionParameters, select_in_view
+
+            level = args.level or "part"
+            parameters = SelectionParameters(near_mm=args.near, far_mm=args.far)
+            selection = select_in_view(store, rig, prior, parameters, level=level, world=args.world)
+            say(
+                f"the widened view contains {len(selection.shown)} {level}s by their boxes; "
+                f"none of {parameters.sampled_poses} sampled poses shows {selection.superfluous} of them"
+            )
+    rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
+    print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
+    return 0
+
+
+def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:
+    if not args.camera:
+        if args.at or args.prior:
+            raise UsageError("--at and --prior say where a camera is: give them with --camera only")
+        return None, None
+    if (args.at is None) == (args.prior is None):
+        raise UsageError("--camera needs --at POSE.yaml, which says where the rig is, or --prior PRIOR.yaml")
+    from vision.cameras.files import read_prior, read_rig
+
+    return read_rig(args.camera), read_prior(args.prior) if args.prior else None
+
+
+def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volume]:
+    """The view of each camera of the rig."""
+    from vision.cameras.files import read_pose
+    from vision.cameras.view_volume import SelectionParameters, build_view_volume, widen_view_volume
+
+    p = SelectionParameters(near_mm=args.near, far_mm=args.far)
+    cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
+    if prior:
+        return [widen_view_volume(camera, pose, prior, p) for camera, pose in cameras]
+    world_from_rig = read_pose(args.at)
+    return [build_view_volume(camera, world_from_rig @ pose, p) for camera, pose in cameras]
+
+
+def _volume(args: argparse.Namespace) -> Volume:
+    import numpy as np
+
+    from relmodel.find.volumes import Box, OrientedBox, Polyhedron, Sphere
+    from relmodel.geometry.transforms import rotation_matrix
+
+    if args.box:
+        return Box(*args.box)
+    if args.sphere:
+        return Sphere(*args.sphere)
+    if args.obb:
+        if not np.isfinite(args.obb).all():
+            raise InputError(f"the box {args.obb} is not finite: give centre, half sizes (mm) and turn (degrees)")
+        world_from_box = np.eye(4)
+        world_from_box[:3, :3] = rotation_matrix(np.radians(args.obb[6:]))
+        world_from_box[:3, 3] = args.obb[:3]
+        return OrientedBox(world_from_box, np.array(args.obb[3:6]))
+    return Polyhedron(_half_spaces(args.polyhedron))
+
+
+def _half_spaces(path: Path) -> list[list[float]]:
+    import yaml
+
+    try:
+        said = yaml.safe_load(read_text(path, "polyhedron"))
+        return [[float(number) for number in row] for row in said["half_spaces"]]
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} lists no half-spaces: give half_spaces: [[nx, ny, nz, d], ...]") from error

@@ -1,0 +1,210 @@
+"""Inspect a stereo pair: say which parts are in view and where the cameras are.
+
+Without --right the picture of the left camera alone is used.  Where the world mounts the rig on an arm, an accepted
+pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
+given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
+something is there that --fail-on names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from relmodel.app.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.output import say
+from relmodel.errors import UsageError
+from relmodel.printing import print_rows
+
+if TYPE_CHECKING:
+    from relmodel.world.correction import Correction
+    from vision.inspection import Inspection
+
+DIFFERS = 5
+EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior prior.yaml --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rig",
+        type=Path,
+        required=True,
+        metavar="RIG",
+        help="cameras and where the rig has them (formats: see relmodel rig)",
+    )
+    parser.add_argument("--left", type=Path, required=True, metavar="PICTURE", help="picture of the camera left")
+    parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right")
+    parser.add_argument(
+        "--prior", type=Path, required=True, metavar="PRIOR.yaml", help="where the rig is thought to be, and how surely"
+    )
+    parser.add_argument(
+        "--needs",
+        metavar="MM,DEG",
+        help="how exactly the pose is needed, two standard deviations, as in 5mm,2deg (default: what the prior file "
+        "says, else 3mm,0.5deg)",
+    )
+    parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    add_joints(parser)
+    add_joint_sigmas(
+        parser, "correct this joint too; the base then is as sure as --base-sigma-mm and --base-sigma-deg say"
+    )
+    parser.add_argument(
+        "--base-sigma-mm",
+        type=float,
+        default=5.0,
+        metavar="MM",
+        help="with --joint-sigma: how surely the base stands where the world has it, one sigma an axis (default: 5)",
+    )
+    parser.add_argument(
+        "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same of its rotation (default: 0.5)"
+    )
+    parser.add_argument(
+        "--stereo-method", default="pong", metavar="METHOD", help="how the pair is matched: pong, relational or star"
+    )
+    parser.add_argument(
+        "--stereo-gate", action="store_true", help="let the model at the prior bound the depths of stereo"
+    )
+    parser.add_argument(
+        "--variants",
+        action=argparse.BooleanOptionalAction,
+        help="weigh every loaded variant of the inspected objects at the pose found, or none (default: where something "
+        "is not as the model says, and they are few)",
+    )
+    parser.add_argument(
+        "--fail-on",
+        metavar="WORDS",
+        help="end an accepted pose with exit status 5 where parts or features are changed, contradicted or unchecked "
+        "(not confirmed or undecidable), or the pictures show another variant: some of changed,contradicted,variant,"
+        "unchecked",
+    )
+    parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
+    parser.add_argument(
+        "--crops", type=Path, metavar="FOLDER", help="write pictures of what is not as the model says here, worst first"
+    )
+    parser.add_argument(
+        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
+    )
+    parser.add_argument(
+        "--audit",
+        choices=("full", "minimal"),
+        default="full",
+        help="what is recorded: all that explains the decisions, or for sequences the decisions alone (default: full)",
+    )
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from dataclasses import replace
+
+    from relmodel.app.cli.progress import shown
+    from relmodel.compiled import compile_ahead
+    from relmodel.store import Store
+    from relmodel.world.correction import Carrier
+    from vision.cameras.files import parse_needs
+    from vision.inspection import KERNELS, inspect
+    from vision.inspection.inspection_parameters import DEFAULTS
+    from vision.inspection.outcome import parse_not_as_modelled
+
+    fail_on = [] if args.fail_on is None else parse_not_as_modelled(args.fail_on, "--fail-on")
+    needs = None if args.needs is None else parse_needs(args.needs, "--needs")
+    if not (args.base_sigma_mm > 0 and args.base_sigma_deg > 0):
+        raise UsageError("--base-sigma-mm and --base-sigma-deg must be above zero: a base is never certain")
+    sigmas = assigned(args.joint_sigma, "--joint-sigma")
+    base = base_covariance(args.base_sigma_mm, args.base_sigma_deg) if sigmas else None
+    carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base)
+    compile_ahead(KERNELS, say)
+    with Store.open(store_target(args)) as store, shown() as progress:
+        progress(f"{args.left.name}: inspecting", 0, 1)
+        answer = inspect(
+            store,
+            rig=args.rig,
+            left=args.left,
+            right=args.right,
+            prior=args.prior,
+            needs=needs,
+            world=args.world,
+            carrier=carrier,
+            keep_images=not args.no_keep_images,
+            full_audit=args.audit == "full",
+            variants=args.variants,
+            overlay=args.overlay,
+            crops=args.crops,
+            parameters=replace(
+                DEFAULTS,
+                stereo=replace(DEFAULTS.stereo, method=args.stereo_method),
+                stereo_gate=args.stereo_gate,
+            ),
+        )
+    print_answer(answer, args.format)
+    if answer.verdict != "accepted":
+        return 1
+    return DIFFERS if any(answer.outcome.has(what) for what in fail_on) else 0
+
+
+def print_answer(answer: Inspection, form: str) -> None:
+    """The whole answer as JSON, or the parts in view as a table or CSV with the verdict and pose in words."""
+    from vision.presence.report import describe, summarise
+
+    if form == "json":
+        print(json.dumps(answer.to_json()))
+        return
+    say(f"run {answer.run}: {answer.outcome.words}")
+    say(f"the pose is {answer.verdict}: {answer.reason}")
+    if answer.world_from_rig is not None:
+        if answer.verdict != "accepted":
+            say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
+        for row in answer.world_from_rig[:3]:
+            say("  ".join(f"{value:14.6f}" for value in row))
+        degrees = math.degrees(2 * answer.sigma_rad)
+        say(f"known to {2 * answer.sigma_mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
+    for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
+        say(words)
+    say(
+        f"selected from the world: {len(answer.selection.shown)} parts, of which {answer.selection.superfluous} in no "
+        "view of the poses sampled about the prior"
+    )
+    if answer.presence is None:
+        names = ("path", "level", "visible_share")
+        print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
+        return
+    for words in (*summarise(answer.presence), *answer.outcome.variants):
+        say(words)
+    states = {item["path"]: item for item in describe(answer.presence)["items"]}
+    print_rows(
+        ("path", "level", "visible_share", "state", "reason"),
+        (
+            [*(part[name] for name in ("path", "level", "visible_share")), *words_of(states.get(part["path"]))]
+            for part in answer.parts_in_view
+        ),
+        form,
+    )
+
+
+def words_of(item: dict[str, Any] | None) -> tuple[str | None, str | None]:
+    """State and reason of an item in view; None of parts that are no reference."""
+    return (None, None) if item is None else (item["state"], item["reason"])
+
+
+def _correction_words(it: Correction) -> list[str]:
+    """A line of the base and one of each corrected joint: mm, degrees, two sigma along the worst axis."""
+    import numpy as np
+
+    x, y, z = it.shift
+    mm, radians = (
+        2 * np.sqrt(np.linalg.eigvalsh(block)[-1]) for block in (it.covariance[:3, :3], it.covariance[3:, 3:])
+    )
+    lines = [
+        f"the base of {it.mounted.base} stands {math.hypot(x, y, z):.2f} mm ({x:+.2f} {y:+.2f} {z:+.2f} along the "
+        f"world's axes) and {np.degrees(np.linalg.norm(it.turn)):.3f} degrees from where the world has it: known to "
+        f"{mm:.2g} mm and {np.degrees(radians):.2g} degrees (two sigma)"
+    ]
+    kinds = {} if it.mounted.tree is None else {joint.name: joint.kind for joint in it.mounted.tree.joints}
+    for name, sigma in it.joint_sigmas.items():
+        unit, factor = ("mm", 1.0) if kinds[name] == "prismatic" else ("degrees", math.degrees(1))
+        found, stated, known = (factor * value for value in (it.joints[name], it.mounted.joints[name], 2 * sigma))
+        lines.append(f"joint {name} at {found:.6g} {unit}, not {stated:.6g}: known to {known:.2g} {unit} (two sigma)")
+    return lines

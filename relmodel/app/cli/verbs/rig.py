@@ -1,0 +1,53 @@
+"""Convert a calibrated rig between the formats of calibration programs, or say what a file of one holds.
+
+Formats: rig (the project's own), opencv, ros (CameraInfo), kalibr (camchain), colmap (a folder).  A file is known by
+what it says, not by its name.  What a format cannot express, of lens or rig, is refused by name.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from relmodel.app.cli.options import add_format
+from relmodel.app.cli.output import say
+from relmodel.errors import UsageError
+from relmodel.printing import print_rows
+
+EXAMPLE = """relmodel rig convert camchain.yaml rig.yaml --to rig
+  relmodel rig convert stereo.yml camchain.yaml --to kalibr --unit m
+  relmodel rig show camchain.yaml"""
+
+# Millimetres of the units that --unit names.
+_UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("action", choices=("convert", "show"), help="convert IN to OUT, or show what IN holds")
+    parser.add_argument("source", type=Path, metavar="IN", help="a rig in any of the formats")
+    parser.add_argument("out", type=Path, nargs="?", metavar="OUT", help="the file, of colmap the folder, to write")
+    parser.add_argument("--to", choices=("rig", "opencv", "ros", "kalibr", "colmap"), help="the format of OUT")
+    words = "unit of length of IN where its format says none, as opencv and colmap (default: mm)"
+    parser.add_argument("--unit", choices=tuple(_UNITS), help=words)
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from vision.cameras.files import read_rig, write_rig
+
+    if (args.action == "convert") != (args.out is not None and args.to is not None):
+        raise UsageError("give convert IN OUT --to FORMAT, or show IN")
+    rig = read_rig(args.source, unit_mm=None if args.unit is None else _UNITS[args.unit])
+    if args.action == "convert":
+        for file in write_rig(rig, args.out, args.to):
+            say(f"{file} is written")
+        return 0
+    names = ("camera", "width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "x_mm", "y_mm", "z_mm")
+    rows = []
+    for name, camera in rig.cameras.items():
+        m, coefficients = camera.matrix, " ".join(f"{c:.6g}" for c in camera.distortion)
+        intrinsics = [float(m[at]) for at in ((0, 0), (1, 1), (0, 2), (1, 2), (0, 1))]
+        place = rig.rig_from_camera[name][:3, 3].tolist()
+        rows.append((name, camera.width, camera.height, *intrinsics, coefficients, *place))
+    print_rows(names, rows, args.format)
+    return 0

@@ -1,0 +1,56 @@
+"""Ask the store in SQL; nothing is written.
+
+Takes one SELECT, WITH, VALUES, TABLE or EXPLAIN, which is stopped after --timeout.  The store is opened read-only; on
+DuckDB statements reach no other file and change no setting; on PostgreSQL the role must not reach the server's files
+or programs, so superusers are refused.  Memory is not bounded, and a PostgreSQL role may do by functions whatever it
+is granted: docs/sql.md says what is promised, and how to make a role that only reads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.errors import UsageError
+from relmodel.paths import read_text
+from relmodel.printing import print_rows
+
+EXAMPLE = "relmodel sql --store cell.duckdb 'SELECT kind, count(*) FROM feature_class GROUP BY kind'"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("query", nargs="?", default="-", help="the statement; - or nothing: read it from stdin")
+    parser.add_argument("--file", type=Path, help="read the statement from this file")
+    parser.add_argument(
+        "--timeout",
+        type=float,
+        default=30.0,
+        metavar="SECONDS",
+        help="how long the statement may take (default: 30)",
+    )
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.store import Store
+    from relmodel.store.ask import ask
+
+    query = _query(args)
+    with Store.open(store_target(args), read_only=True) as store:
+        names, rows = ask(store, query, time_limit_s=args.timeout)
+    print_rows(names, rows, args.format)
+    return 0
+
+
+def _query(args: argparse.Namespace) -> str:
+    if args.file is not None:
+        if args.query != "-":
+            raise UsageError("two statements are given: as argument and by --file; give one")
+        text = read_text(args.file, "statement")
+    else:
+        text = sys.stdin.read() if args.query == "-" else args.query
+    if not text.strip():
+        raise UsageError("no statement is given: pass it as argument, on stdin, or by --file")
+    return str(text)

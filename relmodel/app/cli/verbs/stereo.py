@@ -1,0 +1,70 @@
+"""Match the pictures of two cameras of a rig: arcs and regions in pairs, and the arcs in space.
+
+No model is needed: the pair itself says how far off things are.  With --prior the model of the store's world, seen from
+there, bounds it.  Methods: pong (votes of epipolar rows, attributes of arcs and regions, then relations), relational
+(relations alone, within the epipolar geometry), star (the same, by star matching, without proof of its own).
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.output import say
+from relmodel.printing import print_rows
+
+EXAMPLE = "relmodel stereo --rig rig.yaml --left L.png --right R.png --method pong --store cell.duckdb"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--rig", type=Path, required=True, metavar="RIG.yaml", help="cameras and where the rig has them"
+    )
+    for side in ("left", "right"):
+        parser.add_argument(
+            f"--{side}",
+            required=True,
+            metavar="[CAMERA=]PICTURE",
+            help=f"picture, with the name of its camera in the rig (default: {side})",
+        )
+    parser.add_argument("--method", default="pong", metavar="METHOD", help="pong, relational or star (default: pong)")
+    parser.add_argument(
+        "--prior", type=Path, metavar="PRIOR.yaml", help="where the rig is thought to be: depths from the model"
+    )
+    parser.add_argument("--world", metavar="NAME", help="with --prior: the world, where the store has several")
+    parser.add_argument(
+        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
+    )
+    add_format(parser)
+
+
+def _camera_and_picture(text: str, side: str) -> tuple[str, Path]:
+    """As given, or the side's own name where there is none."""
+    name, equals, path = text.partition("=")
+    return (name, Path(path)) if equals else (side, Path(text))
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.compiled import compile_ahead
+    from relmodel.store import Store
+    from vision.inspection.stereo_pair import KERNELS, match_pair
+
+    compile_ahead(KERNELS, say)
+    with Store.open(store_target(args)) as store:
+        answer = match_pair(
+            store,
+            rig=args.rig,
+            left=_camera_and_picture(args.left, "left"),
+            right=_camera_and_picture(args.right, "right"),
+            method=args.method,
+            prior=args.prior,
+            world=args.world,
+            keep_images=not args.no_keep_images,
+        )
+    result = answer.matches.solved.result
+    say(f"run {answer.run}: {result.status}, cost {result.cost}, none below {result.bound}")
+    rows = answer.rows()
+    names = ("kind", "left", "right", "curve", "start", "end", "sigma_mm")
+    print_rows(names, ([row[name] for name in names] for row in rows), args.format)
+    return 0

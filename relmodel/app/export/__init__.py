@@ -1,0 +1,1 @@
+"""What other programs take from a store: tables, results of a run, GLB."""

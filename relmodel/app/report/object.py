@@ -1,0 +1,258 @@
+"""Pages of an object and of what differs between two of its variants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection
+
+import relmodel
+from relmodel.app.report.page import Table, read_table, render
+from relmodel.app.report.scene import MOST_PARTS, Part, placed, scene, shapes_of
+from relmodel.app.show.picture import Colour, colours_of
+from relmodel.app.show.tree import Tree, read_tree, tree_rows
+from relmodel.store import Store
+
+MOST_ITEMS = 3000  # of the list beside the model
+_COLOURED = ("added", "removed", "changed", "moved")
+_UP = (0, 1, 0)  # of an object: as its drawings show it
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry of the list beside the model: what it is called, its part in the scene, and surfaces (None: all)."""
+
+    level: str
+    name: str
+    share: str
+    part: int | None
+    surfaces: list[int] | None = None
+    state: str = ""
+    note: str = ""
+
+
+def object_page(
+    store: Store, connection: Connection, name: str, variant: str = "", around: Mapping[str, Any] | None = None
+) -> str:
+    """The page of an object: its tree, its features by kind, the model; around: as of a run's page.
+
+    Raises UsageError where it is not loaded.
+    """
+    tree = read_tree(store, connection, name, variant)
+    rows = tree_rows(store, connection, tree)
+    shapes, parts = _parts(store, connection, tree)
+    shape_ids = [s["id"] for s in shapes]
+    kinds = _paint(store, connection, shapes)
+    tables = _tables(connection, rows, shape_ids)
+    told = {r["path"]: r for r in rows}
+    entries = _entries(store, connection, tree, parts, told, shape_ids)
+    whole = rows[0]
+    facts = [
+        ("parts", str(whole["parts"]), f"of {len(shape_ids)} shapes"),
+        ("features", str(len(tables["object_features"].rows)), f"of {len(kinds)} kinds"),
+    ]
+    if whole["mass"]:
+        facts.append(("mass", f"{whole['mass']:.4g} kg", ""))
+    return _page(
+        f"{name} {variant}".strip(),
+        f"Object, revision {tree.revision}",
+        facts,
+        entries,
+        "Parts and features",
+        scene(shapes, parts, up=_UP),
+        [(kind.replace("_", " "), "#{:02x}{:02x}{:02x}".format(*rgb)) for kind, rgb in kinds.items()],
+        [
+            ("Tree", [tables["tree"]]),
+            ("Features", [tables["object_features"], tables["object_kinds"]]),
+        ],
+        store,
+        around,
+    )
+
+
+def object_tables(store: Store, connection: Connection, name: str, variant: str = "") -> dict[str, Table]:
+    """The tables of an object's page by name.  Raises UsageError where the object is not loaded."""
+    tree = read_tree(store, connection, name, variant)
+    shapes, _ = _parts(store, connection, tree)
+    return _tables(connection, tree_rows(store, connection, tree), [s["id"] for s in shapes])
+
+
+def _tables(connection: Connection, rows: Sequence[Mapping[str, Any]], shape_ids: list[int]) -> dict[str, Table]:
+    columns = ("path", "level", "number", "material", "mass", "size", "surfaces", "features", "attributes", "findings")
+    tables = [
+        Table("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
+        read_table(connection, "Features", "report/object_features", shape_ids=shape_ids),
+        read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids),
+    ]
+    return {t.name: t for t in tables}
+
+
+def diff_page(
+    store: Store, connection: Connection, comparison: int, before: tuple[str, str], after: tuple[str, str]
+) -> str:
+    """The page of a comparison of two variants, given as (name, variant): what differs, on the later model."""
+    trees = [read_tree(store, connection, *named) for named in (before, after)]
+    changes = store.rows(connection, "report/changed_items", comparison_id=comparison)
+    moved = {r.path: r.status for r in changes if r.level == "part" and r.status in ("added", "moved")}
+    shapes, parts = _parts(store, connection, trees[1], moved)
+    gone = [_parts(store, connection, trees[0])] if any(r.status == "removed" for r in changes) else []
+    ordinal = {p["path"]: i for i, p in enumerate(parts)}
+    lost: dict[str, int] = {}
+    for old_shapes, old_parts in gone:  # what is no longer there is drawn where it was, and nothing else of its part
+        known = {s["id"] for s in shapes}
+        shapes += [s for s in old_shapes if s["id"] not in known]
+        removed = {r.path: r.level == "part" for r in changes if r.status == "removed"}
+        for p in old_parts:
+            if p["path"] in removed:
+                lost[p["path"]] = len(parts)
+                parts.append(p | {"colour": "removed", "only": int(not removed[p["path"]])})
+    painted: dict[tuple[int, str], set[int]] = {}
+    for r in changes:
+        if r.level == "feature" and r.status in _COLOURED:
+            painted.setdefault((int(r.shape_id), r.status), set()).update(map(int, r.surfaces))
+    for s in shapes:
+        s["paint"] = [[status, sorted(on)] for (shape, status), on in sorted(painted.items()) if shape == s["id"]]
+    entries = [
+        Entry(
+            r.level,
+            r.path if r.level == "part" else f"{r.name or r.kind or r.level} of {r.path}",
+            _motion(r),
+            (ordinal if r.after else lost).get(r.path),
+            None if r.level == "part" else sorted({int(s) for s in r.surfaces}),
+            r.status,
+            r.differs or "",
+        )
+        for r in changes
+        if r.level != "surface"
+    ]
+    counts = store.rows(connection, "report/change_counts", comparison_id=comparison)
+    facts = [(f"{r.level}s {r.status}", str(r.how_many), "") for r in counts if _is_told(r)]
+    tables = [
+        read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison),
+        read_table(connection, "What differs", "compare/changes", comparison_id=comparison),
+    ]
+    names = [" ".join(filter(None, named)) for named in (before, after)]
+    return _page(
+        f"{names[0]} → {names[1]}",
+        f"Variants compared, revisions {trees[0].revision} and {trees[1].revision}",
+        facts,
+        entries[:MOST_ITEMS],
+        "What differs",
+        scene(shapes, parts, up=_UP),
+        [(status, status) for status in _COLOURED],
+        [("Differences", tables)],
+        store,
+    )
+
+
+def _motion(change: Any) -> str:
+    """How far a thing moved, or by how much it turned where it did not."""
+    if change.distance is None:
+        return ""
+    if change.distance < 1e-3 < change.angle:
+        return f"{np.degrees(change.angle):.3g}°"
+    return f"{change.distance:.3g} mm"
+
+
+def _is_told(count: Any) -> bool:
+    """Whether the head of the page says it."""
+    return count.level != "surface" and count.status in _COLOURED
+
+
+def _page(
+    word: str,
+    over: str,
+    facts: list[tuple[str, str, str]],
+    entries: Sequence[Entry],
+    entries_title: str,
+    drawn: dict[str, Any] | None,
+    legend: Sequence[tuple[str, str]],
+    sections: list[tuple[str, list[Any]]],
+    store: Store,
+    around: Mapping[str, Any] | None = None,
+) -> str:
+    items = [{"arcs": [], "part": e.part, "surfaces": e.surfaces} for e in entries]
+    return render(
+        "run.html",
+        **(around or {}),
+        title=word,
+        over=over,
+        word=word,
+        mood="",
+        reason="",
+        facts=facts,
+        pictures=[],
+        states=[],
+        pictures_title="",
+        layers=[],
+        items=entries,
+        items_title=entries_title,
+        scene=drawn,
+        legend=legend,
+        data={"items": items, "scene": drawn},
+        sections=sections,
+        footer=f"Made by relmodel {relmodel.__version__} from rows of the store {store.name}.",
+    )
+
+
+def _parts(
+    store: Store, connection: Connection, tree: Tree, colours: dict[str, str] | None = None
+) -> tuple[list[dict[str, Any]], list[Part]]:
+    """The shapes of a tree and its parts that are material, in the colours given by path."""
+    ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
+    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=ids) if not p.supplemental]
+    at = np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))[:MOST_PARTS]
+    shapes = shapes_of(store, connection, np.unique(tree.shape_id[at]))
+    known = {s["id"] for s in shapes}
+    parts = [
+        placed(int(tree.shape_id[i]), tree.path[i], tree.pose[i], (colours or {}).get(tree.path[i], "plain"))
+        for i in at.tolist()
+        if int(tree.shape_id[i]) in known
+    ]
+    return shapes, parts
+
+
+def _paint(store: Store, connection: Connection, shapes: list[dict[str, Any]]) -> dict[str, Colour]:
+    """Colour the surfaces of shapes by the kind of their feature; the kinds that there are, with their colours."""
+    surfaces: dict[int, dict[str, list[int]]] = {}
+    for r in store.rows(connection, "object/surface_features", shape_ids=[s["id"] for s in shapes]):
+        surfaces.setdefault(int(r.shape_id), {}).setdefault(str(r.kind), []).append(int(r.surface_no))
+    kinds = sorted({kind for by_kind in surfaces.values() for kind in by_kind})
+    colours = dict(zip(kinds, colours_of(kinds), strict=True))
+    for s in shapes:
+        by_kind = surfaces.get(s["id"], {})
+        s["paint"] = [[[round(c / 255, 3) for c in colours[kind]], by_kind[kind]] for kind in sorted(by_kind)]
+    return colours
+
+
+def _entries(
+    store: Store,
+    connection: Connection,
+    tree: Tree,
+    parts: Sequence[Part],
+    told: dict[str, dict[str, Any]],
+    shape_ids: list[int],
+) -> list[Entry]:
+    """Parts, the first of each shape followed by its features."""
+    features: dict[int, list[Any]] = {}
+    for r in store.rows(connection, "report/feature_surfaces", shape_ids=shape_ids):
+        features.setdefault(int(r.shape_id), []).append(r)
+    out: list[Entry] = []
+    for number, p in enumerate(parts):
+        row = told.get(p["path"], {})
+        mass = row.get("mass")
+        out.append(Entry("part", p["path"], f"{mass:.3g} kg" if mass else "", number))
+        out += [
+            Entry(
+                "feature",
+                f.name or f"{f.kind} {f.feature_no}",
+                f.kind.replace("_", " "),
+                number,
+                list(map(int, f.surfaces)),
+            )
+            for f in features.pop(p["shape"], ())
+        ]
+    return out[:MOST_ITEMS]

@@ -1,0 +1,248 @@
+"""Pictures of a run with what was found drawn over them: arcs by kind and fate, model arcs, regions, error ellipses."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from markupsafe import Markup
+from PIL import Image
+from sqlalchemy import Connection
+
+from relmodel.app.report.drawing import courses, ellipse_points, path_data
+from relmodel.app.report.page import cell
+from relmodel.arrays import Floats, Ints
+from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
+from relmodel.store import Store
+
+_LONGEST_PX = 2048  # of a picture in the page; the drawing over it keeps the picture's own pixels
+_MOST_PIXELS = 200_000_000  # of a picture that is decoded at all
+_WEBP_QUALITY = 82
+_ELLIPSES = 24  # a camera: as many as one still tells apart
+_REGION_DETAIL_PX = 1.5
+
+
+@dataclass(frozen=True)
+class RunPicture:
+    """A picture of a page: its camera, what it is called, its size in px, the drawing, how many things it shows."""
+
+    camera: str
+    file_name: str
+    width: int
+    height: int
+    uri: str | None
+    drawing: Markup
+    ellipse_scale: float
+
+
+def read_pictures(store: Store, connection: Connection, run: int) -> list[RunPicture]:
+    """The pictures of a run with their drawings; elements have ids `cN-iM` (image arc M of picture N), `cN-mM` (model
+    arc) and `cN-rM` (region)."""
+    pictures = store.rows(connection, "report/pictures", run_id=run)
+    model, course = (_by_camera(store, connection, f"report/model_arc{s}", run) for s in ("s", "_courses"))
+    fates = _fates(store, connection, run)
+    surfaces: dict[tuple[str, int], list[str]] = defaultdict(list)
+    for r in store.rows(connection, "report/region_surfaces", run_id=run):
+        surfaces[r.camera, int(r.region_no)].append(f"surface {r.surface_no} of {r.path}")
+    spread = pose_spread(store, connection, run)
+    states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
+    unexplained = store.rows(connection, "report/unexplained", run_id=run)
+    alien = {(r.camera, int(r.image_arc_no)) for r in unexplained if r.image_arc_no is not None}
+    patches = {(r.camera, int(r.region_no)) for r in unexplained if r.region_no is not None}
+    out = []
+    for number, picture in enumerate(pictures):
+        name = picture.camera
+        drawn = [] if picture.extraction_id is None else _regions(store, connection, number, picture, surfaces, patches)
+        if name in model:
+            drawn += _model_arcs(number, model[name], course.get(name, []), fates, states)
+        if picture.extraction_id is not None:
+            drawn += _image_arcs(store, connection, number, picture, fates, alien)
+        scale = 1.0
+        if name in spread:
+            scale, ellipses = _ellipses(*spread[name])
+            drawn += ellipses
+        uri = None if picture.bytes is None else data_uri(picture.bytes)
+        drawing = Markup("").join(drawn)
+        out.append(RunPicture(name, picture.file_name, picture.width, picture.height, uri, drawing, scale))
+    return out
+
+
+def data_uri(data: bytes) -> str | None:
+    """A picture as a data URI, in eight bits and no larger than a page needs; None where it cannot be decoded."""
+    try:
+        with Image.open(io.BytesIO(data)) as opened:
+            if opened.width * opened.height > _MOST_PIXELS:
+                return None
+            grey = np.asarray(opened) if opened.mode[0] in "IF" else None
+            picture = opened.convert("RGB" if opened.mode in ("RGB", "RGBA", "P", "CMYK", "YCbCr") else "L")
+    except (OSError, ValueError, Image.DecompressionBombError):
+        return None
+    if grey is not None:  # sixteen bits
+        bright = max(float(np.percentile(grey, 99.9)), 1e-9)
+        picture = Image.fromarray(np.clip(grey * (255 / bright), 0, 255).astype(np.uint8))
+    picture.thumbnail((_LONGEST_PX, _LONGEST_PX))
+    out = io.BytesIO()
+    picture.save(out, "WEBP", quality=_WEBP_QUALITY)
+    return "data:image/webp;base64," + base64.b64encode(out.getvalue()).decode()
+
+
+def _path(identity: str, classes: str, data: str, title: str) -> Markup:
+    return Markup('<path id="{}" class="{}" d="{}"><title>{}</title></path>').format(
+        identity, classes, data, cell(title)
+    )
+
+
+def _by_camera(store: Store, connection: Connection, name: str, run: int) -> dict[str, list[Any]]:
+    out: dict[str, list[Any]] = defaultdict(list)
+    for row in store.rows(connection, name, run_id=run):
+        out[row.camera].append(row)
+    return out
+
+
+def _fates(store: Store, connection: Connection, run: int) -> dict[tuple[str, str, int], str]:
+    """What became of image arcs and model arcs, in words, by camera, `i` or `m`, and number."""
+    out: dict[tuple[str, str, int], str] = {}
+    for r in store.rows(connection, "report/matched", run_id=run):
+        words = f"matched to the {r.kind} arc {r.view_arc_no} of {r.path}, residual {r.residual:.2f} px"
+        out[r.camera, "i", int(r.image_arc_no)] = words
+        out[r.camera, "m", int(r.view_arc_no)] = f"matched to image arc {r.image_arc_no}, residual {r.residual:.2f} px"
+    for r in store.rows(connection, "report/rejected", run_id=run):
+        near = "" if r.residual is None else f"; nearest model arc {r.view_arc_no}, residual {r.residual:.2f} px"
+        out[r.camera, "i", int(r.image_arc_no)] = f"rejected: {r.reason}{near}"
+    return out
+
+
+def _image_arcs(
+    store: Store,
+    connection: Connection,
+    number: int,
+    picture: Any,
+    fates: dict[tuple[str, str, int], str],
+    alien: set[tuple[str, int]],
+) -> list[Markup]:
+    points = store.columns(connection, "report/image_arc_courses", extraction_id=picture.extraction_id)
+    drawn = courses(*_course_columns(points["image_arc_no"], points["x"], points["y"]))
+    out = []
+    for a in store.rows(connection, "report/image_arcs", extraction_id=picture.extraction_id):
+        no = int(a.image_arc_no)
+        fate = fates.get((picture.camera, "i", no), "")
+        word = fate.partition(" ")[0].rstrip(":")
+        ends = np.array([[a.start_x, a.start_y], [a.end_x, a.end_y]])
+        data = path_data(ends) if a.kind == "line" else drawn.get(no, path_data(ends)) + ("Z" if a.closed else "")
+        title = f"image arc {no} ({a.topography}, {a.kind}, {a.length:.0f} px) {fate}"
+        classes = f"arc {a.kind} {word or 'unjudged'}" + (" unexplained" if (picture.camera, no) in alien else "")
+        out.append(_path(f"c{number}-i{no}", classes, data, title))
+    return out
+
+
+def _model_arcs(
+    number: int,
+    arcs: Sequence[Any],
+    points: Sequence[Any],
+    fates: dict[tuple[str, str, int], str],
+    states: dict[tuple[str, int], str],
+) -> list[Markup]:
+    drawn = courses(*_course_columns(*([getattr(p, c) for p in points] for c in ("view_arc_no", "x", "y"))))
+    out = []
+    for a in arcs:
+        no = int(a.view_arc_no)
+        if no in drawn:
+            of = f"arc {a.arc_no}" if a.surface_no is None else f"silhouette of surface {a.surface_no}"
+            fate = fates.get((a.camera, "m", no), "not matched")
+            title = f"{a.path}, {of} ({a.kind}, {a.length:.0f} px): {fate}"
+            met = "met" if (a.camera, "m", no) in fates else "unmet"
+            state = states.get((a.camera, no))
+            classes = f"model {a.kind} {met}" + (f" state-{state}" if state else "")
+            out.append(_path(f"c{number}-m{no}", classes, drawn[no], title + (f"; {state}" if state else "")))
+    return out
+
+
+def _regions(
+    store: Store,
+    connection: Connection,
+    number: int,
+    picture: Any,
+    surfaces: dict[tuple[str, int], list[str]],
+    alien: set[tuple[str, int]],
+) -> list[Markup]:
+    rows = store.columns(connection, "report/regions", extraction_id=picture.extraction_id)
+    region, ring = (np.asarray(rows[c], np.int64) for c in ("region_no", "ring_no"))
+    if not len(region):
+        return []
+    rings = 1 + int(ring.max())
+    drawn = courses(*_course_columns(rings * region + ring, rows["x"], rows["y"]), detail=_REGION_DETAIL_PX)
+    whole: dict[int, str] = defaultdict(str)
+    for key, data in drawn.items():
+        whole[key // rings] += data + "Z"
+    out = []
+    for no, data in whole.items():
+        shown = surfaces.get((picture.camera, no), [])
+        title = f"region {no}: " + (", ".join(shown) or "matched to no surface")
+        classes = "region " + ("met" if shown else "unmet") + (" unexplained" if (picture.camera, no) in alien else "")
+        out.append(_path(f"c{number}-r{no}", classes, data, title))
+    return out
+
+
+def _course_columns(owner: Iterable[Any], x: Iterable[Any], y: Iterable[Any]) -> tuple[Ints, Floats, Floats]:
+    return np.asarray(owner, np.int64), np.asarray(x, float), np.asarray(y, float)
+
+
+def pose_spread(store: Store, connection: Connection, run: int) -> dict[str, tuple[Floats, Floats]]:
+    """By camera: where model points stand that measured the pose (n, 2) px, and the covariance (n, 2, 2) px2 that the
+    pose's covariance gives them; some of them, spread over the picture's arcs."""
+    poses = store.rows(connection, "report/pose_matrix", run_id=run)
+    if not poses:
+        return {}
+    world_from_rig = pose_matrix(poses[0])
+    values, vectors = np.linalg.eigh(np.reshape(poses[0].covariance, (6, 6)))
+    steps = (vectors * np.sqrt(np.maximum(values, 0))).T  # one standard deviation along each principal axis
+    steps = np.concatenate([np.zeros((1, 6)), steps, -steps])
+    moves = np.zeros((13, 4, 4))
+    moves[:, :3, :3], moves[:, :3, 3], moves[:, 3, 3] = rotation_matrix(steps[:, 3:]), steps[:, :3], 1
+    measured = store.columns(connection, "report/measurements", run_id=run)
+    camera = np.asarray(measured["camera"])
+    world = np.stack([np.asarray(measured[f"world_{a}"], float) for a in "xyz"], axis=1)
+    out = {}
+    for row in store.rows(connection, "report/rig_cameras", run_id=run):
+        own = np.flatnonzero(camera == row.camera)
+        if not len(own):
+            continue
+        own = own[np.unique(np.linspace(0, len(own) - 1, _ELLIPSES).astype(np.int64))]
+        camera_from_world = inverse(world_from_rig @ moves @ pose_matrix(row))
+        k = np.array([[row.fx, row.skew, row.cx], [0, row.fy, row.cy], [0, 0, 1]])
+        lens = np.asarray(row.distortion, float)
+        pixels = np.stack(
+            [
+                cv2.projectPoints(world[own], rotation_vector(m[:3, :3]), m[:3, 3], k, lens if len(lens) else None)[0][
+                    :, 0
+                ]
+                for m in camera_from_world
+            ]
+        )
+        along = (pixels[1:7] - pixels[7:]) / 2
+        out[row.camera] = (pixels[0], np.einsum("kni,knj->nij", along, along))
+    return out
+
+
+def _ellipses(at: Floats, covariance: Floats) -> tuple[float, list[Markup]]:
+    """Ellipses of two standard deviations, drawn so many times larger (a power of ten) that they can be seen."""
+    largest = float(np.median(2 * np.sqrt(np.linalg.eigvalsh(covariance)[:, -1])))
+    scale = 10.0 ** max(0, int(np.ceil(np.log10(6 / max(largest, 1e-9)))))
+    out = []
+    for centre, cov in zip(at, covariance, strict=True):
+        across, along = 2 * np.sqrt(np.maximum(np.linalg.eigvalsh(cov), 0))
+        title = f"two sigma of the pose here: {along:.3f} px by {across:.3f} px"
+        data = path_data(centre + scale * ellipse_points(cov, 2), True)
+        out.append(Markup('<path class="ellipse" d="{}"><title>{}</title></path>').format(data, title))
+    return scale, out
+
+
+def pose_matrix(row: Any) -> Floats:
+    """The transform (4, 4) of a row that has m00 to m23."""
+    return np.asarray(matrices({c: np.array([getattr(row, c)]) for c in MATRIX_COLUMNS})[0])

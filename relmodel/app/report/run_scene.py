@@ -1,0 +1,69 @@
+"""The scene of an inspection in three dimensions: the placed parts, the cameras where they were thought and found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.app.report.pictures import pose_matrix
+from relmodel.app.report.scene import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, placed, scene, shapes_of
+from relmodel.arrays import Floats
+from relmodel.store import Store
+
+LEGEND = (("in view", "seen"), ("cameras found", "pose"), ("prior, two sigma", "prior"), ("chosen", "chosen"))
+_DEPTH = 0.3  # of the way to what the cameras look at, for the pyramids that stand for them
+_NO_DEPTH_MM = 1000.0  # where nothing was measured
+
+
+def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str, Any] | None, dict[int, int]]:
+    """The scene, None where the run was no inspection, and which of its parts each occurrence is."""
+    priors = store.rows(connection, "report/prior_matrix", run_id=run)
+    if not priors:
+        return None, {}
+    rows = store.rows(connection, "report/scene_parts", run_id=run, most=MOST_PARTS)
+    shapes = shapes_of(store, connection, np.unique([int(r.shape_id) for r in rows]))
+    drawn = {s["id"] for s in shapes}
+    rows = [r for r in rows if int(r.shape_id) in drawn]
+    parts = [placed(int(r.shape_id), r.path, pose_matrix(r), "seen" if r.in_view else "plain") for r in rows]
+    lines, views = _cameras(store, connection, run, priors[0])
+    part_of = {int(r.id): i for i, r in enumerate(rows)}
+    return scene(shapes, parts, lines, views, back=-pose_matrix(priors[0])[:3, 2]), part_of
+
+
+def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tuple[list[Lines], list[dict[str, Any]]]:
+    """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see."""
+    poses = store.rows(connection, "report/pose_matrix", run_id=run)
+    cameras = store.rows(connection, "report/rig_cameras", run_id=run)
+    mean = store.rows(connection, "report/look", run_id=run)[0]
+    lines: list[Lines] = []
+    views = []
+    for colour, row in [("prior", prior), *[("pose", p) for p in poses]]:
+        world_from_rig = pose_matrix(row)
+        depth = _NO_DEPTH_MM
+        if mean.x is not None:
+            depth = float(np.linalg.norm(np.array([mean.x, mean.y, mean.z]) - world_from_rig[:3, 3]))
+        at: list[float] = []
+        for camera in cameras:
+            world_from_camera = world_from_rig @ pose_matrix(camera)
+            matrix = camera_matrix(camera)
+            at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
+            if colour == "pose" or not poses:
+                views.append(_view(camera, world_from_camera, depth))
+        rotation = world_from_rig[:3, :3]
+        covariance = rotation @ np.reshape(row.covariance, (6, 6))[:3, :3] @ rotation.T
+        at += ellipsoid_lines(world_from_rig[:3, 3], covariance, 2.0)
+        lines.append({"colour": colour, "at": at})
+    return lines, views
+
+
+def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any]:
+    """What a camera sees, for the script: slopes of half the picture across and down."""
+    slope = [camera.width / camera.fx / 2, camera.height / camera.fy / 2]
+    return {"name": camera.camera, "m": world_from_camera[:3].ravel().tolist(), "slope": slope, "depth": depth}
+
+
+def camera_matrix(camera: Any) -> Floats:
+    """(3, 3), px."""
+    return np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])

@@ -1,0 +1,121 @@
+"""A web server for one person at this machine: it listens on the loopback address only, answers GET from named pages,
+and opens the store for each request, read-only, with everything beyond it shut."""
+
+from __future__ import annotations
+
+import threading
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from urllib.parse import parse_qsl, unquote, urlsplit
+
+from sqlalchemy.exc import DBAPIError
+
+import relmodel
+from relmodel.app.report.page import policy, render
+from relmodel.app.serve.limits import StoppedError, only_reading
+from relmodel.app.serve.pages import AROUND, Page, answer
+from relmodel.errors import RelmodelError, StoreError, UsageError
+from relmodel.store import Store
+from relmodel.store.ask import TIME_LIMIT_S
+
+LOOPBACK = "127.0.0.1"
+_PATIENCE_S = 10.0  # for a request to arrive
+_MOST_PARAMETERS = 40
+
+
+class Server(ThreadingHTTPServer):
+    """A server of one store.  Its `url` is where a browser finds it.
+
+    Requests are answered one after the other: the store is open only meanwhile, so that others can write in between.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, target: str | Path, port: int = 0, time_limit_s: float = TIME_LIMIT_S) -> None:
+        Store.open(target, read_only=True).close()  # says at once what is wrong with it
+        try:
+            super().__init__((LOOPBACK, port), Handler)
+        except OSError as error:
+            raise UsageError(f"port {port} cannot be used ({error.strerror}): give another with --port") from error
+        self.target, self.time_limit_s, self.turn = target, time_limit_s, threading.Lock()
+        self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
+
+    @property
+    def url(self) -> str:
+        return f"http://{LOOPBACK}:{self.server_port}/"
+
+    def page(self, path: str, asked: dict[str, str]) -> Page | None:
+        with (
+            self.turn,
+            Store.open(self.target, read_only=True) as store,
+            only_reading(store, self.time_limit_s),
+            store.read() as connection,
+        ):
+            return answer(store, connection, path, asked)
+
+
+class Handler(BaseHTTPRequestHandler):
+    """One request."""
+
+    server: Server
+    timeout = _PATIENCE_S
+    protocol_version = "HTTP/1.0"
+    server_version, sys_version = f"relmodel/{relmodel.__version__}", ""
+
+    def do_GET(self) -> None:
+        if self.headers.get("Host", "").lower() not in self.server.hosts:  # another name was bound to this address
+            self._fail(HTTPStatus.MISDIRECTED_REQUEST, "This server answers to 127.0.0.1 and localhost only.")
+            return
+        try:
+            address = urlsplit(self.path)
+            asked = dict(
+                parse_qsl(address.query, keep_blank_values=True, max_num_fields=_MOST_PARAMETERS, errors="strict")
+            )
+            page = self.server.page(unquote(address.path, errors="strict"), asked)
+        except (UsageError, ValueError) as error:
+            self._fail(HTTPStatus.BAD_REQUEST, str(error))
+        except StoppedError as error:
+            self._fail(HTTPStatus.GATEWAY_TIMEOUT, str(error))
+        except StoreError as error:
+            self._fail(HTTPStatus.SERVICE_UNAVAILABLE, str(error))
+        except (RelmodelError, DBAPIError) as error:
+            self._fail(HTTPStatus.INTERNAL_SERVER_ERROR, str(error).splitlines()[0])
+        else:
+            if page is None:
+                self._fail(HTTPStatus.NOT_FOUND, "There is no such page.")
+            else:
+                self._send(HTTPStatus.OK, page)
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """What the library refuses by itself: other methods than GET, and requests that are none."""
+        method = code == HTTPStatus.NOT_IMPLEMENTED
+        self._fail(HTTPStatus.METHOD_NOT_ALLOWED if method else HTTPStatus(code), message or "")
+
+    def _fail(self, status: HTTPStatus, words: str) -> None:
+        text = render("listing.html", **AROUND, title=status.phrase, listing=None, words=words, data=None)
+        self._send(status, Page(text))
+
+    def _send(self, status: HTTPStatus, page: Page) -> None:
+        body = page.text.encode()
+        self.close_connection = True
+        self.send_response(status)
+        for name, value in {
+            "Content-Type": f"{page.media}; charset=utf-8",
+            "Content-Length": str(len(body)),
+            "Content-Security-Policy": f"{policy(chr(39) + 'self' + chr(39))}; frame-ancestors 'none'",
+            "X-Content-Type-Options": "nosniff",
+            "X-Frame-Options": "DENY",
+            "Referrer-Policy": "no-referrer",
+            "Cross-Origin-Resource-Policy": "same-origin",
+            "Cache-Control": "no-store",
+        }.items():
+            self.send_header(name, value)
+        if status == HTTPStatus.METHOD_NOT_ALLOWED:
+            self.send_header("Allow", "GET")
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Requests are not logged: what one looks at is no one else's."""

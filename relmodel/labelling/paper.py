@@ -1,0 +1,139 @@
+"""The printed search with whole functions, as it stands: a heuristic, kept so that its claim can be measured.
+
+A whole function f of F(u, l) gives u the label l and every neighbour that any label of its own can confirm one that
+does.  A table holds an error for each: at first the price of its label and of the neighbours it leaves undefined.  The
+search takes the function of least error among the units that have no label yet, gives its labels to those of its units
+that have none, adds to every other function the number (here: the weight) of units on which the two disagree, and goes
+back where the least errors of the units without label add up to the best that is known.
+
+Mappings are total, but for units without candidates, and not injective.  Three defects keep it from being exact:
+
+1. a disagreement on one unit is added once for every selected function that holds it, though it is one error;
+2. errors of units that have their label are left out of the bound, so it says less and less as the search goes deeper;
+3. it branches on whole functions only, so a labelling that no sequence of them spells out is never seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from relmodel.arrays import Bools, Ints
+from relmodel.labelling.cost import labelling_cost
+from relmodel.labelling.depth_first import DepthFirst, SearchEnded
+from relmodel.labelling.problem import NONE, MatchingProblem
+from relmodel.labelling.result import BOUNDED, STOPPED, MatchingResult
+
+MODE = "paper"
+
+MOST_FUNCTIONS = 200_000
+
+
+@dataclass(frozen=True)
+class FunctionTable:
+    """unit (functions,); label (functions, units): what each function says, -1 where it is undefined; error
+    (functions,): of the label and of undefined neighbours; weight (units, units): of relations, 0 for none."""
+
+    unit: Ints
+    label: Ints
+    error: Ints
+    weight: Ints
+
+    def disagreement(self, function: int) -> Ints:
+        """(functions,): for each function the weight of its neighbours on which it disagrees with this one."""
+        told = self.label[function]
+        differs = (told != NONE) & (self.label != NONE) & (self.label != told)
+        return np.asarray((differs * self.weight[self.unit]).sum(axis=1))
+
+
+def whole_functions(problem: MatchingProblem) -> FunctionTable:
+    """All whole functions, by unit and label.  Raises ValueError where there are more than MOST_FUNCTIONS."""
+    weight = np.zeros((problem.units, problem.units), np.int64)
+    weight[problem.neighbour_unit, problem.neighbour_other] = problem.neighbour_weight
+    related = np.zeros((problem.units, problem.units), bool)
+    related[problem.neighbour_unit, problem.neighbour_other] = True
+    confirming: list[dict[int, list[int]]] = [{} for _ in range(problem.candidates)]
+    for pair in np.concatenate([problem.compatibility, problem.compatibility[:, ::-1]]).tolist():
+        other = int(problem.candidate_unit[pair[1]])
+        if related[problem.candidate_unit[pair[0]], other]:
+            confirming[pair[0]].setdefault(other, []).append(int(problem.candidate_label[pair[1]]))
+    count = sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
+    if count > MOST_FUNCTIONS:
+        raise ValueError(f"{count} whole functions: more than {MOST_FUNCTIONS} are not listed; gate the candidates")
+    unit, label, error = np.zeros(count, np.int64), np.full((count, problem.units), NONE), np.zeros(count, np.int64)
+    row = 0
+    for c, choices in enumerate(confirming):
+        u = int(problem.candidate_unit[c])
+        undefined = problem.weight_out[u] - weight[u, list(choices)].sum()
+        for chosen in product(*choices.values()):
+            unit[row], label[row, u] = u, problem.candidate_label[c]
+            label[row, list(choices)] = chosen
+            error[row] = problem.candidate_cost[c] + undefined
+            row += 1
+    return FunctionTable(unit, label, error, weight)
+
+
+def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+    """See `relmodel.labelling.solve`.  Only here may a label be taken twice; where the limits end the search before its
+    first mapping, nothing is matched.  The bound, the sum of the units' least errors at the start, holds for mappings
+    that are total wherever there are candidates."""
+    run = _Search(problem, limit, nodes, seconds)
+    stopped = False
+    try:
+        run.extend(run.label, run.table.error)
+    except SearchEnded:
+        stopped = True
+    found = labelling_cost(run.problem, run.label).total
+    bound = min(found, run.bound(run.table.error, np.diff(problem.first_candidate) > 0))
+    return MatchingResult(
+        mode=MODE,
+        label=run.label,
+        cost=found,
+        bound=bound,
+        proved=bound,
+        status=STOPPED if stopped else BOUNDED,
+        nodes=run.counter.nodes,
+        selections=run.counter.selections,
+        tree=(),
+        proofs=(),
+    )
+
+
+class _Search:
+    def __init__(self, problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> None:
+        self.problem = replace(problem, injective=False)
+        self.table = whole_functions(problem)
+        self.counter = DepthFirst(problem, limit, nodes, seconds)
+        self.limit = limit
+        self.cost: int | None = None
+        self.label: Ints = np.full(problem.units, NONE, np.int64)
+        self.without = np.diff(problem.first_candidate) == 0
+
+    def bound(self, error: Ints, units: Bools) -> int:
+        """Sum of the least errors of these units (units,)."""
+        least = np.full(self.problem.units, np.iinfo(np.int64).max)
+        np.minimum.at(least, self.table.unit, error)
+        return int(least[units].sum() + self.problem.null_cost[self.without].sum())
+
+    def extend(self, label: Ints, error: Ints) -> None:
+        """Go on from a mapping (units,), -1 where there is none yet, and the errors of all functions."""
+        self.counter.count()
+        left = (label == NONE) & ~self.without
+        if self._too_dear(self.bound(error, left)):
+            return
+        if not left.any():
+            cost = labelling_cost(self.problem, label).total
+            if not self._too_dear(cost):
+                self.cost, self.label = cost, label
+            return
+        choice = np.flatnonzero(left[self.table.unit])
+        choice = choice[np.argsort(error[choice], kind="stable")]
+        for function in choice[self.table.unit[choice] == self.table.unit[choice[0]]].tolist():
+            self.counter.selections += 1
+            extended = np.where(label == NONE, self.table.label[function], label)
+            self.extend(extended, error + self.table.disagreement(function))
+
+    def _too_dear(self, cost: int) -> bool:
+        return (self.cost is not None and cost >= self.cost) or (self.limit is not None and cost > self.limit)

@@ -1,0 +1,46 @@
+"""Solve a matching problem, by a mode chosen by name."""
+
+from __future__ import annotations
+
+from relmodel.labelling import branch_and_bound, forward_checking, functions, paper, star
+from relmodel.labelling.problem import MatchingProblem
+from relmodel.labelling.result import MatchingResult
+
+MODES = (branch_and_bound.MODE, functions.MODE, forward_checking.MODE, paper.MODE, star.MODE)
+
+NODES = 10_000
+PROOF_ROWS = 200_000
+
+
+def solve(
+    problem: MatchingProblem,
+    mode: str = branch_and_bound.MODE,
+    *,
+    limit: int | None = None,
+    nodes: int = NODES,
+    seconds: float | None = None,
+    proof_rows: int = PROOF_ROWS,
+) -> MatchingResult:
+    """The labelling of least cost, or the best that was found, with a bound.
+
+    mode: `dual_ascent`, the default, proves what it finds; `functions` (whole functions, repaired) and
+    `forward_checking` (Haralick and Elliott, Artificial Intelligence 14, 1980, one unit at a time) are exact and need
+    no more than the problem; `paper` is the printed search with whole functions, a heuristic whose mapping is total
+    and not injective; `star` is Cheng and Huang's star matching, a heuristic, with the bound of the default.  limit:
+    only labellings that cost this or less matter, and 0 asks for a consistent one: a bound above it says that there is
+    none.  nodes and seconds end the search, the latter at the price of runs that differ;
+    proof_rows: duals to be kept for the certificate, beyond which it proves the root's bound alone.
+
+    Equal problems give equal results unless `seconds` ends the search.  Raises ValueError for a mode that is none.
+    """
+    if mode == branch_and_bound.MODE:
+        return branch_and_bound.search(problem, limit, nodes, seconds, proof_rows)
+    if mode == functions.MODE:
+        return functions.search(problem, limit, nodes, seconds)
+    if mode == forward_checking.MODE:
+        return forward_checking.search(problem, limit, nodes, seconds)
+    if mode == paper.MODE:
+        return paper.search(problem, limit, nodes, seconds)
+    if mode == star.MODE:
+        return star.search(problem, limit, nodes, seconds, proof_rows)
+    raise ValueError(f"no mode of matching is called {mode!r}: there are {', '.join(MODES)}")

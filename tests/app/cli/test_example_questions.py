@@ -1,0 +1,444 @@
+"""The questions of `queries/examples` on both engines, against the generator's lists, the renderer's truth and NumPy.
+
+The store holds both variants of the demonstration bulkhead, their comparison, and an inspection of the first pair.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.geometry.transforms import matrices
+from relmodel.resources import resource_dir
+from relmodel.store import Store, sql
+from relmodel.store.ask import ask
+from relmodel.variants.compare_variants import compare
+from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.slider import BASE
+from tests.reading import load
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
+FEATURES = {v: GOLDEN[v]["features"] for v in "AB"}
+Answers = dict[str, list[Any]]
+
+
+def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
+    return [f for f in FEATURES[variant] if f["kind"] in kinds]
+
+
+@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
+def store(request: pytest.FixtureRequest, copy_store: Callable[[str], str]) -> Iterator[Store]:
+    inspected: Inspection = request.getfixturevalue(request.param)
+    with Store.open(copy_store(inspected.store)) as opened:
+        load(opened, EXAMPLES / "demo/bulkhead_B.step.gz", name="bulkhead", variant="B")
+        compare(opened, ("bulkhead", "A"), ("bulkhead", "B"))
+        yield opened
+
+
+def columns(store: Store, table: str) -> list[dict[str, Any]]:
+    with store.read() as connection:
+        return [dict(r._mapping) for r in connection.execute(sa.select(sa.text("*")).select_from(sa.table(table)))]
+
+
+def view_rows(store: Store, view: str) -> list[dict[str, Any]]:
+    with store.read() as connection:
+        return [dict(r._mapping) for r in connection.execute(sa.select(sa.text("*")).select_from(sa.table(view)))]
+
+
+def body_shape(store: Store) -> int:
+    variant = next(r for r in columns(store, "object_variant") if r["variant"] == "A")
+    placed = columns(store, "object_part")
+    part = next(r["part_id"] for r in placed if r["object_id"] == variant["object_id"] and r["name"] == "BODY")
+    return int(next(r["shape_id"] for r in columns(store, "part") if r["id"] == part))
+
+
+def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
+    answers: Answers = {}
+    for file in sorted((resource_dir("queries") / "examples").glob("*.sql")):
+        with store.read() as connection:
+            answers[file.stem] = [tuple(r) for r in connection.execute(sa.text(file.read_text()))]
+    assert len(answers) >= 30
+    holes = by_kind("A", "lightening_hole", "tooling_hole", "bolt_hole")
+
+    lugs = [f["bore_centre"] for f in by_kind("A", "lug")]
+    apart = {tuple(f["centre"]): min(np.hypot(*np.subtract(f["centre"], c)) for c in lugs) for f in holes}
+    small = [f for f in holes if 8 <= 2 * f["radius"] <= 9]
+    near = {(round(f["centre"][0]), round(f["centre"][1])) for f in small if apart[tuple(f["centre"])] <= 150}
+    assert {(round(r[2]), round(r[3])) for r in answers["holes_near_lugs"]} == near
+
+    thin = [f for f in by_kind("A", "rib") if f["thickness"] < 6.2]
+    assert len(answers["thin_ribs"]) == len(thin) == 3
+    assert [r[1] for r in answers["thin_ribs"]] == pytest.approx([f["thickness"] for f in thin], abs=1e-6)
+
+    kept = {f["name"] for f in FEATURES["B"]}
+    gone = sorted(f["centre"] for f in holes if f["name"] not in kept)
+    assert [[round(r[2]), round(r[3])] for r in answers["features_that_b_lacks"]] == gone
+    both = [({f["name"]: f for f in FEATURES[v] if f["kind"].endswith("_hole")}) for v in "AB"]
+    wider = [(a, both[1][n]) for n, a in both[0].items() if n in both[1] and a["radius"] != both[1][n]["radius"]]
+    thinner = [a for n, a in both[0].items() if n in both[1] and a["box"][2::3] != both[1][n]["box"][2::3]]
+    words = {f"diameter {2 * a['radius']:g} -> {2 * b['radius']:g} mm" for a, b in wider}
+    changed = answers["dimensions_that_changed"]
+    assert {r[2] for r in changed if r[2].startswith("diameter")} == words
+    assert len(changed) == len(wider) + len(thinner) == 3
+    body = ("BULKHEAD_BODY", "BULKHEAD_BODY", "Aluminium 7075-T7351")
+    assert answers["parts_of_a_material"] == [body, body]  # of either variant
+
+    depth = Counter(round(f["depth"], 6) for f in by_kind("A", "pocket") if f["depth"] > 40)
+    assert Counter(round(r[1], 6) for r in answers["deep_pockets"]) == depth
+    corner = [f for f in by_kind("A", "pocket") if f["corner_radius"] < 12]
+    assert [r[1] for r in answers["sharp_pocket_corners"]] == pytest.approx([f["corner_radius"] for f in corner])
+    sizes = Counter(round(2 * f["radius"], 3) for f in holes) + Counter(2 * f["bore"] for f in by_kind("A", "boss"))
+    sizes += Counter({42.0: len(lugs), 184.0: 1})  # the lugs' bores and the round duct
+    assert {float(d): n for d, n in answers["hole_sizes"]} == {float(d): n for d, n in sizes.items()}
+
+    moved = {r[0] for r in answers["parts_that_moved"]}
+    assert moved == {"CLIP_2/CLIP", "CLIP_2/BOLT_1", "CLIP_2/BOLT_2"}
+    turn = {c["name"]: c["turn_deg"] for c in GOLDEN["A"]["components"]}["CLIP_2"]
+    after = {c["name"]: c["turn_deg"] for c in GOLDEN["B"]["components"]}["CLIP_2"]
+    assert [r[5] for r in answers["parts_that_moved"]] == pytest.approx([abs(after - turn)] * 3)
+    assert dict(answers["parts_by_use"]) == GOLDEN["A"]["solids_of_each_part"] | {"rail": 1, "carriage": 1}
+    masses = {v: GOLDEN[v]["body_mass_kg"] for v in "AB"}
+    weighed = {variant: mass for variant, _, mass in answers["mass_of_a_part"]}
+    assert weighed == pytest.approx(masses, rel=1e-4)  # the kernel integrates less well
+    # Clips and their bolts are nested: of each part as many as the generator placed.
+    each = {r["number"]: r["mass"] for r in view_rows(store, "part_mass") if r["number"] != "BULKHEAD_BODY"}
+    solids = {v: GOLDEN[v]["solids_of_each_part"] for v in "AB"}
+    whole = {v: masses[v] + sum(n * each[p] for p, n in solids[v].items() if p in each) for v in "AB"}
+    assert {r[0]: r[2] for r in answers["mass_of_a_variant"]} == pytest.approx(whole, rel=1e-4)
+    assert {r[0]: r[3:] for r in answers["mass_of_a_variant"]} == {v: (sum(solids[v].values()), 0) for v in "AB"}
+    assert len(answers["faces_of_one_radius"]) == len(lugs)
+    found = sorted((round(x, 3), round(y, 3)) for _, x, y in answers["faces_of_one_radius"])
+    assert found == sorted((round(x, 3), round(y, 3)) for x, y in lugs)
+    ring = [c for c in GOLDEN["A"]["components"] if c["product"] == "BOLT_M8"]
+    close = {f"bulkhead/{c['name']}" for c in ring if np.hypot(c["origin"][0] - 618, c["origin"][1] - 428) < 120}
+    assert {r[0] for r in answers["bolts_near_a_duct"]} == close
+    assert len(close) == 8
+    files = [("A", "bulkhead_A.step.gz"), ("", "slider.urdf"), ("B", "bulkhead_B.step.gz")]
+    assert [(r[1], r[3]) for r in answers["loads"]] == files
+
+    # The others against the rows themselves, by plain Python.
+    shape = body_shape(store)
+    listed: dict[str, set[int]] = {}
+    shape_surfaces = columns(store, "shape_surface")
+    by_shape = Counter(r["shape_id"] for r in shape_surfaces)
+    bodies = sorted(s for s, n in by_shape.items() if n > 500)
+    for variant, number in zip("AB", bodies, strict=True):
+        listed[variant] = {r["surface_id"] for r in shape_surfaces if r["shape_id"] == number}
+    assert answers["surfaces_shared_by_variants"] == [(len(listed["A"] & listed["B"]),)]
+    surfaces = {r["id"]: r for r in columns(store, "surface")}
+    faces = {r["surface_no"]: surfaces[r["surface_id"]] for r in shape_surfaces if r["shape_id"] == shape}
+    arcs = {r["id"]: r for r in columns(store, "arc")}
+    edges = [r for r in columns(store, "shape_arc") if r["shape_id"] == shape]
+    long = {r["arc_no"] for r in edges if r["convexity"] == "convex" and arcs[r["arc_id"]]["length"] > 500}
+    assert {r[0] for r in answers["long_sharp_edges"]} == long
+    sides = [({r["surface_a"], r["surface_b"]}, r["convexity"]) for r in edges if r["angle"] is not None]
+    beside = Counter((next(iter(pair - {0})), kind) for pair, kind in sides if 0 in pair and len(pair - {0, None}) == 1)
+    assert {(n, kind): count for n, kind, count in answers["neighbours_of_a_face"]} == beside
+    top = {n for n, f in faces.items() if f["recognised_kind"] == "plane" and f["z0"] > 60 - 1e-6}
+    assert {r[0] for r in answers["faces_at_a_height"]} == top
+    around = {
+        n
+        for n, f in faces.items()
+        if f["recognised_kind"] in ("cylinder", "cone")
+        and np.hypot(f["origin_x"] + 1170, f["origin_y"] - 330) < 1e-3
+        and abs(f["axis_z_z"]) > 1 - 1e-9
+    }
+    datum = {n for n in around if abs(faces[n]["radius"] - 9) < 1e-6 or abs(faces[n]["radius"] - 15) < 1e-6}
+    answered = {r[0] for r in answers["faces_coaxial_with_a_hole"]}
+    assert answered <= around
+    assert around - datum <= answered
+
+    features = [r for r in columns(store, "feature") if r["shape_id"] == shape]
+    place = next(r for r in columns(store, "occurrence") if r["path"] == "bulkhead/BODY")
+    pose = matrices({c: np.array([v]) for c, v in place.items() if c.startswith("m")})[0]
+    inside = set()
+    for f in features:
+        box = [f["x0"], f["y0"], f["z0"], f["x1"], f["y1"], f["z1"]]
+        corners = np.array(
+            [[box[3 * i], box[1 + 3 * j], box[2 + 3 * k]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+        )
+        world = corners @ pose[:3, :3].T + pose[:3, 3]
+        if (world.max(0) >= [1800, -500, 900]).all() and (world.min(0) <= [2000, -400, 1100]).all():
+            inside.add(f["feature_no"])
+    assert {r[1] for r in answers["features_in_a_box"] if r[0] == "bulkhead/BODY"} == inside
+
+
+def plain_rows(store: Store, table: str, run: int) -> list[dict[str, Any]]:
+    return [r for r in columns(store, table) if r["run_id"] == run]
+
+
+def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> None:
+    """Matched model arcs are where the image arcs are when NumPy projects them by the renderer's exact pose."""
+    truth = json.loads((EXAMPLES / "demo/pair_00_truth.json").read_text())
+    answers: dict[str, list[dict[str, Any]]] = {}
+    for name in ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig", "how_far_off_was_the_base"):
+        with store.read() as connection:
+            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
+            answers[name] = [dict(r._mapping) for r in connection.execute(text)]
+    run = max(r["id"] for r in columns(store, "run") if r["kind"] == "inspect")
+
+    # Every image arc is matched or rejected, once.
+    extraction = {r["camera"]: r["extraction_id"] for r in plain_rows(store, "inspection_image", run)}
+    arcs = {(r["extraction_id"], r["image_arc_no"]): r for r in columns(store, "image_arc")}
+    matched = {(r["camera"], r["image_arc_no"]) for r in answers["matched_arcs"]}
+    for camera, extracted in extraction.items():
+        own = {no: r for (of, no), r in arcs.items() if of == extracted}
+        left = own.keys() - {no for c, no in matched if c == camera}
+        rejected = [r for r in answers["rejected_arcs"] if r["camera"] == camera]
+        assert sum(r["arcs"] for r in rejected) == len(left)
+        assert sum(r["pixels"] for r in rejected) == pytest.approx(sum(own[no]["length"] for no in left))
+        assert all(r["reason"] for r in rejected)
+
+    # Where the matched ones are.
+    samples = {
+        (r["shape_id"], r["arc_no"]): np.reshape(r["points"], (-1, 3)) for r in columns(store, "shape_arc_sample")
+    }
+    shape_of_part = {r["id"]: r["shape_id"] for r in columns(store, "part")}
+    placed = {r["path"]: r for r in columns(store, "occurrence")}
+    rig = np.array(truth["world_from_rig"])
+    off = []
+    for row in answers["matched_arcs"]:
+        if row["view_kind"] != "sharp":
+            continue
+        part = placed[row["path"]]
+        world_from_part = matrices({c: np.array([part[c]]) for c in part if c[:1] == "m" and c[1:].isdigit()})[0]
+        points = samples[shape_of_part[part["part_id"]], row["arc_no"]]
+        camera = pair.rig["cameras"][row["camera"]]
+        world_from_camera = rig @ np.array(camera.get("rig_from_camera", np.eye(4)))
+        seen = np.linalg.inv(world_from_camera) @ world_from_part
+        xyz = points @ seen[:3, :3].T + seen[:3, 3]
+        pixels = (xyz @ np.array(camera["matrix"]).T)[:, :2] / xyz[:, 2:]
+        arc = arcs[extraction[row["camera"]], row["image_arc_no"]]
+        ends = np.array([[arc["start_x"], arc["start_y"]], [arc["end_x"], arc["end_y"]]])
+        # An image arc may run on beyond its model arc, along the next one in line: the ends of that are prolonged.
+        first, last = (end / np.linalg.norm(end) for end in (pixels[0] - pixels[1], pixels[-1] - pixels[-2]))
+        pixels = np.vstack([pixels[0] + 100 * first, pixels, pixels[-1] + 100 * last])
+        a, b = pixels[:-1, None], pixels[1:, None]
+        along = np.clip(((ends - a) * (b - a)).sum(-1) / np.maximum(((b - a) ** 2).sum(-1), 1e-12), 0, 1)
+        off.append(np.linalg.norm(a + along[..., None] * (b - a) - ends, axis=-1).min(0).mean())
+    assert len(off) > 50
+    assert np.median(off) < 0.7
+    assert np.mean(np.array(off) < 3) > 0.9
+
+    # What is in view, against the renderer's rays at full size.
+    views = {f"bulkhead/{p['path']}": [p[c] for c in ("left", "right") if c in p] for p in truth["parts_in_view"]}
+    share = {
+        path: sum(v["visible_px"] for v in seen) / sum(v["unoccluded_px"] for v in seen)
+        for path, seen in views.items()
+        if sum(v["visible_px"] for v in seen) > 1000
+    }
+    named = {r["path"]: r["share"] for r in answers["parts_in_view"]}
+    assert {p for p, s in share.items() if s > 0.55} <= named.keys()
+    assert not {p for p, s in share.items() if s < 0.45} & named.keys()
+    assert named["bulkhead/BODY"] == pytest.approx(share["bulkhead/BODY"], abs=0.02)
+
+    (pose,) = answers["where_was_the_rig"]
+    assert pose["verdict"] == "accepted"
+    assert [pose[c] for c in "xyz"] == pytest.approx(rig[:3, 3], abs=2)
+    found = plain_rows(store, "pose", run)[0]
+    turn = matrices({c: np.array([found[c]]) for c in found if c[:1] == "m" and c[1:].isdigit()})[0, :3, :3]
+    in_rig = np.reshape(found["covariance"], (6, 6))[:3, :3]
+    sigmas = [np.sqrt(axis @ in_rig @ axis) for axis in turn]  # along the world's axes, as the rig sees them
+    assert [pose[f"sigma_{c}"] for c in "xyz"] == pytest.approx(sigmas)
+    assert [pose[f"sigma_{c}"] for c in "xyz"] != pytest.approx(np.sqrt(np.diag(in_rig)), rel=0.01)
+
+    # The world has the rig where the prior does: the base is off as that is, and as little sure as rows say.
+    (told,) = answers["how_far_off_was_the_base"]
+    base = rig @ np.linalg.inv(np.array(pair.prior["world_from_rig"])) @ BASE
+    shift, turn = base[:3, 3] - BASE[:3, 3], np.arccos((np.trace(BASE[:3, :3].T @ base[:3, :3]) - 1) / 2)
+    assert (told["run_id"], told["base"]) == (run, "slider")
+    assert told["shift"] == pytest.approx(np.linalg.norm([told[f"shift_{c}"] for c in "xyz"]))
+    assert np.linalg.norm(np.subtract([told[f"shift_{c}"] for c in "xyz"], shift)) < 2 * told["shift_within"]
+    assert told["turn"] == pytest.approx(np.degrees(turn), abs=2 * told["turn_within"])
+    spread = np.diag(np.reshape(plain_rows(store, "base_correction", run)[0]["covariance"], (6, 6)))
+    assert told["shift_within"] == pytest.approx(2 * np.sqrt(spread[:3].sum()))
+    assert told["turn_within"] == pytest.approx(np.degrees(2 * np.sqrt(spread[3:].sum())))
+
+
+def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
+    """Against what plain Python makes of the tables."""
+    names = [
+        "poses_that_were_dropped",
+        "gates_of_arcs",
+        "code_of_a_pose",
+        "visible_in_the_left_camera",
+        "runs_that_failed",
+        "inputs_that_differ",
+        "where_the_time_goes",
+        "rules_of_a_verdict",
+        "long_edges_not_found",
+        "cameras_solved_apart",
+        "cameras_over_time",
+    ]
+    answers: dict[str, list[dict[str, Any]]] = {}
+    for name in names:
+        with store.read() as connection:
+            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
+            answers[name] = [dict(r._mapping) for r in connection.execute(text)]
+    run = max(r["id"] for r in columns(store, "run") if r["kind"] == "inspect")
+    (pose,) = plain_rows(store, "pose", run)
+    held = {(r["decision"], r["name"]): r["value"] for r in plain_rows(store, "threshold", run)}
+    view = {r["view_no"]: r["camera"] for r in plain_rows(store, "view", run)}
+
+    # Each pair with the gate that its rule is about, and the rule that its numbers fail.
+    pairs = {
+        (view[r["view_no"]], r["image_arc_no"], r["view_arc_no"]): r for r in plain_rows(store, "correspondence", run)
+    }
+    paths = {r["id"]: r["path"] for r in columns(store, "occurrence")}
+    seen = {(view[r["view_no"]], r["view_arc_no"]): r for r in plain_rows(store, "view_arc", run)}
+    assert len(answers["gates_of_arcs"]) == len(pairs)
+    told = [(r["camera"], r["image_arc_no"]) for r in answers["gates_of_arcs"]]
+    by_order = sorted((c, i, v) for c, i, v in pairs)
+    assert told == [(c, i) for c, i, _ in by_order]
+    for row, key in zip(answers["gates_of_arcs"], by_order, strict=True):
+        pair, arc = pairs[key], seen[key[0], key[2]]
+        assert row["path"] == paths[arc["occurrence_id"]]
+        assert str(arc["surface_no"] if arc["kind"] == "silhouette" else arc["arc_no"]) == row["element"].split()[-1]
+        rule = row["rule"]
+        assert row["taken"] == pair["accepted"] == (rule == "assigned")
+        least = held["correspondence", "min_overlap"]
+        fails = {
+            "orientation": pair["angle"] > held["correspondence", "max_angle"],
+            "distance": pair["residual"] > pair["gate"],
+            "overlap": pair["overlap"] < least,
+        }
+        if rule in fails:
+            assert fails[rule]
+            if rule == "overlap":
+                assert (row["value"], row["gate"]) == pytest.approx((pair["overlap"], least))
+        else:
+            assert not any(fails.values())
+            assert (row["value"], row["gate"]) == (pair["residual"], pair["gate"])
+
+    # A best pose there is; whatever is no rival falls short of the evidence or of the prior.
+    rules = {r["hypothesis_no"]: r["rule"] for r in answers["poses_that_were_dropped"]}
+    assert sorted(rules) == [
+        r["hypothesis_no"] for r in sorted(plain_rows(store, "hypothesis", run), key=lambda r: r["hypothesis_no"])
+    ]
+    assert rules[0] == "best"
+    assert "rival" not in rules.values()
+    verdict = {r["rule"]: r for r in answers["rules_of_a_verdict"]}
+    assert all(r["holds"] for r in verdict.values()) == (pose["verdict"] == "accepted")
+    assert verdict["likely"]["value"] == pytest.approx(pose["posterior"], rel=1e-12)
+    (inspection,) = plain_rows(store, "inspection", run)
+    assert verdict["translation"]["gate"] == inspection["needs_translation_mm"]
+    assert verdict["rotation"]["gate"] == pytest.approx(np.degrees(inspection["needs_rotation"]))
+    covariance = np.reshape(pose["covariance"], (6, 6))
+    assert verdict["rotation"]["value"] == pytest.approx(
+        np.degrees(2 * np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1]))
+    )
+    assert verdict["prior"]["value"] == pytest.approx(plain_rows(store, "hypothesis", run)[0]["distance"])
+
+    left = {number: r for (camera, number), r in seen.items() if camera == "left"}
+    pixels = Counter[str]()
+    for r in left.values():
+        pixels[paths[r["occurrence_id"]]] += r["length"]
+    assert {r["path"]: r["pixels"] for r in answers["visible_in_the_left_camera"]} == pytest.approx(dict(pixels))
+    taken = {(c, v) for (c, _, v), pair in pairs.items() if pair["accepted"]}
+    missing = {k for k, r in seen.items() if r["kind"] == "sharp" and r["length"] > 100 and k not in taken}
+    assert {(r["camera"], r["view_arc_no"]) for r in answers["long_edges_not_found"]} == missing
+
+    (made,) = answers["code_of_a_pose"]
+    assert (made["search_seed"], made["refinement_seed"]) == (1989, 1981)
+    assert len(made["code_sha256"]) == 64
+    assert answers["runs_that_failed"] == []
+    assert [(r["role"], r["newest"], r["before"]) for r in answers["inputs_that_differ"]] == [
+        ("model", "bulkhead_B.step.gz", "slider.urdf")
+    ]
+    steps = [r for r in plain_rows(store, "run_event", run) if r["kind"] == "step"]
+    assert {r["step"]: r["seconds"] for r in answers["where_the_time_goes"]} == pytest.approx(
+        {r["name"]: r["seconds"] for r in steps}
+    )
+    assert sum(r["share"] for r in answers["where_the_time_goes"]) == pytest.approx(1)
+    (ended,) = (r for r in plain_rows(store, "run_event", run) if r["kind"] == "ended")
+    assert sum(r["seconds"] for r in answers["where_the_time_goes"]) == pytest.approx(ended["seconds"])
+
+    for camera in view.values():
+        own = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
+        weight, residual, sigma = (np.array([r[c] for r in own]) for c in ("weight", "residual", "sigma"))
+        (mean,) = (r for r in view_rows(store, "camera_residual") if (r["run_id"], r["camera"]) == (run, camera))
+        assert (mean["points"], mean["weight"]) == (len(own), pytest.approx(weight.sum()))
+        assert mean["rms_px"] == pytest.approx(np.sqrt(np.average(residual**2, weights=weight)))
+        assert mean["rms_sigmas"] == pytest.approx(np.sqrt(np.average((residual / sigma) ** 2, weights=weight)))
+        assert mean["rms_px"] < 0.5 * np.sqrt(np.mean(residual**2))  # outliers, which weigh little, are most of that
+
+    alone = {r["camera"]: r for r in plain_rows(store, "camera_alone", run)}
+    place = np.array([pose[c] for c in ("m03", "m13", "m23")])
+    for r in answers["cameras_solved_apart"]:
+        own = alone[r["camera"]]
+        assert r["apart"] == pytest.approx(np.linalg.norm([own[c] for c in ("m03", "m13", "m23")] - place), abs=1e-9)
+        assert r["known_to"] == pytest.approx(2 * np.sqrt(np.trace(np.reshape(own["covariance"], (6, 6))[:3, :3])))
+    assert {r["camera"] for r in answers["cameras_solved_apart"]} == {"left", "right"}
+    solved = {(r["camera"], r["name"]) for r in answers["cameras_over_time"]}
+    assert solved == {(c, n) for c in ("left", "right") for n in ("response", "centre_u", "centre_v")}
+    assert all(abs(r["sigmas"]) < 5 for r in answers["cameras_over_time"])
+
+
+def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    """One that failed is no answer to what the newest found; refused ones and other rigs are no drift of a camera."""
+    files = {file.stem: file.read_text() for file in (resource_dir("queries") / "examples").glob("*.sql")}
+    of_newest = {name: text for name, text in files.items() if "newest inspection" in text}
+    over_time = files["cameras_over_time"]
+    run = inspection.answer["run"]
+    with Store.open(copy_store(inspection.store)) as store, store.write() as connection:
+
+        def another(number: int, changes: dict[str, str]) -> None:
+            for table, change in changes.items():
+                key = "id" if table == "run" else "run_id"
+                connection.exec_driver_sql(
+                    f"INSERT INTO {table} SELECT * REPLACE ({number} AS {key}{change}) FROM {table} WHERE {key} = {run}"  # noqa: S608
+                )
+
+        def answers(text: str) -> list[Any]:
+            return list(connection.execute(sa.text(text)).all())
+
+        before = {name: answers(text) for name, text in of_newest.items()}
+        assert len([rows for rows in before.values() if rows]) >= 10
+        another(1000, {"run": ""})
+        assert {name: answers(text) for name, text in of_newest.items()} == before
+
+        connection.exec_driver_sql("INSERT INTO rig VALUES (99, 'another')")
+        of_one = {"run": "", "inspection": "", "pose": "", "camera_unknown": ""}
+        another(1001, of_one | {"pose": ", 'refused' AS verdict", "camera_unknown": ", 0 AS value"})
+        another(1002, of_one | {"inspection": ", 99 AS rig_id"})
+        found = answers(over_time)
+        assert {(r.rig_id, r.run_id, r.verdict) for r in found} == {(1, run, "accepted"), (99, 1002, "accepted")}
+        assert [r.rig_id for r in found] == sorted(r.rig_id for r in found)
+
+
+def test_the_body_of_a_variant_is_that_of_its_newest_revision(
+    inspection: Inspection, copy_store: Callable[[str], str]
+) -> None:
+    texts = [file.read_text() for file in (resource_dir("queries") / "examples").glob("*.sql")]
+    with Store.open(copy_store(inspection.store)) as store, store.write() as connection:
+
+        def answers() -> list[list[Any]]:
+            return [list(connection.execute(sa.text(text)).all()) for text in texts if "WITH body" in text]
+
+        before = answers()
+        assert len(before) >= 10
+        assert all(before)
+        connection.exec_driver_sql(
+            "INSERT INTO object_variant SELECT * REPLACE (99 AS id, 0 AS revision) FROM object_variant "
+            "WHERE variant = 'A'"
+        )
+        assert answers() == before
+
+
+def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:
+    names = sql.query_names("examples")
+    with Store.open(duckdb_template, read_only=True) as store:
+        for name in names:
+            text = (resource_dir("queries") / f"{name}.sql").read_text()
+            assert "?" in text.splitlines()[0]
+            assert ":" not in text  # nothing to bind: a person edits the literals
+    with Store.open(duckdb_template, read_only=True) as store:
+        assert ask(store, (resource_dir("queries") / "examples/thin_ribs.sql").read_text())[1] == []

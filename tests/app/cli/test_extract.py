@@ -1,0 +1,156 @@
+"""`relmodel extract`: every stage has a picture; inputs of every kind give the same answer; rows reach the store."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+import sqlalchemy as sa
+from PIL import Image
+
+from relmodel.app.cli.main import main
+from relmodel.store import Store
+from vision.cameras.images import read_picture
+from vision.extraction.pictures import STAGES
+
+
+@pytest.fixture
+def square(tmp_path: Path) -> Path:
+    """A bright square, 40 px wide, on a dark ground, with a little noise."""
+    grey = np.full((96, 128), 60.0)
+    grey[30:70, 40:80] = 170.0
+    grey += np.random.default_rng(0).normal(0.0, 1.0, grey.shape)
+    path = tmp_path / "square.png"
+    Image.fromarray(grey.astype(np.uint8)).save(path)
+    return path
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_stage_has_a_picture(stage: str, square: Path, tmp_path: Path) -> None:
+    drawn = tmp_path / "drawn.png"
+    assert main(["extract", str(square), str(square), "--stage", stage, "--picture", str(drawn)]) == 0
+    with Image.open(drawn) as picture:
+        assert picture.size == (2 * 128 + 8, 96)
+        assert len(set(picture.crop((0, 0, 128, 96)).get_flattened_data())) > 1
+
+
+def counts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, int]:
+    capsys.readouterr()
+    assert main(["extract", *arguments, "--format", "json"]) == 0
+    return {row["stage"]: row["found"] for row in json.loads(capsys.readouterr().out)}
+
+
+@pytest.mark.parametrize("kind", ["tiff16", "png16", "rgb", "rgba", "palette", "jpeg"])
+def test_depth_and_colour_change_nothing(
+    kind: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grey = np.asarray(Image.open(square))
+    other = tmp_path / ("other.jpg" if kind == "jpeg" else "other.tif" if kind == "tiff16" else "other.png")
+    if kind.endswith("16"):
+        Image.fromarray(grey.astype(np.uint16) * 257).save(other)
+    elif kind == "jpeg":
+        Image.fromarray(grey).save(other, quality=100)
+    else:
+        Image.fromarray(grey).convert({"rgb": "RGB", "rgba": "RGBA", "palette": "P"}[kind]).save(other)
+    expected, found = counts(capsys, str(square)), counts(capsys, str(other))
+    assert found["arcs"] == expected["arcs"] == 4
+    assert found["regions"] == expected["regions"] == 2
+
+
+@pytest.mark.parametrize("suffix", ["png", "tif"])
+def test_deep_colour_keeps_its_depth(suffix: str, square: Path, tmp_path: Path) -> None:
+    grey = np.asarray(Image.open(square)).astype(np.uint16) * 16  # twelve bits' worth: eight of them would be coarse
+    path = tmp_path / f"deep.{suffix}"
+    cv2.imwrite(str(path), np.dstack([grey * 4, grey * 2, grey]))  # blue, green, red
+    picture = read_picture(path)
+    assert (picture.depth, picture.channels) == (16, 3)
+    np.testing.assert_allclose(picture.grey, grey * (0.114 * 4 + 0.587 * 2 + 0.299) / 257)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 200), (200, 1), (5, 5), (12, 12), (64, 64)])
+@pytest.mark.parametrize("kind", ["black", "white", "noise"])
+def test_tiny_and_blank_pictures_are_one_region(
+    shape: tuple[int, int], kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values = {"black": 0, "white": 255, "noise": np.random.default_rng(1).integers(0, 255, shape)}[kind]
+    Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
+    found = counts(capsys, str(tmp_path / "small.png"))
+    assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("none.png", "check the name"),
+        ("empty.png", "no picture of a kind that is read"),
+        ("text.png", "no picture of a kind that is read"),
+        ("cut.png", "cannot be read"),
+        ("cut.jpg", "cannot be read"),
+        ("cut.tif", "cannot be read"),
+        ("cutdeep.png", "cannot be read"),
+        ("float.tif", "coded as F"),
+        ("lab.tif", "coded as LAB"),
+    ],
+)
+def test_what_is_no_picture_is_one_sentence(
+    name: str, sentence: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grey, path = Image.open(square), tmp_path / name
+    if name.startswith("cut"):
+        if name == "cutdeep.png":
+            cv2.imwrite(str(path), np.dstack([np.asarray(grey).astype(np.uint16) * 257] * 3))
+        else:
+            grey.save(path)
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    elif name == "float.tif":
+        Image.fromarray(np.asarray(grey).astype(np.float32)).save(path)
+    elif name == "lab.tif":
+        grey.convert("RGB").convert("LAB").save(path)
+    elif name != "none.png":
+        path.write_text("" if name == "empty.png" else "hello")
+    assert main(["extract", str(path)]) == 3
+    error = capsys.readouterr().err
+    assert sentence in error
+    assert error.count("\n") == 1
+
+
+def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: Path) -> None:
+    assert main(["extract", str(square), "--picture", str(tmp_path / "arcs.xyz")]) == 3
+    assert main(["extract", str(square), "--picture", str(tmp_path / "nowhere" / "arcs.png")]) == 3
+
+
+def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mask = np.zeros((96, 128), np.uint8)
+    mask[:, :60] = 255  # the left side, and half of the upper and lower
+    Image.fromarray(mask).save(tmp_path / "mask.png")
+    found = counts(capsys, str(square), "--mask", str(tmp_path / "mask.png"))
+    assert (found["arcs"], found["regions"], found["topography"]) == (3, 2, 96 * 60)
+    for name, unfit, sentence in (
+        ("small", mask[:40], "the mask is 128x40, the picture 128x96"),
+        ("dark", mask // 4, "nowhere brighter than half"),
+    ):
+        Image.fromarray(unfit).save(tmp_path / f"{name}.png")
+        assert main(["extract", str(square), "--mask", str(tmp_path / f"{name}.png")]) == 3
+        assert sentence in capsys.readouterr().err
+
+
+def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
+    assert main(["extract", str(square), "--store", fresh_store]) == 0
+    assert main(["extract", str(square), "--store", fresh_store]) == 0
+    with Store.open(fresh_store) as store, store.read() as connection:
+
+        def count(table: str) -> int:
+            return int(connection.execute(sa.select(sa.func.count()).select_from(store.table(table))).scalar_one())
+
+        assert (count("extraction"), count("image_arc")) == (1, 4)
+
+
+def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["extract", str(square), "--scales", "1,1.4,2,2.8"]) == 0
+    assert main(["extract", str(square), "--scales", "2,1.4"]) == 2
+    assert "ascend" in capsys.readouterr().err
+    assert main(["extract", str(square), "--scales", "1.4,40"]) == 2
+    with pytest.raises(SystemExit, match="2"):
+        main(["extract", str(square), "--scales", "fine"])
+    assert "'fine' is no list of numbers" in capsys.readouterr().err

@@ -1,0 +1,141 @@
+"""`relmodel find` on a world whose boxes are known by construction."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import relmodel
+from relmodel.app.cli.main import main
+from relmodel.find.find import LEVELS
+from relmodel.find.volumes import Box, Polyhedron, Sphere, Volume
+from relmodel.store import Run, Store
+from tests.find.test_find import fill, random_boxes, random_solids
+from tests.store.test_check import plate
+
+
+@pytest.fixture
+def world(fresh_store: str) -> str:
+    """A store with the turned plate: world box [9, 100, 5] to [10, 102, 5]."""
+    with Store.open(fresh_store) as store, Run.begin(store, "load", {}) as run, run.write() as connection:
+        for name, columns in plate().items():
+            store.append(connection, name.partition("/")[0], columns)
+    return fresh_store
+
+
+def found(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, Any]]:
+    capsys.readouterr()
+    assert main(["find", *arguments, "--format", "json"]) == 0
+    rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
+    return rows
+
+
+def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = found(capsys, "--store", world, "--box", "9.5", "101", "4", "9.6", "101.5", "6")
+    assert [(r["path"], r["level"]) for r in rows] == [("a/b/c", "part")]
+    assert [rows[0][k] for k in ("x0", "y0", "z0", "x1", "y1", "z1")] == pytest.approx([9, 100, 5, 10, 102, 5])
+    assert found(capsys, "--store", world, "--box", "9.5", "101", "6", "9.6", "101.5", "7") == []
+    # The edge from (2, 0) to (2, 1) in the plate is the one at y = 102 in the world.
+    arcs = found(capsys, "--store", world, "--box", "9.5", "101.9", "4", "9.6", "103", "6", "--level", "arc")
+    assert len(arcs) == 1
+
+
+def test_camera(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A camera 100 mm above the plate that looks down sees it; one that looks up does not."""
+    rig, pose = tmp_path / "rig.yaml", tmp_path / "pose.yaml"
+    camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
+    camera["distortion"] = {"model": "opencv", "coefficients": [0.1, 0, 0, 0]}
+    rig.write_text(yaml.safe_dump({"cameras": {"only": camera | {"rig_from_camera": np.eye(4).tolist()}}}))
+
+    def seen_from(x: float, *, down: bool) -> list[str]:
+        world_from_rig = np.diag([1.0, -1, -1, 1] if down else [1.0, 1, 1, 1])
+        world_from_rig[:3, 3] = x, 101, 105
+        pose.write_text(yaml.safe_dump({"world_from_rig": world_from_rig.tolist()}))
+        return [str(r["path"]) for r in found(capsys, "--store", world, "--camera", str(rig), "--at", str(pose))]
+
+    assert seen_from(9.5, down=True) == ["a/b/c"]
+    assert seen_from(9.5, down=False) == []
+    assert seen_from(14.9, down=True) == ["a/b/c"], "half the view is 5 mm wide at 100 mm"
+    assert seen_from(15.2, down=True) == []
+
+
+def test_a_prior_says_how_much_more_the_widened_view_holds(
+    world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig, prior = tmp_path / "rig.yaml", tmp_path / "prior.yaml"
+    camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
+    rig.write_text(yaml.safe_dump({"cameras": {"only": camera | {"rig_from_camera": np.eye(4).tolist()}}}))
+    world_from_rig = np.diag([1.0, -1, -1, 1])
+    for x, expected in ((9.5, "1 parts by their boxes; none of 200 sampled poses shows 0"), (90, "0 parts")):
+        world_from_rig[:3, 3] = x, 101, 105
+        said = {"world_from_rig": world_from_rig.tolist(), "sigma": {"translation_mm": 0.1, "rotation_deg": 0.01}}
+        prior.write_text(yaml.safe_dump(said))
+        assert main(["find", "--store", world, "--camera", str(rig), "--prior", str(prior)]) == 0
+        assert f"the widened view contains {expected}" in capsys.readouterr().err
+
+
+def test_wrong_use(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["find", "--store", world, "--camera", "rig.yaml"]) == 2
+    assert "--at" in capsys.readouterr().err
+    assert main(["find", "--store", world, "--box", "1", "0", "0", "0", "1", "1"]) == 3
+    assert main(["find", "--store", world, "--box", "0", "0", "0", "1", "1", "1", "--world", "other"]) == 2
+    with pytest.raises(SystemExit):
+        main(["find", "--store", world])
+    assert main(["find", "--store", world, "--camera", str(tmp_path / "none.yaml"), "--at", "pose.yaml"]) == 3
+
+
+def test_other_volumes(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A ball, a turned box and a polyhedron about the plate's corner (9, 100, 5), and beside it."""
+    cube: list[list[float]] = [
+        [1, 0, 0, 9.1],
+        [-1, 0, 0, -8],
+        [0, 1, 0, 100.1],
+        [0, -1, 0, -99],
+        [0, 0, 1, 6],
+        [0, 0, -1, -4],
+    ]
+    faces = tmp_path / "faces.yaml"
+    for shift, expected in ((0.0, ["a/b/c"]), (-1.2, [])):
+        cube[0][3], cube[1][3] = 9.1 + shift, -8 - shift
+        faces.write_text(yaml.safe_dump({"half_spaces": cube}))
+        asked = [
+            ["--sphere", str(8.9 + shift), "100", "5", "0.2"],
+            ["--obb", str(8.8 + shift), "100", "5", "0.2", "0.2", "0.2", "0", "0", "45"],
+            ["--polyhedron", str(faces)],
+        ]
+        for volume in asked:
+            assert [r["path"] for r in found(capsys, "--store", world, *volume, "--level", "part")] == expected
+    assert main(["find", "--store", world, "--sphere", "0", "0", "0", "-1"]) == 3
+    assert main(["find", "--store", world, "--polyhedron", str(tmp_path / "none.yaml")]) == 3
+    faces.write_text("half_spaces: 3\n")
+    assert main(["find", "--store", world, "--polyhedron", str(faces)]) == 3
+    assert "half-spaces" in capsys.readouterr().err
+
+
+def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of every level, to the last bit; the volumes are typed as a person types them."""
+    questions: list[tuple[list[str], str, dict[str, Any]]] = []
+    with Store.open(fresh_store) as store:
+        oracle = fill(store, tmp_path)
+    with relmodel.open(fresh_store) as asked_store:
+        volumes: list[Volume] = [*random_boxes(oracle, 2, 50), *random_solids(oracle, 3, 51)]
+        for number, volume in enumerate(volumes):
+            if isinstance(volume, Box):
+                typed = ["--box", *map(repr, volume.bounds.tolist())]
+            elif isinstance(volume, Sphere):
+                typed = ["--sphere", *map(repr, np.asarray(volume.ball).tolist())]
+            else:
+                faces = tmp_path / f"faces_{number}.yaml"
+                faces.write_text(yaml.safe_dump({"half_spaces": volume.planes.tolist()}))
+                typed, volume = ["--polyhedron", str(faces)], Polyhedron(volume.planes)
+            questions += [(typed, level, asked_store.in_volume(volume, level=level)) for level in LEVELS]
+    for typed, level, asked in questions:
+        rows = found(capsys, "--store", fresh_store, *typed, "--level", level)
+        expected = zip(*(asked[name].tolist() for name in ("path", "name", "x0", "z1")), strict=True)
+        assert sorted((r["path"], r["name"], r["x0"], r["z1"]) for r in rows) == sorted(expected)
+    assert sum(len(asked["path"]) for *_, asked in questions) > 20

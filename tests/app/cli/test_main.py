@@ -1,0 +1,170 @@
+"""The frame of the command line: help, exit statuses, and one sentence for an error."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from relmodel.app.cli import main as frame
+from relmodel.app.cli.main import VERBS, main
+
+HEAVY = {"numpy", "sqlalchemy", "duckdb", "alembic", "cv2", "OCP", "trimesh", "numba", "scipy", "pyarrow", "shapely"}
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = "import sys; from relmodel.app.cli.main import parser; parser().format_help(); print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert not HEAVY & {name.partition(".")[0] for name in done.stdout.split()}
+
+
+def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--help"])
+    assert ended.value.code == 0
+    listed = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.startswith("    ")}
+    assert set(VERBS) <= listed
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_verb_help_shows_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([verb, "--help"])
+    said = capsys.readouterr().out
+    assert ended.value.code == 0
+    assert f"example:\n  relmodel {verb} " in said
+    assert "--store" in said
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_verb_example_parses(verb: str) -> None:
+    import importlib
+    import shlex
+
+    example = importlib.import_module(f"relmodel.app.cli.verbs.{verb}").EXAMPLE
+    for line in example.splitlines():
+        assert frame.parser().parse_args(shlex.split(line)[1:]).verb == verb
+
+
+def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out.startswith("relmodel ")
+
+
+def test_wrong_use_is_2(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("RELMODEL_STORE", raising=False)
+    assert main(["check"]) == 2
+    assert "RELMODEL_STORE" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as ended:
+        main(["chekc"])
+    assert ended.value.code == 2
+
+
+def test_store_comes_from_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RELMODEL_STORE", str(tmp_path / "a.duckdb"))
+    assert main(["init"]) == 0
+    assert (tmp_path / "a.duckdb").is_file()
+
+
+@pytest.mark.parametrize("verb", ["check", "migrate", "runs"])
+def test_missing_store_is_one_sentence_and_3(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    store = tmp_path / "none.duckdb"
+    assert main([verb, "--store", str(store)]) == 3
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert "relmodel init" in said.err
+    assert not store.exists()
+
+
+def test_file_that_is_no_store_is_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "notes.txt"
+    file.write_text("not a database")
+    assert main(["check", "--store", str(file)]) == 3
+    assert capsys.readouterr().err.count("\n") == 1
+    assert file.read_text() == "not a database"
+
+
+def test_interrupt_ends_without_traceback(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from relmodel.store import Store
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Store, "create", interrupted)
+    assert main(["init", "--store", str(tmp_path / "a.duckdb")]) == 130
+    said = "relmodel init: interrupted: what was finished before is kept, and the store is otherwise as it was\n"
+    assert capsys.readouterr().err == said
+
+
+def test_reader_that_leaves_early_is_no_error(duckdb_template: Path) -> None:
+    query = "SELECT * FROM range(200000)"
+    printing = subprocess.Popen(
+        [sys.executable, "-m", "relmodel", "sql", "--store", str(duckdb_template), "--format", "csv", query],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert printing.stdout
+    assert printing.stderr
+    assert printing.stdout.readline() == "range\n"
+    printing.stdout.close()
+    assert printing.stderr.read() == ""
+    assert printing.wait() == 0
+
+
+def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for target, cure in (
+        (str(tmp_path / "none" / "a.duckdb"), "make it, or name another place"),
+        (str(tmp_path), "Is a directory"),
+        ("mysql://host/db", "use a DuckDB file or a postgresql+psycopg:// URL"),
+        ("postgresql://someone:secret@127.0.0.1:1/db", "cannot reach the store"),
+    ):
+        assert main(["init", "--store", target]) == 3
+        said = capsys.readouterr().err
+        assert cure in said
+        assert said.count("\n") == 1
+        assert "secret" not in said
+
+
+def completed(shell: str, *words: str) -> list[str]:
+    """What a shell offers for the last word."""
+    script = subprocess.run(
+        [sys.executable, "-m", "relmodel", "completion", shell], check=True, capture_output=True, text=True
+    ).stdout
+    ask = f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _relmodel; echo ${{COMPREPLY[@]}}"
+    done = subprocess.run(["bash", "-c", f"{script}\n{ask}"], check=True, capture_output=True, text=True)
+    return done.stdout.split()
+
+
+def test_bash_completes_verbs_options_and_choices() -> None:
+    assert completed("bash", "relmodel", "ins") == ["inspect"]
+    assert completed("bash", "relmodel", "runs", "--ki") == ["--kind"]
+    assert completed("bash", "relmodel", "runs", "--state", "f") == ["finished", "failed"]
+    assert completed("bash", "relmodel", "completion", "z") == ["zsh"]
+
+
+def test_other_shells_have_a_script(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", "zsh"]) == 0
+    assert capsys.readouterr().out.startswith("autoload -U +X bashcompinit")
+    assert main(["completion", "fish"]) == 0
+    said = capsys.readouterr().out
+    assert "-n '__fish_seen_subcommand_from runs' -l state -x -a 'running finished failed killed'" in said
+
+
+def test_quiet_prints_data_and_errors_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    store = str(tmp_path / "a.duckdb")
+    assert main(["init", "--store", store]) == 0
+    assert capsys.readouterr().err
+    assert main(["check", "--store", store, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert main(["runs", "--store", store, "--quiet"]) == 0
+    assert capsys.readouterr().out.startswith("run")
+    assert main(["runs", "--store", str(tmp_path / "b.duckdb"), "--quiet"]) == 3
+    assert "there is no store" in capsys.readouterr().err

@@ -1,0 +1,147 @@
+"""What is printed of names that others gave: to terminals, to spreadsheets, to programs; and of errors."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from datetime import datetime
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+import trimesh
+
+from relmodel.app.cli.main import main
+from relmodel.loading.load import load
+from relmodel.printing import print_rows
+from relmodel.store import Store
+
+EVIL = "a\x1b[31mred\x07\x9b2J\u202eb\x7f"
+SEEN = r"a\x1b[31mred\x07\x9b2J\u202eb\x7f"
+FORMULAS = ("=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "\n=1")
+
+
+def cells(text: str) -> list[list[str]]:
+    return list(csv.reader(io.StringIO(text, newline="")))
+
+
+def test_tables_round_to_what_numbers_mean_and_programs_get_all(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [
+        (1850.123456789, 1.23456789e-5, 7, [0.123456789, 1e3], datetime(2026, 1, 2, 3, 4, 5, 678901)),
+        (-0.000012345678, 9.87654321e-6, None, [float("nan")], None),
+        (12345678.987654321, 0.0, 1234567, [], None),
+    ]
+    names = ["mm", "small", "count", "list", "when"]
+    print_rows(names, rows, "table")
+    lines = capsys.readouterr().out.splitlines()
+    assert [line[:12].strip() for line in lines[2:]] == ["1850.123", "-1.23e-05", "12345678.988"]
+    assert [line.split()[1] for line in lines[2:]] == ["0.0000123457", "0.0000098765", "0.0000000000"]
+    assert "[0.123, 1000.000]" in lines[2]
+    assert lines[2].endswith("2026-01-02 03:04:05")
+    assert (
+        len({line.index("12345678.988") + 12 for line in lines[4:]} | {line.index("1850") + 8 for line in lines[2:3]})
+        == 1
+    )
+    for form in ("json", "csv"):
+        print_rows(names, rows, form)
+        said = capsys.readouterr().out
+        assert "1850.123456789" in said
+        assert "9.87654321e-06" in said
+    print_rows(names, [], "table")
+    assert capsys.readouterr().out.split()[:5] == names
+
+
+def test_control_characters_are_seen_and_do_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    for form in ("table", "csv"):
+        print_rows([EVIL], [(EVIL,), ("plain é 漢 name",)], form)
+        said = capsys.readouterr().out
+        assert said.count(SEEN) == 2
+        assert "plain é 漢 name" in said
+        assert all(c.isprintable() or c == "\n" for c in said)
+    print_rows([EVIL], [(EVIL,)], "json")
+    said = capsys.readouterr().out
+    assert json.loads(said) == [{EVIL: EVIL}]
+    assert "\x1b" not in said
+    assert "\x9b" not in said
+
+
+def test_a_name_in_a_message_steers_no_terminal(duckdb_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a file that is loaded, and of one that is refused."""
+    folder = duckdb_file.parent
+    for content, status in (("", 3), (None, 0)):
+        file = folder / f"{EVIL}{status}.stl"
+        trimesh.creation.box((1, 2, 3)).export(file) if content is None else file.write_text(content)
+        assert main(["load", str(file), "--unit", "mm", "--store", str(duckdb_file)]) == status
+        said = capsys.readouterr().err
+        assert SEEN in said
+        assert said.count("\n") == 1
+        assert said.rstrip("\n").isprintable()
+    assert main(["show", f"{EVIL}0", "--store", str(duckdb_file)]) == 0
+    assert SEEN in capsys.readouterr().out
+
+
+def test_no_text_in_csv_is_a_formula(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [(text, number) for text, number in zip(FORMULAS, (-1.5, -2, 3, 4, 5, 6, 7), strict=True)]
+    print_rows(["=name", "-number"], [*rows, ("a=b", None)], "csv")
+    assert cells(capsys.readouterr().out) == [
+        ["'=name", "'-number"],
+        *(["'" + text.replace("\r", r"\r"), str(number)] for text, number in rows),
+        ["a=b", ""],
+    ]
+
+
+def test_exported_tables_hold_no_formula(duckdb_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = duckdb_file.parent
+    trimesh.creation.box((1, 2, 3)).export(folder / "box.stl")
+    with Store.open(duckdb_file) as store:
+        load(store, folder / "box.stl", name="=HYPERLINK(1)", unit="mm")
+    for form in ("csv", "parquet"):
+        out = ["-o", str(folder / form), "--tables", form]
+        assert main(["export", "=HYPERLINK(1)", *out, "--store", str(duckdb_file)]) == 0
+    written = pyarrow.parquet.read_table(folder / "parquet/placed_part.parquet").to_pylist()
+    path = written[0]["path"]
+    assert path.startswith("=HYPERLINK(1)")
+    names, row = cells((folder / "csv/placed_part.csv").read_text())
+    printed = dict(zip(names, row, strict=True))
+    assert printed["path"] == f"'{path}"
+    assert float(printed["m03"]) == written[0]["m03"]
+
+
+def test_a_mesh_without_its_texture_says_nothing_of_it(duckdb_file: Path) -> None:
+    """In a process of its own, since that of the tests catches what is logged."""
+    file = duckdb_file.parent / "box.ply"
+    text = trimesh.creation.box((1, 2, 3)).export(file_type="ply", encoding="ascii")
+    assert isinstance(text, bytes)
+    file.write_bytes(text.replace(b"format ascii 1.0\n", b"format ascii 1.0\ncomment TextureFile none.png\n"))
+    load = [sys.executable, "-m", "relmodel", "load", str(file), "--unit", "mm", "--store", str(duckdb_file)]
+    said = subprocess.run(load, check=True, capture_output=True, text=True).stderr
+    assert said.startswith("box, revision 1: added")
+    assert said.count("\n") == 1
+
+
+def test_what_nobody_foresaw_is_a_sentence_and_4(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise RuntimeError(f"a bug at {EVIL}\nand more")
+
+    monkeypatch.setattr(Store, "create", broken)
+    call = ["init", "--store", str(tmp_path / "a.duckdb")]
+    assert main(call) == 4
+    said = capsys.readouterr().err
+    assert said == (
+        f"relmodel init: an error that nobody foresaw (RuntimeError: a bug at {SEEN}): "
+        "run it again with --debug and report what that prints\n"
+    )
+    assert main([*call, "--debug"]) == 4
+    said = capsys.readouterr().err
+    assert "Traceback (most recent call last)" in said
+    assert "in broken" in said
+    assert "\x1b" not in said
+    assert said.splitlines()[-1].startswith("relmodel init: an error that nobody foresaw (RuntimeError")
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert "4 an error that nobody foresaw" in " ".join(capsys.readouterr().out.split())

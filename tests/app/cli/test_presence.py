@@ -1,0 +1,342 @@
+"""What an inspection says is there: variant B in the pictures, variant A in the model, at half size.
+
+Variant B lacks the holes LH11 and the bolt F13, has LH12 of 88 mm for 104, clip 2 turned, and the lug 7 more.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+import yaml
+
+from relmodel.app.cli.main import main
+from relmodel.app.cli.verbs.inspect import print_answer
+from relmodel.app.notebook import PicturedInspection
+from relmodel.loading.load import load
+from relmodel.resources import resource_dir
+from relmodel.store import Store
+from relmodel.store.check import check
+from tests.app.cli.conftest import DEMO, Inspection, halve, inspected
+from tests.app.cli.test_serve import rows, serving
+from tests.pages import Page
+from vision.inspection import inspection
+from vision.presence.presence_parameters import DEFAULTS
+
+Answer = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, inspection.Inspection]:
+    """A store with variant A where variant B stands, inspected, with crops beside it; and the answer."""
+    folder = tmp_path_factory.mktemp("presence")
+    shutil.copy(bulkhead_template, folder / "cell.duckdb")
+    with Store.open(folder / "cell.duckdb") as store:
+        load(store, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
+    world = yaml.safe_load((DEMO / "world_B.yaml").read_text())
+    world["objects"][0]["variant"] = "A"
+    (folder / "world.yaml").write_text(yaml.safe_dump(world))
+    assert main(["world", str(folder / "world.yaml"), "--store", str(folder / "cell.duckdb")]) == 0
+    options = halve("pair_04", folder).options(world=world["world"], crops=folder / "crops")
+    answers = []
+
+    def inspect(*given: Any, **named: Any) -> inspection.Inspection:
+        answers.append(inspection.inspect(*given, **named))
+        return answers[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vision.inspection.inspect", inspect)
+        said = inspected(str(folder / "cell.duckdb"), *options)
+    assert said == json.loads(json.dumps(answers[0].to_json()))
+    return folder, answers[0]
+
+
+@pytest.fixture(scope="module")
+def folder(done: tuple[Path, inspection.Inspection]) -> Path:
+    return done[0]
+
+
+@pytest.fixture(scope="module")
+def found(done: tuple[Path, inspection.Inspection]) -> inspection.Inspection:
+    return done[1]
+
+
+@pytest.fixture(scope="module")
+def answer(found: inspection.Inspection) -> Answer:
+    read: Answer = json.loads(json.dumps(found.to_json()))
+    return read
+
+
+@pytest.fixture(scope="module")
+def store(folder: Path) -> Iterator[Store]:
+    with Store.open(folder / "cell.duckdb") as opened:
+        yield opened
+
+
+def feature_at(store: Store, x: float, y: float, kind: str = "through_hole") -> str:
+    """Path of the body's feature of that kind whose box is centred there."""
+    with store.read() as connection:
+        found = connection.execute(
+            sa.text(
+                "SELECT f.name FROM feature AS f JOIN feature_class AS k ON k.id = f.feature_class_id "
+                "JOIN occurrence AS o ON o.shape_id = f.shape_id AND o.path = 'bulkhead/BODY' "
+                "WHERE k.kind = :kind AND abs((f.x0 + f.x1) / 2 - :x) < 0.5 AND abs((f.y0 + f.y1) / 2 - :y) < 0.5"
+            ),
+            {"kind": kind, "x": x, "y": y},
+        ).scalars()
+        (name,) = set(found)
+    return f"bulkhead/BODY/{name}"
+
+
+def item(answer: Answer, path: str) -> dict[str, Any]:
+    (found,) = (i for i in answer["presence"]["items"] if i["path"] == path)
+    return dict(found)
+
+
+def test_the_pose_is_accepted_and_the_changes_are_told(answer: Answer, store: Store) -> None:
+    assert answer["verdict"] == "accepted"
+    gone = item(answer, feature_at(store, 910, 140))
+    assert gone["state"] in ("contradicted", "not_confirmed")
+    assert gone["supported_px"] < 0.3 * gone["told_px"]
+    wide = item(answer, feature_at(store, 1130, 138))
+    assert (wide["state"], wide["qif"]) == ("changed", "FAIL")
+    (diameter,) = (m for m in wide["measured"] if m["what"] == "diameter")
+    assert diameter["nominal"] == 104
+    assert diameter["value"] == pytest.approx(88, abs=max(3 * diameter["sigma"], 0.5))
+    assert item(answer, "bulkhead/CLIP_2/CLIP")["state"] in ("contradicted", "not_confirmed", "changed")
+    same = item(answer, feature_at(store, 800, 140))
+    assert (same["state"], same["qif"]) == ("confirmed", "PASS")
+
+
+def test_what_the_model_lacks_is_unexplained(answer: Answer) -> None:
+    """The lug 7 stands out of the lower rim: where the model shows nothing."""
+    truth = json.loads((DEMO / "pair_04_truth.json").read_text())
+    seen = np.array(truth["cameras"]["left"]["world_from_camera"])
+    bore = np.array(truth["world_from_object"]) @ [600.0, -58.0, 50.0, 1.0]
+    at = (np.linalg.inv(seen) @ bore)[:3]
+    u, v = (np.array(truth["cameras"]["left"]["matrix"]) @ at / at[2])[:2] / 2
+    alien = [m for m in answer["presence"]["unexplained"] if m["camera"] == "left" and m["beyond"]]
+    for region in (False, True):
+        boxes = [m["box"] for m in alien if (m["kind"] == "region") == region]
+        assert any(b[0] - 40 < u < b[2] + 40 and b[1] - 40 < v < b[3] + 40 for b in boxes)
+
+
+def test_counts_add_up_and_the_worst_comes_first(answer: Answer) -> None:
+    presence = answer["presence"]
+    state = {i["path"]: i["state"] for i in presence["items"] if i["level"] != "surface"}
+    for level, count in presence["checked"].items():
+        items = [i for i in presence["items"] if i["level"] == level]
+        undecidable = sum(i["state"] == "undecidable" for i in items)
+        assert (count["of"], count["checked"]) == (len(items), len(items) - undecidable)
+        assert all((i["qif"] == "NOT_ANALYZED") == (i["state"] == "undecidable") for i in items)
+    worst = [state[path] for path in presence["look_at"]]
+    assert worst == sorted(worst, key=["contradicted", "changed", "not_confirmed"].index)
+    assert len(worst) == sum(s not in ("confirmed", "undecidable") for s in state.values())
+
+
+def test_rows_say_what_the_answer_says(answer: Answer, store: Store) -> None:
+    assert not [f for f in check(store) if f.rows]
+    with store.read() as connection:
+        rows = connection.execute(store.table("presence").select().order_by(sa.text("item_no"))).all()
+        by_camera = connection.execute(store.table("presence_camera").select()).all()
+    assert [(r.path, r.state, r.qif, r.reason) for r in rows] == [
+        (i["path"], i["state"], i["qif"], i["reason"]) for i in answer["presence"]["items"]
+    ]
+    assert len(by_camera) == 2 * len(rows)
+
+
+def test_a_feature_has_changed_where_one_of_its_sizes_has(answer: Answer, store: Store) -> None:
+    items = answer["presence"]["items"]
+    assert any(m["what"] == "offset" and m["changed"] for i in items for m in i["measured"])
+    for i in items:
+        another = any(m["changed"] for m in i["measured"])
+        assert another == (i["state"] == "changed") or i["seen_through"], i["path"]
+        assert all(m["value"] > 0 for m in i["measured"] if m["what"] in ("diameter", "thickness", "width"))
+    with store.read() as connection:
+        told = connection.execute(
+            sa.text(
+                "SELECT DISTINCT p.path FROM presence AS p JOIN measured_size AS m ON m.run_id = p.run_id "
+                "AND m.item_no = p.item_no WHERE m.changed AND p.state = 'changed'"
+            )
+        ).scalars()
+        assert set(told) == {i["path"] for i in items if i["state"] == "changed"}
+
+
+def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store) -> None:
+    said: dict[str, list[dict[str, Any]]] = {}
+    for name in ("contradicted_features", "diameter_over_time"):
+        with store.read() as connection:
+            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
+            said[name] = [dict(r._mapping) for r in connection.execute(text)]
+    missing = [
+        i
+        for i in answer["presence"]["items"]
+        if i["level"] == "feature" and i["state"] in ("contradicted", "not_confirmed")
+    ]
+    surely = {i["path"]: 1 / (1 + np.exp(i["log_odds"])) for i in missing}
+    assert {r["path"]: r["greatest_probability"] for r in said["contradicted_features"]} == pytest.approx(
+        surely, abs=1e-3
+    )
+    assert all(r["runs"] == 1 and r["newest"] == answer["run"] for r in said["contradicted_features"])
+    (diameter,) = said["diameter_over_time"]
+    assert feature_at(store, 1130, 138) == "bulkhead/BODY/through_hole 33"
+    assert diameter["diameter"] == pytest.approx(88, abs=max(3 * diameter["sigma"], 0.5))
+    assert diameter["changed"]
+    assert thresholds_are_those_that_decided(store) == {
+        "states.least_log_odds",
+        "states.contradicted_log_odds",
+        "states.least_expected",
+        "states.least_px",
+    }
+
+
+def thresholds_are_those_that_decided(store: Store) -> set[str]:
+    """The thresholds that `thresholds_of_findings` names, held against the parameters and the states they decide."""
+    with store.read() as connection:
+        text = sa.text((resource_dir("queries") / "examples/thresholds_of_findings.sql").read_text())
+        said = {r.path: r for r in connection.execute(text)}
+        rows = connection.execute(store.table("presence").select()).all()
+    assert said
+    for row in (r for r in rows if r.path in said):
+        told, p = said[row.path], DEFAULTS.states
+        assert told.held_against == getattr(p, told.threshold.removeprefix("states."))
+        short = told.found < told.held_against
+        match told.threshold:
+            case "states.least_px":
+                assert (told.found, row.state, short) == (row.told_px, "undecidable", True)
+            case "states.least_expected":
+                assert (told.found, row.state, short) == (row.expected_log_odds, "undecidable", True)
+            case "states.contradicted_log_odds":
+                assert (told.found, row.state, short) == (-row.log_odds, "contradicted", False)
+            case _:
+                assert (told.found, short) == (abs(row.log_odds), row.state == "undecidable")
+    return {r.threshold for r in said.values()}
+
+
+def test_the_pictures_are_said_unasked_to_show_the_other_variant(answer: Answer, store: Store) -> None:
+    first, second = answer["variants"]
+    assert (first["variant"], first["placed"], second["variant"], second["placed"]) == ("B", False, "A", True)
+    assert first["log_odds"] - second["log_odds"] > 20
+    assert second["against"] > first["against"]
+    with store.read() as connection:
+        rows = connection.execute(sa.text((resource_dir("queries") / "examples/variants_seen.sql").read_text())).all()
+    assert [(r.variant, r.placed) for r in rows] == [("B", False), ("A", True)]
+    assert rows[1].nats_less == pytest.approx(first["log_odds"] - second["log_odds"], abs=1e-2)
+
+
+def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
+    states = [i["state"] for i in answer["presence"]["items"] if i["level"] != "surface"]
+    said = answer["outcome"]
+    for state in ("changed", "contradicted", "not_confirmed", "undecidable"):
+        assert said[state] == states.count(state)
+    assert said["unchecked"] == said["not_confirmed"] + said["undecidable"]
+    assert said["variant"] == "the pictures show variant B of bulkhead, not A"
+    assert said["words"].startswith(f"accepted; {states.count('changed')} changed, ")
+    assert said["words"].endswith(f"; {said['variant']}")
+
+
+def test_the_outcome_stands_wherever_the_verdict_stands(
+    answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, run, said = str(folder / "cell.duckdb"), answer["run"], answer["outcome"]
+    (evidence,) = said["variants"]
+    capsys.readouterr()
+    print_answer(found, "table")
+    shown = capsys.readouterr().err
+    assert f"run {run}: {said['words']}\n" in shown
+    assert evidence in shown
+    assert said["words"] in PicturedInspection(**vars(found))._repr_html_()
+    counts = {name: said[name] for name in ("changed", "contradicted", "not_confirmed", "undecidable", "variant")}
+    assert main(["runs", "--kind", "inspect", "--store", target, "--format", "json"]) == 0
+    with serving(target) as server:
+        for listed in (json.loads(capsys.readouterr().out), rows(server, "/runs", kind="inspect")):
+            assert [{name: row[name] for name in counts} for row in listed] == [counts]
+    assert main(["why", "--verdict", "--store", target]) == 0
+    shown = capsys.readouterr().out
+    assert f"run {run}: {said['words']}" in shown
+    assert evidence in shown
+    page, exported = tmp_path / "run.html", tmp_path / "run.json"
+    assert main(["report", "-o", str(page), "--store", target]) == 0
+    read = Page(page.read_text())
+    assert read.with_class("verdict", "warn")
+    assert f"A{said['words'][1:]}" in read.text
+    assert evidence in " ".join(read.text.split())
+    assert main(["export", "--run", "last", "-o", str(exported), "--store", target]) == 0
+    kept = json.loads(exported.read_text())
+    assert {name: kept[name] for name in counts} == counts
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        (row,) = connection.execute(sa.text("SELECT * FROM run_summary WHERE run_id = :run"), {"run": run})
+        assert row.outcome == kept["outcome"] == said["words"]
+        assert {name: row._mapping[name] for name in counts} == counts
+
+
+@pytest.mark.parametrize(
+    ("words", "status"),
+    [(None, 0), ("changed", 5), ("variant", 5), ("contradicted, unchecked", 5), ("sized", 2), ("changed,", 2)],
+)
+def test_an_accepted_pose_fails_on_what_is_asked(
+    words: str | None,
+    status: int,
+    found: inspection.Inspection,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("vision.inspection.inspect", lambda *_, **__: found)
+    call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml")]
+    call += [] if words is None else ["--fail-on", words]
+    assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
+    if status == 2:
+        assert capsys.readouterr().err.strip().endswith("give some of changed,contradicted,variant,unchecked")
+
+
+def test_what_is_not_there_fails_nothing(
+    found: inspection.Inspection, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it would end with the right model; a refused pose keeps its status."""
+    good = replace(found.outcome, changed=0, contradicted=0, not_confirmed=0, undecidable=3, variant=None)
+    for verdict, words, status in (
+        ("accepted", "changed,contradicted,variant", 0),
+        ("accepted", "unchecked", 5),
+        ("ambiguous", "unchecked", 1),
+    ):
+        said = replace(found, verdict=verdict, outcome=good)
+        monkeypatch.setattr("vision.inspection.inspect", lambda *_, said=said, **__: said)
+        call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml", "--fail-on", words)]
+        assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
+
+
+def test_crops_show_the_worst_first(answer: Answer, folder: Path) -> None:
+    names = sorted(p.name for p in (folder / "crops").iterdir())
+    assert len(names) == len(answer["presence"]["look_at"])
+    for name, path in zip(names, answer["presence"]["look_at"], strict=True):
+        assert item(answer, path)["state"] in name
+
+
+@pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])
+def test_both_engines_answer_from_the_rows(request: pytest.FixtureRequest, engine: str) -> None:
+    """The right model: what is counted as contradicted is what the rows say, and no variant was asked for."""
+    done: Inspection = request.getfixturevalue(engine)
+    said = {}
+    with Store.open(done.store) as store, store.read() as connection:
+        for name in ("contradicted_features", "diameter_over_time", "variants_seen"):
+            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
+            said[name] = [dict(r._mapping) for r in connection.execute(text)]
+    items = done.answer["presence"]["items"]
+    against = {i["path"] for i in items if i["level"] == "feature" and i["state"] in ("contradicted", "not_confirmed")}
+    assert {r["path"] for r in said["contradicted_features"]} == against
+    sizes = {i["path"]: m for i in items for m in i["measured"] if m["what"] == "diameter"}
+    measured = [sizes[path] for path in ["bulkhead/BODY/through_hole 33"] if path in sizes]
+    assert [(r["nominal"], r["changed"]) for r in said["diameter_over_time"]] == [
+        (m["nominal"], m["changed"]) for m in measured
+    ]
+    assert said["variants_seen"] == []
+    with Store.open(done.store) as store:
+        assert "states.least_log_odds" in thresholds_are_those_that_decided(store)

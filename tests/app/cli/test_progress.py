@@ -1,0 +1,179 @@
+"""Long work shows how far it is on a terminal, and says nothing of it to a file or a pipe."""
+
+from __future__ import annotations
+
+import io
+import os
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+import duckdb
+import pytest
+import trimesh
+
+from relmodel.app.cli.main import main, parser
+from relmodel.progress import Progress
+
+INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
+LONG = ("load", "world", "export", "diff", "index")
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def box(path: Path, height: float) -> Path:
+    trimesh.creation.box((30, 20, height)).export(path)
+    return path
+
+
+@pytest.fixture
+def calls(duckdb_template: Path, tmp_path: Path) -> dict[str, list[str]]:
+    """A call of each verb, in the order in which they work."""
+    shutil.copy(duckdb_template, tmp_path / "cell.duckdb")
+    store = ["--store", str(tmp_path / "cell.duckdb")]
+    files = [str(box(tmp_path / f"{name}.stl", height)) for name, height in (("A", 10), ("B", 12))]
+    world = tmp_path / "cell.yaml"
+    world.write_text("world: cell\nobjects:\n  - {name: one, object: box, variant: A, role: inspected}\n")
+    return {
+        "load": ["load", *files, "--object", "box", "--unit", "mm", *store],
+        "world": ["world", str(world), *store],
+        "diff": ["diff", "A", "B", "--object", "box", "--format", "csv", *store],
+        "export": ["export", "box", "--variant", "A", "-o", str(tmp_path / "box.glb"), *store],
+        "index": ["index", "--octree", *store],
+    }
+
+
+@pytest.mark.usefixtures("reads_here")
+def test_progress_stands_on_a_terminal_alone(
+    calls: dict[str, list[str]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    said = {
+        "load": "B.stl: storing",
+        "world": "cell.yaml: expanding",
+        "diff": "comparing parts",
+        "export": "box.glb: writing",
+        "index": "oct-tree: writing",
+    }
+    quiet: dict[str, str] = {}
+    for verb, call in calls.items():
+        assert main(call) == 0
+        printed = capsys.readouterr()
+        assert "\r" not in printed.err
+        assert said[verb] not in printed.err
+        quiet[verb] = printed.out
+    shutil.copy(tmp_path / "cell.duckdb", tmp_path / "before.duckdb")
+    for call in calls.values():  # a store of its own, so that all is to be done again
+        call[call.index("--store") + 1] = str(tmp_path / "again.duckdb")
+    assert main(["init", "--store", str(tmp_path / "again.duckdb")]) == 0
+    for verb, call in calls.items():
+        terminal = Terminal()
+        capsys.readouterr()
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "stderr", terminal)
+            assert main(call) == 0
+        assert said[verb] in terminal.getvalue(), verb
+        assert capsys.readouterr().out == quiet[verb]
+
+
+@pytest.mark.parametrize("verb", LONG)
+def test_help_shows_examples_that_are_taken(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main([verb, "--help"])
+    shown = capsys.readouterr().out
+    examples = import_module(f"relmodel.app.cli.verbs.{verb}").EXAMPLE.splitlines()
+    for line in examples:
+        assert line.strip() in shown
+        words = shlex.split(line)
+        assert words[0] == "relmodel"
+        assert parser().parse_args(words[1:]).verb == verb
+
+
+def content(store: Path) -> dict[str, list[str]]:
+    """Rows of all tables but those that say what was run."""
+    with duckdb.connect(str(store), read_only=True) as connection:
+        names = [row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
+        return {
+            name: sorted(map(repr, connection.execute(f'SELECT * FROM "{name}"').fetchall()))  # noqa: S608
+            for name in names
+            if not name.startswith("run") and name not in ("ledger", "load_report")
+        }
+
+
+@pytest.mark.usefixtures("reads_here")  # the test after it interrupts a child
+@pytest.mark.parametrize("verb", LONG)
+def test_an_interrupt_leaves_the_store_as_it_was(
+    verb: str,
+    calls: dict[str, list[str]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """An interrupt at each step that is told."""
+    store = tmp_path / "cell.duckdb"
+    for before, call in calls.items():
+        if before == verb:
+            break
+        assert main(call) == 0
+    if verb == "load":  # of several files those that were finished stay
+        calls[verb][2:3] = ["--variant", "A"]
+    was = content(store)
+    interrupted = 0
+    for step in range(20):
+        told = 0
+
+        @contextmanager
+        def stopping(step: int = step) -> Iterator[Progress]:
+            def tell(what: str, done: int, of: int) -> None:
+                nonlocal told
+                told += 1
+                if told == step + 1:
+                    os.kill(os.getpid(), signal.SIGINT)
+
+            yield tell
+
+        with monkeypatch.context() as patch:
+            patch.setattr("relmodel.app.cli.progress.shown", stopping)
+            capsys.readouterr()
+            status = main(calls[verb])
+        if status == 0:
+            break
+        assert status == 130
+        said = capsys.readouterr().err
+        assert said == f"relmodel {verb}: {INTERRUPTED}\n"
+        assert content(store) == was
+        interrupted += 1
+    assert interrupted
+    assert main(["check", "--store", str(store)]) == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="finds the child in /proc")
+def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_template: Path, tmp_path: Path) -> None:
+    store = tmp_path / "cell.duckdb"
+    shutil.copy(duckdb_template, store)
+    was = content(store)
+    file = box(tmp_path / "A.stl", 10)
+    words = ["load", str(file), "--object", "box", "--unit", "mm", "--store", str(store)]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    children = Path(f"/proc/{process.pid}/task")
+    while process.poll() is None and not any(c.read_text() for c in children.glob("*/children")):
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate()
+    assert process.returncode == 130
+    assert said == f"relmodel load: {INTERRUPTED}\n"
+    assert content(store) == was

@@ -1,0 +1,466 @@
+"""`relmodel report`: pages of runs, held against the rows that they are made from."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+from scipy.spatial.transform import Rotation
+
+from relmodel.app.audit.newest import newest_inspection
+from relmodel.app.cli.main import main
+from relmodel.app.report.pictures import pose_matrix, pose_spread
+from relmodel.errors import UsageError
+from relmodel.resources import resource_dir
+from relmodel.store import Run, Store
+from tests.app.cli.conftest import Inspection, Pair
+from tests.browser import COVERED, Browser, browser
+from tests.pages import Page, data_of
+from vision.cameras.files import read_rig
+
+EVIL = """</script></title></style><img src=x onerror="window.hacked=1">'"`<!--&amp;\x1b[31m"""
+
+
+def written(store: str, folder: Path, *options: str) -> str:
+    file = folder / "page.html"
+    assert main(["report", *options, "-o", str(file), "--store", store]) == 0
+    return file.read_text()
+
+
+def asked(store: str, query: str) -> list[tuple[Any, ...]]:
+    with duckdb.connect(store, read_only=True) as connection:
+        return connection.sql(query).fetchall()
+
+
+@pytest.fixture(scope="module")
+def page(inspection: Inspection, tmp_path_factory: pytest.TempPathFactory) -> str:
+    return written(inspection.store, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def read(page: str) -> Page:
+    return Page(page)
+
+
+def test_the_verdict_comes_first(read: Page, inspection: Inspection) -> None:
+    text = read.text
+    assert text.index("Accepted") < text.index(inspection.answer["reason"]) < text.index("Pictures")
+
+
+def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspection) -> None:
+    ids = [a["id"] for _, a in read.elements if "id" in a]
+    assert len(ids) == len(set(ids))
+    (arcs,) = asked(inspection.store, "SELECT count(*) FROM image_arc")
+    (model,) = asked(inspection.store, "SELECT count(*) FROM view_arc")
+    assert (len(read.with_class("arc")), len(read.with_class("model"))) == (arcs[0], model[0] + 1)  # and its section
+    (matched,) = asked(inspection.store, "SELECT count(DISTINCT (camera, image_arc_no)) FROM matched_arc")
+    (rejected,) = asked(inspection.store, "SELECT count(*) FROM rejected_arc")
+    assert (len(read.with_class("arc", "matched")), len(read.with_class("arc", "rejected"))) == (
+        matched[0],
+        rejected[0],
+    )
+    (found,) = asked(inspection.store, "SELECT count(DISTINCT (camera, view_arc_no)) FROM matched_arc")
+    assert len(read.with_class("model", "met")) == found[0]
+    for kind, count in asked(inspection.store, "SELECT kind, count(*) FROM image_arc GROUP BY kind"):
+        assert len(read.with_class("arc", kind)) == count
+    for (reason,) in asked(inspection.store, "SELECT DISTINCT reason FROM rejected_arc"):
+        assert f"rejected: {reason}" in read.text
+
+
+def test_parts_and_features_are_linked_to_their_arcs(page: str, read: Page, inspection: Inspection) -> None:
+    items = data_of(page)["items"]
+    buttons = [a for tag, a in read.elements if tag == "button" and "data-item" in a]
+    (in_view,) = asked(inspection.store, "SELECT count(*) FROM part_in_view")
+    assert len(items) == len(buttons) == in_view[0]
+    ids = {a["id"] for _, a in read.elements if "id" in a}
+    assert {arc for item in items for arc in item["arcs"]} <= ids
+    parts = asked(
+        inspection.store,
+        "SELECT count(*) FROM part_in_view JOIN view_arc USING (run_id, occurrence_id) WHERE level = 'part'",
+    )
+    assert sum(len(item["arcs"]) for item in items if item["surfaces"] is None) == parts[0][0]
+    surfaces = asked(
+        inspection.store,
+        "SELECT count(*) FROM part_in_view p JOIN occurrence o ON o.id = p.occurrence_id "
+        "JOIN feature_surface f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no",
+    )
+    assert sum(len(item["surfaces"]) for item in items if item["surfaces"] is not None) == surfaces[0][0]
+
+
+def test_a_page_fetches_nothing_and_stays_small(page: str, read: Page) -> None:
+    for tag, attributes in read.elements:
+        assert tag not in ("link", "iframe", "object", "embed", "base")
+        for name in ("src", "href", "action", "srcset"):
+            assert attributes.get(name, "data:").startswith("data:"), (tag, attributes)
+    assert not re.search(r"url\(|@import|import\(|fetch\(|XMLHttpRequest|WebSocket", "".join(read.scripts) + page)
+    policy = next(a["content"] for tag, a in read.elements if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy.startswith("default-src 'none'; img-src data:; ")
+    assert "script-src 'sha256-" in policy
+    pictures = sum(len(a["href"]) for tag, a in read.elements if tag == "image")
+    geometry = sum(len(s[k]) for s in data_of(page)["scene"]["shapes"] for k in "vte")
+    assert len(page) - pictures - geometry <= 1_000_000
+
+
+def test_every_table_shows_the_query_that_gives_it(read: Page) -> None:
+    queries = {f.read_text().strip() for f in (resource_dir("queries") / "report").glob("*.sql")}
+    shown = [w.strip() for w in read.words if w.strip().startswith("-- ")]
+    assert len(shown) >= 10
+    assert set(shown) <= queries
+
+
+def test_the_model_is_the_stored_mesh(page: str, inspection: Inspection) -> None:
+    scene = data_of(page)["scene"]
+    meshes = asked(
+        inspection.store,
+        "SELECT shape_id, vertices, triangles, triangle_surfaces FROM shape_mesh WHERE shape_id IN "
+        "(SELECT shape_id FROM occurrence WHERE kind = 'part') ORDER BY shape_id",
+    )
+    assert len(scene["shapes"]) == len(meshes)
+    for shape, (_, vertices, triangles, surfaces) in zip(scene["shapes"], meshes, strict=True):
+        found = np.frombuffer(base64.b64decode(shape["v"]), "<u2").reshape(-1, 3) / 65535 * shape["size"] + shape["lo"]
+        np.testing.assert_allclose(found, np.reshape(vertices, (-1, 3)), atol=max(shape["size"]) / 65535 + 1e-4)
+        drawn = np.frombuffer(base64.b64decode(shape["t"]), "<u4" if shape["wide"] else "<u2").reshape(-1, 3)
+        of = np.concatenate([np.full(count // 3, surface) for surface, _, count in shape["s"]])
+        rows = zip(map(tuple, np.reshape(triangles, (-1, 3)).tolist()), surfaces, strict=True)
+        assert sorted(zip(map(tuple, drawn.tolist()), of.tolist(), strict=True)) == sorted(rows)
+    paths = {p for (p,) in asked(inspection.store, "SELECT path FROM occurrence WHERE kind = 'part'")}
+    assert {p["path"] for p in scene["parts"]} == paths
+
+
+def test_what_was_checked_is_said(read: Page, inspection: Inspection) -> None:
+    for level, count, checked in asked(
+        inspection.store,
+        "SELECT level, count(*), count(*) FILTER (state <> 'undecidable') FROM presence "
+        "WHERE level <> 'surface' GROUP BY level",
+    ):
+        assert f"{level}s checked" in read.text
+        assert f"{checked} of {count}" in read.text
+    (arcs,) = asked(
+        inspection.store, "SELECT count(*) FROM view_arc WHERE occurrence_id IN (SELECT occurrence_id FROM presence)"
+    )
+    assert sum("state-" in a.get("class", "") for a in read.with_class("model")) == arcs[0]
+    ((arcs, regions),) = asked(inspection.store, "SELECT count(image_arc_no), count(region_no) FROM unexplained")
+    assert len(read.with_class("arc", "unexplained")) == arcs
+    assert len(read.with_class("region", "unexplained")) == regions
+
+
+def test_what_is_not_as_modelled_comes_first(
+    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path
+) -> None:
+    ((path,),) = asked(
+        inspection.store,
+        "SELECT max(path) FROM presence WHERE state = 'confirmed' AND path LIKE '%through_hole%'",
+    )
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE presence SET state = 'contradicted', qif = 'FAIL' WHERE path = $given",
+        given=path,
+    )
+    page = written(store, tmp_path)
+    found = Page(page)
+    assert page.index('<li class="finding">') < page.index(f'">{path}</span>') < page.index('<li class="part">')
+    ((around,),) = asked(
+        store,
+        "SELECT count(DISTINCT (a.view_no, a.view_arc_no)) FROM presence p JOIN occurrence o ON o.id = p.occurrence_id "
+        "JOIN view_arc a ON a.occurrence_id = o.id "
+        "JOIN feature_surface f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no "
+        "LEFT JOIN shape_arc h ON h.shape_id = o.shape_id AND h.arc_no = a.arc_no "
+        "WHERE p.state = 'contradicted' AND f.surface_no IN (h.surface_a, h.surface_b, a.surface_no)",
+    )
+    assert len(found.with_class("model", "state-contradicted")) == around > 0
+    first = data_of(page)["items"][0]
+    assert len(first["arcs"]) == around
+    assert first["surfaces"]
+
+
+def test_error_ellipses_are_what_poses_drawn_at_random_give(inspection: Inspection, pair: Pair) -> None:
+    rig = read_rig(pair.rig_file)
+    with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
+        (run,) = (r.run_id for r in store.rows(connection, "audit/newest_inspection"))
+        drawn = pose_spread(store, connection, run)
+        row = store.rows(connection, "report/pose_matrix", run_id=run)[0]
+        measured = store.columns(connection, "report/measurements", run_id=run)
+    draws = np.random.default_rng(3).multivariate_normal(np.zeros(6), np.reshape(row.covariance, (6, 6)), 4000)
+    for name, (at, covariance) in drawn.items():
+        own = np.asarray(measured["camera"]) == name
+        world = np.stack([np.asarray(measured[f"world_{a}"], float)[own] for a in "xyz"], axis=1)
+
+        def pixels(
+            points: npt.NDArray[np.float64],
+            turn: npt.NDArray[np.float64],
+            shift: npt.NDArray[np.float64],
+            of: str = name,
+        ) -> npt.NDArray[np.float64]:
+            pose = pose_matrix(row) @ transform(turn, shift) @ rig.rig_from_camera[of]
+            return rig.cameras[of].project((points - pose[:3, 3]) @ pose[:3, :3])[0]
+
+        shown = pixels(world, np.zeros(3), np.zeros(3))
+        nearest = np.linalg.norm(shown[:, None] - at[:1], axis=2)[:, 0].argmin()
+        np.testing.assert_allclose(shown[nearest], at[0], atol=1e-3)
+        cloud = np.stack([pixels(world[[nearest]], d[3:], d[:3])[0] for d in draws])
+        np.testing.assert_allclose(np.cov(cloud.T), covariance[0], atol=0.08 * np.trace(covariance[0]))
+
+
+def transform(turn: npt.NDArray[np.float64], shift: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = Rotation.from_rotvec(turn).as_matrix(), shift
+    return out
+
+
+def changed(store: str, *statements: str, given: str = "") -> str:
+    """The store after statements, in which $given stands for a text."""
+    with duckdb.connect(store) as connection:
+        for statement in statements:
+            connection.execute(statement, {"given": given} if "$given" in statement else None)
+    return store
+
+
+@pytest.fixture(scope="module")
+def evil_page(
+    inspection: Inspection, copy_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> str:
+    """The page of a run whose names are all an attempt to run a script."""
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE part_in_view SET path = path || $given",
+        "UPDATE occurrence SET path = path || $given",
+        "UPDATE image SET file_name = $given",
+        "UPDATE run_input SET name = $given",
+        "UPDATE pose SET reason = $given",
+        "UPDATE world SET name = $given",
+        "UPDATE run_event SET message = $given",
+        "UPDATE run SET parameters = json_object($given, $given)",
+        given=EVIL,
+    )
+    return written(store, tmp_path_factory.mktemp("evil"))
+
+
+def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
+    found = Page(evil_page)
+    assert [tag for tag, _ in found.elements] == [tag for tag, _ in read.elements]
+    assert not [a for _, a in found.elements if any(name.startswith("on") for name in a)]
+    assert "window.hacked=1" in found.text
+    assert "\x1b" not in evil_page
+    paths = [p["path"] for p in data_of(evil_page)["scene"]["parts"]]
+    assert paths
+    assert all(path.endswith(EVIL) for path in paths)
+
+
+def test_a_refused_run_says_why(
+    inspection: Inspection, pair: Pair, copy_store: Callable[[str], str], tmp_path: Path
+) -> None:
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE pose SET verdict = 'refused', reason = 'too little evidence'",
+        "DELETE FROM part_in_view",
+        "DELETE FROM image_blob",
+    )
+    page = written(store, tmp_path)
+    found = Page(page)
+    text = found.text
+    assert text.index("Refused") < text.index("too little evidence") < text.index("Pictures")
+    assert found.with_class("verdict", "bad")
+    assert text.count("the bytes of this picture were not kept") == 2
+    # The model is seen from the side of the cameras, though nothing says which parts they show.
+    seen_from = np.asarray(data_of(page)["scene"]["from"])
+    assert -seen_from @ np.asarray(pair.prior["world_from_rig"])[:3, 2] > 0.8 * np.linalg.norm(seen_from)
+    assert found.with_class("arc", "rejected")
+
+
+def test_a_failed_run_and_others_have_pages(duckdb_file: Path, tmp_path: Path) -> None:
+    def fail() -> None:
+        with Store.open(duckdb_file) as store, Run.begin(store, "inspect", {"world": "w"}):
+            raise ValueError("the lens fell off")
+
+    with pytest.raises(ValueError, match="lens"):
+        fail()
+    found = Page(written(str(duckdb_file), tmp_path))
+    assert found.with_class("verdict", "bad")
+    assert found.text.index("Failed") < found.text.index("the lens fell off")
+
+
+def test_loads_and_worlds_have_pages(inspection: Inspection, tmp_path: Path) -> None:
+    for run, kind in asked(inspection.store, "SELECT id, kind FROM run ORDER BY id"):
+        text = Page(written(inspection.store, tmp_path, str(run))).text
+        assert ("Inspection" if kind == "inspect" else "Done") in text
+        assert ("What was loaded" in text) == (kind == "load")
+
+
+def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["-o", str(tmp_path / "x.html"), "--store", str(duckdb_file)]
+    assert main(["report", "7", *options]) == 2
+    assert "there is no run 7" in capsys.readouterr().err
+    assert main(["report", *options]) == 2
+    assert "holds no inspection" in capsys.readouterr().err
+    assert not (tmp_path / "x.html").exists()
+    with Store.open(duckdb_file) as store, store.read() as connection, pytest.raises(UsageError):
+        newest_inspection(store, connection)
+    assert main(["report", "7", "-o", str(tmp_path / "no/x.html"), "--store", str(duckdb_file)]) == 3
+
+
+def test_pages_of_postgresql_are_those_of_duckdb(page: str, postgresql_inspection: Inspection, tmp_path: Path) -> None:
+    other = data_of(written(postgresql_inspection.store, tmp_path))
+    ours = data_of(page)
+    assert other["items"] == ours["items"]
+    assert other["scene"]["parts"] == ours["scene"]["parts"]
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with browser() as opened:
+        yield opened
+
+
+@pytest.fixture
+def shown(page: str, chromium: Browser, tmp_path: Path) -> Browser:
+    """The page of the inspection, open."""
+    return opened(page, chromium, tmp_path)
+
+
+def opened(page: str, chromium: Browser, folder: Path) -> Browser:
+    file = folder / "page.html"
+    file.write_text(page)
+    chromium.open(file.as_uri())
+    return chromium
+
+
+@pytest.mark.browser
+def test_a_browser_shows_it_without_complaint_or_request(shown: Browser, inspection: Inspection) -> None:
+    assert not shown.complaints
+    assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
+    assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
+    assert shown.run("document.querySelector('.verdict .word').textContent") == "Accepted"
+    assert inspection.answer["reason"] in shown.run("document.body.innerText")
+
+
+@pytest.mark.browser
+def test_layers_are_toggled(shown: Browser) -> None:
+    def seen(selector: str) -> int:
+        style = f"[...document.querySelectorAll({selector!r})].map(e => getComputedStyle(e).display)"
+        return sum(display != "none" for display in shown.run(style))
+
+    assert seen("path.model.met") > 0
+    assert seen("path.arc.rejected") == 0
+    shown.run("document.querySelector('[data-layer=rejected-arcs]').click()")
+    assert seen("path.arc.rejected") > 0
+    shown.run("document.querySelector('[data-layer=states]').click()")
+    assert seen("path.model") == 0
+    shown.run("document.querySelector('[data-layer=met-arcs]').click()")
+    assert seen("path.model.met") > 0
+    assert seen("path.model.unmet") == 0
+
+
+@pytest.mark.browser
+def test_list_and_pictures_are_linked_both_ways(shown: Browser, page: str) -> None:
+    items = data_of(page)["items"]
+    number = next(n for n, item in enumerate(items) if item["surfaces"] and len(item["arcs"]) > 3)
+    shown.run(f"document.querySelector('[data-item=\"{number}\"]').focus()")
+    shown.press("Enter")
+    lit = shown.run("[...document.querySelectorAll('.picture path.lit')].map(p => p.id)")
+    assert sorted(lit) == sorted(items[number]["arcs"])
+    shown.press("Escape")
+    assert shown.run("document.querySelectorAll('.picture path.lit').length") == 0
+    # A click on an arc in the picture chooses what it belongs to.
+    arc = next(a for a in items[number]["arcs"] if a.startswith("c0-"))
+    x, y = shown.run(
+        f"(p => {{ const svg = p.ownerSVGElement; svg.scrollIntoView(); const m = p.getScreenCTM(), "
+        f"q = p.getPointAtLength(p.getTotalLength() / 2); return [m.a * q.x + m.e, m.d * q.y + m.f]; }})"
+        f"(document.getElementById({arc!r}))"
+    )
+    shown.mouse("mouseMoved", x, y)
+    shown.until(lambda: shown.run("document.querySelector('.readout').textContent") != "")
+    shown.mouse("mousePressed", x, y, 1)
+    shown.mouse("mouseReleased", x, y)
+    pressed = "[...document.querySelectorAll('[aria-pressed=true]')].map(b => +b.dataset.item)"
+    shown.until(lambda: len(shown.run(pressed)) == 1)
+    chosen = shown.run(pressed)
+    lit = shown.run("[...document.querySelectorAll('.picture path.lit')].map(p => p.id)")
+    assert arc in items[chosen[0]]["arcs"]
+    assert set(items[chosen[0]]["arcs"]) <= set(lit)
+
+
+@pytest.mark.browser
+def test_the_model_is_drawn_and_turns(shown: Browser) -> None:
+    shown.until(lambda: shown.covered() > 0.03)
+    before = shown.covered()
+    shown.run("document.getElementById('canvas').focus({preventScroll: true})")
+    shown.press("ArrowRight")
+    shown.until(lambda: abs(shown.covered() - before) > 1e-4)
+    assert shown.covered() > 0.03
+    for view in ("left", "right"):
+        shown.run(f"document.querySelector('[data-view={view}]').click()")
+        shown.until(lambda: shown.covered() > 0.5)  # the part fills the picture
+        shown.run("document.querySelector('[data-view=\"\"]').click()")
+        shown.until(lambda: abs(shown.covered() - before) < 1e-4)
+    assert not shown.complaints
+
+
+@pytest.mark.browser
+def test_the_model_is_there_in_every_frame(shown: Browser) -> None:
+    """While the window's size changes, too; and again where its context was lost, as when a computer slept."""
+    shown.until(lambda: shown.covered() > 0.03)
+    before = shown.covered()
+    shown.run("window.canvas = document.getElementById('canvas')")
+    for height in ("300px", "340px", "380px", ""):
+        # Once the page has done what it does for a frame, and before it does anything for the next.
+        frame = f"new Promise(done => requestAnimationFrame(() => setTimeout(() => done({COVERED}))))"
+        assert shown.run(f"canvas.style.height = {height!r}; {frame}") > 0.03
+    assert abs(shown.covered() - before) < 1e-4
+    shown.run(
+        "new Promise(done => { const lose = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
+        " canvas.addEventListener('webglcontextlost', () => setTimeout(() => done(lose.restoreContext())));"
+        " lose.loseContext(); })"
+    )
+    shown.until(lambda: abs(shown.covered() - before) < 1e-4)
+    assert not shown.complaints
+
+
+@pytest.mark.browser
+def test_pictures_come_nearer_by_keys(shown: Browser) -> None:
+    shown.run("document.querySelector('svg.picture').focus()")
+    whole = shown.run("document.querySelector('svg.picture').viewBox.baseVal.width")
+    shown.press("+")
+    assert shown.run("document.querySelector('svg.picture').viewBox.baseVal.width") < whole
+    shown.press("0")
+    assert shown.run("document.querySelector('svg.picture').viewBox.baseVal.width") == whole
+
+
+@pytest.mark.browser
+def test_it_is_dark_where_dark_is_preferred(shown: Browser) -> None:
+    def brightness() -> float:
+        with Image.open(io.BytesIO(shown.picture())) as picture:
+            return float(np.asarray(picture.convert("L"))[:20, -200:].mean())
+
+    shown.prefer("light")
+    shown.until(lambda: brightness() > 200)
+    shown.prefer("dark")
+    shown.until(lambda: brightness() < 60)
+    shown.prefer("light")
+
+
+@pytest.mark.browser
+def test_names_from_files_run_nothing(evil_page: str, chromium: Browser, tmp_path: Path) -> None:
+    shown = opened(evil_page, chromium, tmp_path)
+    assert not shown.complaints
+    assert shown.run("typeof window.hacked") == "undefined"
+    assert len(shown.requests) == 1 + sum(url.startswith("data:") for url in shown.requests)
+    assert shown.run("document.querySelector('.items .name').textContent").endswith(EVIL.replace("\x1b", "\\x1b"))
+    # Nor would a name that found its way in: the policy of the page holds it back.
+    refused = shown.run(
+        "new Promise(done => { const seen = []; addEventListener('securitypolicyviolation', e => {"
+        " seen.push(e.effectiveDirective); if (seen.length == 3) done(seen.sort()); });"
+        " document.body.append(Object.assign(document.createElement('script'), {textContent: 'window.hacked = 2'}),"
+        " Object.assign(new Image(), {src: 'http://127.0.0.1:9/x.png'}));"
+        " fetch('http://127.0.0.1:9/').catch(() => 0); })"
+    )
+    assert refused == ["connect-src", "img-src", "script-src-elem"]
+    assert shown.run("typeof window.hacked") == "undefined"

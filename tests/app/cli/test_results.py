@@ -1,0 +1,134 @@
+"""Results of an inspection as files: JSON, CSV and Parquet say what the inspection answered, and a GLB that another
+reader opens has the model where the cameras see it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pyarrow.parquet
+import pytest
+
+from relmodel.app.cli.main import main
+from relmodel.arrays import Floats
+from relmodel.store import Store, sql
+from tests.app.cli.conftest import Inspection
+from vision.cameras.files import read_found
+
+
+@pytest.fixture(params=["duckdb", "postgresql"])
+def inspected(request: pytest.FixtureRequest) -> Inspection:
+    name = {"duckdb": "inspection", "postgresql": "postgresql_inspection"}[request.param]
+    found: Inspection = request.getfixturevalue(name)
+    return found
+
+
+def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path) -> None:
+    out = tmp_path / "run.json"
+    assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
+    said, answer = json.loads(out.read_text()), inspected.answer
+    for name in ("run", "verdict", "reason", "posterior", "world_from_rig", "covariance"):
+        assert said[name] == answer[name], name
+    assert [h["world_from_rig"] for h in said["hypothesis"]] == [h["world_from_rig"] for h in answer["hypotheses"]]
+    assert [p["path"] for p in said["part_in_view"]] == [p["path"] for p in answer["parts_in_view"]]
+    for camera in said["camera"]:
+        world_from_camera = np.array(said["world_from_rig"]) @ camera["rig_from_camera"]
+        np.testing.assert_allclose(world_from_camera, answer["world_from_camera"][camera["camera"]], atol=1e-9)
+    assert said["matched_arc"]
+    assert said["rejected_arc"]
+    pose, covariance = read_found(out)  # the next inspection's prior
+    np.testing.assert_allclose(pose, answer["world_from_rig"], atol=1e-9)
+    np.testing.assert_allclose(covariance, answer["covariance"], rtol=1e-12)
+
+
+def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path: Path) -> None:
+    run = str(inspected.answer["run"])
+    for form in ("csv", "parquet"):
+        words = ["export", "--run", run, "-o", str(tmp_path / form), "--tables", form, "--store", inspected.store]
+        assert main(words) == 0
+    names = {name.partition("/")[2] for name in sql.query_names("result")}
+    assert {file.name for file in (tmp_path / "csv").iterdir()} == {f"{name}.csv" for name in names}
+    for name in names:
+        table = pyarrow.parquet.read_table(tmp_path / f"parquet/{name}.parquet")
+        with (tmp_path / f"csv/{name}.csv").open(newline="") as file:
+            rows = list(csv.reader(file))
+        assert rows[0] == table.column_names
+        assert len(rows) - 1 == table.num_rows
+    matched = pyarrow.parquet.read_table(tmp_path / "parquet/matched_arc.parquet")
+    with Store.open(inspected.store, read_only=True) as store, store.read() as connection:
+        found = connection.exec_driver_sql("SELECT count(*), sum(residual), count(arc_no) FROM matched_arc").one()
+    residuals = matched["residual"].to_pylist()
+    assert (len(residuals), matched.num_rows - matched["arc_no"].null_count) == (found[0], found[2])
+    assert sum(residuals) == pytest.approx(found[1], rel=1e-12)
+    assert str(matched.schema.field("arc_no").type).startswith("int")
+
+
+def nodes_of(file: Path) -> tuple[dict[str, Any], dict[str, Floats]]:
+    """The JSON of a GLB, and of each node the transform from it to the world, as glTF defines them."""
+    data = file.read_bytes()
+    magic, _, _, length, kind = struct.unpack("<4sIII4s", data[:20])
+    assert (magic, kind) == (b"glTF", b"JSON")
+    tree = json.loads(data[20 : 20 + length])
+    found: dict[str, Floats] = {}
+
+    def walk(index: int, above: Floats) -> None:
+        node = tree["nodes"][index]
+        here = above @ np.reshape(node.get("matrix", np.eye(4).ravel()), (4, 4)).T
+        found[node["name"]] = here
+        for child in node.get("children", []):
+            walk(child, here)
+
+    for root in tree["scenes"][tree.get("scene", 0)]["nodes"]:
+        walk(root, np.eye(4))
+    return tree, found
+
+
+def test_glb_has_world_rig_and_cameras(inspected: Inspection, tmp_path: Path) -> None:
+    out, answer = tmp_path / "run.glb", inspected.answer
+    assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
+    tree, nodes = nodes_of(out)
+    by_name = {node["name"]: node for node in tree["nodes"]}
+    rig = nodes["rig"]
+    np.testing.assert_allclose(rig[:3, 3] * 1000, np.array(answer["world_from_rig"])[:3, 3], atol=1e-6)
+    np.testing.assert_allclose(rig[:3, :3], np.array(answer["world_from_rig"])[:3, :3], atol=1e-9)
+    assert by_name["rig"]["extras"]["verdict"] == answer["verdict"]
+    assert np.linalg.norm(nodes["prior"][:3, 3] - rig[:3, 3]) < 0.3
+    seen = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
+    assert seen
+    assert {name for name, node in by_name.items() if node.get("extras", {}).get("in_view")} == seen
+    # What glTF's camera shows of a point, in its own convention, is what OpenCV projects.
+    points = np.array([nodes[path][:3, 3] for path in sorted(seen)])
+    for name in ("left", "right"):
+        node = by_name[f"rig/{name}"]
+        lens, extras = tree["cameras"][node["camera"]]["perspective"], node["extras"]
+        local = np.column_stack([points, np.ones(len(points))]) @ np.linalg.inv(nodes[f"rig/{name}"]).T
+        assert (local[:, 2] < 0).all()  # before the camera
+        tangent = np.tan(lens["yfov"] / 2)
+        shown = local[:, :2] / -local[:, 2:3] / [tangent * lens["aspectRatio"], tangent]  # -1 .. 1 across the picture
+        half = 0.5 * np.array([extras["width"], extras["height"]])
+        pixels = shown * [1, -1] * half + [extras["cx"], extras["cy"]]
+        pose = np.linalg.inv(answer["world_from_camera"][name])
+        matrix = np.array([[extras["fx"], 0, extras["cx"]], [0, extras["fy"], extras["cy"]], [0, 0, 1]])
+        wanted, _ = cv2.projectPoints(points * 1000, cv2.Rodrigues(pose[:3, :3])[0], pose[:3, 3], matrix, None)
+        np.testing.assert_allclose(pixels, wanted.reshape(-1, 2), atol=1e-3)
+
+
+def test_what_is_no_inspection_is_refused(
+    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words, said in (
+        (["--run", "1", "-o", "a.json"], "is no inspection"),
+        (["--run", "first", "-o", "a.json"], "names no run"),
+        (["--run", "last", "-o", "a.csv"], "end its name with .glb or .json"),
+        (["bulkhead", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),
+        (["--run", "last"], "OBJECT or --run RUN"),
+    ):
+        given = [str(tmp_path / word) if word.startswith("a.") else word for word in words]
+        assert main(["export", *given, "--store", inspection.store]) == 2
+        assert said in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

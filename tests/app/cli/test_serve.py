@@ -1,0 +1,377 @@
+"""`relmodel serve`: what its pages show, and a test for each thing that keeps it safe."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import http.client
+import io
+import json
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.serve.limits import StoppedError, only_reading
+from relmodel.app.serve.questions import question_names, read_question
+from relmodel.app.serve.server import Server
+from relmodel.app.show.tree import read_tree
+from relmodel.errors import StoreError, UsageError
+from relmodel.find.find import find_rows
+from relmodel.find.volumes import Box
+from relmodel.printing import plain
+from relmodel.resources import resource_dir
+from relmodel.store import Store
+from tests.app.cli.conftest import Inspection
+from tests.app.cli.test_report import EVIL, changed
+from tests.browser import browser
+from tests.pages import Page
+
+BOX = {"x0": "1800", "y0": "-500", "z0": "900", "x1": "2000", "y1": "-400", "z1": "1100"}
+
+
+@contextmanager
+def serving(target: str, time_limit_s: float = 60.0) -> Iterator[Server]:
+    with Server(target, 0, time_limit_s) as server:
+        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
+def server(request: pytest.FixtureRequest) -> Iterator[Server]:
+    with serving(request.getfixturevalue(request.param).store) as started:
+        yield started
+
+
+def asked(
+    server: Server, address: str, method: str = "GET", host: str | None = None, **parameters: str
+) -> tuple[int, dict[str, str], str]:
+    """Status, headers and text of an answer."""
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
+    given = {"Host": host or f"127.0.0.1:{server.server_port}"}
+    connection.request(method, address + (f"?{urlencode(parameters)}" if parameters else ""), headers=given)
+    said = connection.getresponse()
+    text = said.read().decode()
+    connection.close()
+    return said.status, dict(said.getheaders()), text
+
+
+def page(server: Server, address: str, **parameters: str) -> str:
+    status, headers, text = asked(server, address, **parameters)
+    assert status == 200, text
+    assert headers["Content-Type"] == "text/html; charset=utf-8"
+    return text
+
+
+def rows(server: Server, address: str, **parameters: str) -> list[dict[str, Any]]:
+    """What the JSON of a table says; the CSV says as much."""
+    status, headers, text = asked(server, f"{address}.json", **parameters)
+    assert status == 200, text
+    assert headers["Content-Type"] == "application/json; charset=utf-8"
+    found: list[dict[str, Any]] = json.loads(text)
+    status, headers, text = asked(server, f"{address}.csv", **parameters)
+    assert (status, headers["Content-Type"]) == (200, "text/csv; charset=utf-8")
+    again = list(csv.DictReader(io.StringIO(text)))
+    assert len(again) == len(found)
+    assert all(list(a) == list(b) for a, b in zip(again, found, strict=True))
+    return found
+
+
+def test_runs_are_listed_and_filtered(server: Server) -> None:
+    everything = rows(server, "/runs")
+    assert {r["kind"] for r in everything} == {"load", "world", "inspect"}
+    assert [r["kind"] for r in rows(server, "/runs", kind="inspect")] == ["inspect"]
+    assert rows(server, "/runs", state="failed") == []
+    assert rows(server, "/runs", verdict="accepted") == rows(server, "/runs", kind="inspect")
+    shown = page(server, "/")
+    for r in everything:
+        assert f'href="/run/{r["run"]}"' in shown
+
+
+def test_a_run_and_an_object_have_their_pages(server: Server, inspection: Inspection) -> None:
+    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
+    shown = page(server, f"/run/{run}")
+    assert inspection.answer["reason"] in Page(shown).text
+    assert 'href="/objects"' in shown
+    named = next(r for r in rows(server, "/objects") if r["name"] == "bulkhead")
+    assert "Parts and features" in page(server, "/object/bulkhead", variant=named["variant"])
+
+
+def tables(server: Server, address: str, *named: str, **parameters: str) -> dict[str, list[dict[str, Any]]]:
+    """What the JSON of a page of several tables says; the JSON and CSV of those named say as much."""
+    status, _, text = asked(server, f"{address}.json", **parameters)
+    assert status == 200, text
+    found: dict[str, list[dict[str, Any]]] = json.loads(text)
+    for name in named:
+        assert rows(server, address, table=name, **parameters) == found[name]
+    return found
+
+
+def linked(shown: str, ending: str) -> set[str]:
+    return {a["href"] for tag, a in Page(shown).elements if tag == "a" and ending in a["href"]}
+
+
+def test_the_tables_of_a_run_are_files(server: Server) -> None:
+    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
+    found = tables(server, f"/run/{run}", "matched", "findings")
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        for name in ("rules", "rejected", "steps", "written"):
+            query = (resource_dir("queries") / f"report/{name}.sql").read_text()
+            expected = connection.execute(sa.text(query), {"run_id": run}).all()
+            assert [tuple(r.values()) for r in found[name]] == [tuple(json_of(v) for v in r) for r in expected]
+    assert found["findings"] == []
+    shown = page(server, f"/run/{run}")
+    assert linked(shown, ".json") == {f"/run/{run}.json"}
+    of_tables = linked(shown, ".csv")
+    assert of_tables == {f"/run/{run}.csv?table={name}" for name, its_rows in found.items() if its_rows}
+
+
+def test_the_tables_of_an_object_are_files_with_all_rows(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("relmodel.app.report.page.ROWS_SHOWN", 10)
+    found = tables(server, "/object/bulkhead", "tree", "object_kinds", variant="A")
+    assert list(found) == ["tree", "object_features", "object_kinds"]
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        tree = read_tree(store, connection, "bulkhead", "A")
+    assert [r["path"] for r in found["tree"] if r["level"] == "part"] == [
+        path for path, part in zip(tree.path, tree.part_id, strict=True) if part >= 0
+    ]
+    assert sum(r["features"] for r in found["object_kinds"]) == len(found["object_features"])
+    shown = page(server, "/object/bulkhead", variant="A")
+    assert f"{len(found['object_features']) - 10} more rows are left out here" in Page(shown).text
+    assert linked(shown, ".json") == {"/object/bulkhead.json?variant=A"}
+    assert linked(shown, ".csv") == {f"/object/bulkhead.csv?variant=A&table={name}" for name in found}
+
+
+def test_pages_of_one_table_are_files_and_say_so(server: Server) -> None:
+    assert rows(server, "/") == rows(server, "/runs")
+    for address, parameters in {
+        "/": {},
+        "/runs": {"kind": "load"},
+        "/objects": {},
+        "/find": {"level": "part", **BOX},
+        "/questions": {},
+        "/question/deep_pockets": {"depth": "30.0"},
+    }.items():
+        shown = page(server, address, **parameters)
+        for suffix in (".json", ".csv"):
+            (link,) = linked(shown, suffix)
+            status, _, text = asked(server, link)
+            assert (status, text) == (200, asked(server, address + suffix, **parameters)[2])
+
+
+def json_of(value: Any) -> Any:
+    return json.loads(json.dumps(value, default=plain))
+
+
+def test_a_box_holds_what_find_finds(server: Server) -> None:
+    for level in ("part", "feature"):
+        found = rows(server, "/find", level=level, **BOX)
+        with Store.open(server.target, read_only=True) as store:
+            expected = find_rows(store, Box(*map(float, BOX.values())), level=level)
+        assert [(r["path"], r["name"]) for r in found] == [(r.path, r.name) for r in expected]
+        assert found
+    assert "Give the least" in page(server, "/find")
+
+
+def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> None:
+    assert len(rows(server, "/questions")) == len(question_names()) >= 30
+    for name in question_names():
+        question = read_question(name)
+        with Store.open(server.target, read_only=True) as store, store.read() as connection:
+            written = (resource_dir("queries") / f"examples/{name}.sql").read_text()
+            expected = connection.execute(sa.text(written)).all()
+            bound = connection.execute(question.query, question.defaults).all()
+        assert bound == expected, name
+    assert sum(bool(read_question(name).defaults) for name in question_names()) >= 15
+    thin, all_ribs = rows(server, "/question/thin_ribs"), rows(server, "/question/thin_ribs", thickness="1e3")
+    assert 0 < len(thin) < len(all_ribs)
+    assert all(r["thickness"] < 6.2 for r in thin)
+    assert 'name="radius" value="4.5"' in page(server, "/question/faces_of_one_radius", radius="4.5")
+    assert rows(server, "/question/deep_pockets", depth="1e6") == []
+
+
+@pytest.mark.parametrize(
+    ("address", "parameters", "status", "said"),
+    [
+        ("/nothing", {}, 404, "no such page"),
+        ("/run/99999", {}, 400, "there is no run 99999"),
+        ("/run/99999.json", {}, 400, "there is no run 99999"),
+        ("/run/1.csv", {}, 400, "name it with ?table=, one of checked, sizes"),
+        ("/run/1.json", {"table": "nothing"}, 400, "there is no table 'nothing' here"),
+        ("/run/1", {"table": "steps"}, 400, "no parameter 'table' here"),
+        ("/object/bulkhead.csv", {"variant": "A"}, 400, "one of tree, object_features, object_kinds"),
+        ("/run/x", {}, 404, "no such page"),
+        ("/object/none", {}, 400, "there is no object none"),
+        ("/question/none", {}, 400, "there is no question"),
+        ("/question/faces_of_one_radius", {"radius": "wide"}, 400, "give a number"),
+        ("/question/faces_of_one_radius", {"radius": "nan"}, 400, "give a number"),
+        ("/find", {"x0": "1"}, 400, "give a number"),
+        ("/find", BOX | {"level": "bolt"}, 400, "there is no level"),
+        ("/find", BOX | {"world": "mars"}, 400, "there is no world"),
+        ("/runs", {"colour": "red"}, 400, "there is no parameter"),
+    ],
+)
+def test_what_cannot_be_asked_is_told(
+    server: Server, address: str, parameters: dict[str, str], status: int, said: str
+) -> None:
+    found, headers, text = asked(server, address, **parameters)
+    assert found == status
+    assert said in Page(text).text
+    assert "Content-Security-Policy" in headers
+
+
+# What keeps it safe.
+
+
+def test_it_listens_on_the_loopback_address_only(server: Server) -> None:
+    assert server.socket.getsockname()[0] == "127.0.0.1"
+    with pytest.raises(OSError, match="refused"):
+        socket.create_connection(("127.0.0.2", server.server_port), timeout=5)
+
+
+@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "HEAD", "OPTIONS", "TRACE"])
+def test_it_answers_get_only(server: Server, method: str) -> None:
+    status, headers, _ = asked(server, "/runs", method)
+    assert (status, headers["Allow"]) == (405, "GET")
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:{port}", "127.0.0.1", "localhost:1", "127.0.0.1:{port}.evil"]
+)
+def test_another_name_for_this_address_is_refused(server: Server, host: str) -> None:
+    """As a page elsewhere would have it that had its name bound anew to 127.0.0.1."""
+    status, headers, text = asked(server, "/runs.json", host=host.format(port=server.server_port))
+    assert status == 421
+    assert "began_at" not in text
+    assert not any(name.startswith("Access-Control") for name in headers)
+    assert asked(server, "/runs.json", host=f"localhost:{server.server_port}")[0] == 200
+
+
+def test_only_named_queries_are_asked(server: Server) -> None:
+    for address in (
+        "/question/../check/adjacency",
+        "/question/%2e%2e%2fcheck%2fadjacency",
+        "/question/loads;",
+        "/query",
+    ):
+        assert asked(server, address)[0] in (400, 404)
+    for name in ("sql", "query", "q"):
+        assert asked(server, "/question/loads", **{name: "SELECT 1"})[0] == 400
+    # What is given stays a value.
+    assert rows(server, "/question/deep_pockets", variant="A' OR '1' = '1") == []
+    assert rows(server, "/runs", kind="load' OR 'a' = 'a") == []
+
+
+def test_every_answer_has_its_policy(server: Server) -> None:
+    for address in ("/", "/objects", "/objects.json", "/nothing"):
+        _, headers, _ = asked(server, address)
+        policy = headers["Content-Security-Policy"]
+        assert policy.startswith("default-src 'none'; ")
+        assert "frame-ancestors 'none'" in policy
+        assert "unsafe-inline'; script" not in policy.partition("script-src")[2]
+        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert headers["Cache-Control"] == "no-store"
+        assert headers["Cross-Origin-Resource-Policy"] == "same-origin"
+
+
+def test_pages_write_nothing_and_reach_nothing_else(server: Server) -> None:
+    with Store.open(server.target, read_only=True) as store, only_reading(store, 60):
+        with pytest.raises(StoreError, match="reading only"), store.write():
+            pass
+        for statement in (
+            "INSERT INTO source VALUES (1, 'a', 'b', 'c', NULL, 'mm', 1, 'd')",
+            "CREATE TABLE mine (a INTEGER)",
+            *(
+                (
+                    "SELECT * FROM read_text('/etc/hostname')",
+                    "COPY run TO '/tmp/run.csv'",
+                    "ATTACH ':memory:' AS other",
+                    "SET enable_external_access = true",
+                    "SET lock_configuration = false",
+                )
+                if store.dialect == "duckdb"
+                else ()
+            ),
+        ):
+            with pytest.raises((sa.exc.DBAPIError, StoreError)), store.read() as connection:
+                connection.execute(sa.text(statement))
+
+
+def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    target = copy_store(inspection.store)
+    before = hashlib.sha256(Path(target).read_bytes()).hexdigest()
+    with serving(target) as started:
+        for address in ("/", "/objects", "/questions", "/question/loads", "/object/bulkhead?variant=A"):
+            assert asked(started, address)[0] == 200
+        assert hashlib.sha256(Path(target).read_bytes()).hexdigest() == before
+        with Store.open(target) as store, store.write() as connection:
+            ids = store.new_ids(connection, "source", 1)
+        assert len(ids) == 1
+        assert asked(started, "/runs")[0] == 200
+
+
+def test_a_page_that_takes_too_long_is_stopped(server: Server) -> None:
+    long = {
+        "duckdb": "SELECT count(*) FROM range(1000000) AS a, range(1000000) AS b WHERE (a.range * b.range) % 7 = 3",
+        "postgresql": "SELECT pg_sleep(60)",
+    }
+    with Store.open(server.target, read_only=True) as store:
+        with pytest.raises(StoppedError, match=r"after 0\.3 s"), only_reading(store, 0.3), store.read() as connection:
+            connection.execute(sa.text(long[store.dialect]))
+        with store.read() as connection:  # others go on
+            assert connection.execute(sa.text("SELECT 1")).scalar() == 1
+    with serving(str(server.target), time_limit_s=1e-4) as hasty:
+        status, _, text = asked(hasty, "/runs")
+        assert status == 504
+        assert "stopped after 0.0001 s" in Page(text).text
+
+
+def test_names_bring_no_elements_and_no_formulas(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE object_variant SET name = $given",
+        "UPDATE run_event SET message = '=1+1'",
+        given=EVIL,
+    )
+    with serving(store) as started:
+        shown = Page(page(started, "/objects"))
+        assert not [tag for tag, _ in shown.elements if tag == "img"]
+        assert "window.hacked=1" in shown.text
+        assert rows(started, "/objects")[0]["name"] == EVIL
+        assert "'=1+1" in asked(started, "/runs.csv")[2]
+        link = next(a["href"] for tag, a in shown.elements if tag == "a" and a["href"].startswith("/object/"))
+        assert "<" not in link
+
+
+def test_a_port_that_is_taken_is_told(server: Server) -> None:
+    with pytest.raises(UsageError, match="give another with --port"):
+        Server(server.target, server.server_port)
+
+
+@pytest.mark.browser
+def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> None:
+    with serving(inspection.store) as started, browser() as shown:
+        (run,) = (r["run"] for r in rows(started, "/runs", kind="inspect"))
+        for address in (
+            "",
+            "objects",
+            "find?" + urlencode(BOX),
+            "question/hole_sizes",
+            "object/bulkhead?variant=A",
+            f"run/{run}",
+        ):
+            shown.open(started.url + address)
+            assert not shown.complaints, address
+            foreign = [u for u in shown.requests if not u.startswith((started.url, "data:"))]
+            assert not foreign

@@ -1,0 +1,228 @@
+"""What files state of parts and faces, and what a person sets of them, as attributes: the newest value counts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.cli.main import main
+from relmodel.model import primitives
+from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
+from relmodel.resources import resource_dir
+from relmodel.store import Store
+from relmodel.store.check import check
+from relmodel.text import visible
+from relmodel.world import place_world
+from tests.reading import store_model
+from tests.synthetic_model import write_world
+
+LB = 0.45359237  # kg, by definition
+
+
+def labelled_box() -> Shape:
+    """A box of 100 x 200 x 50 mm, two of its faces red, one on a layer, and an edge with a name."""
+    shape = primitives.box(np.array([100.0, 200.0, 50.0]))
+    labels = {"colour": ["#ff0000", None, "#ff0000", None, None, None], "layer": [None, "mating", *[None] * 4]}
+    names = {"name": ["datum edge", *[None] * (len(shape.arcs["kind"]) - 1)]}
+    return replace(shape, surfaces=shape.surfaces | labels, arcs=shape.arcs | names)
+
+
+def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
+    """A box with attributes as a file states them, twice in an object, and a pin without any."""
+    stated: list[Attribute] = [("density", density * 1000, "kg/m3"), ("revision", "C", None), ("released", True, None)]
+    flat = Pmi(
+        "tolerance",
+        "flatness",
+        "",
+        0.05,
+        unit="mm",
+        datums=((1, "A", None), (2, "B", None)),
+        surfaces=((3, "feature"),),
+    )
+    box = Part("BOX-1", "box", 0, "Al 7075", "#0000ff", tuple(stated), (flat,))
+    shapes = (labelled_box(), primitives.cylinder(5.0, 40.0))
+    aside = np.eye(4)
+    aside[0, 3] = 300
+    placed = [Instance("left", "part", 0, np.eye(4)), Instance("right", "part", 0, aside)]
+    inner = Assembly("inner", (Instance("pin", "part", 1, np.eye(4)),), (("mass", 0.5, "kg"),))
+    root = Assembly("thing", (*placed, Instance("inner", "assembly", 0, np.eye(4))))
+    parts = (box, Part("PIN-1", "pin", 1))
+    model = Model("STEP", "AP242", "mm", 1.0, shapes, parts, (inner, root), 1, None, 9, "test")
+    store_model(store, model, "thing", variant)
+
+
+@pytest.fixture
+def target(fresh_store: str, tmp_path: Path) -> str:
+    with Store.open(fresh_store) as store:
+        filled(store)
+        place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing", "variant": "A"}]))
+    return fresh_store
+
+
+def asked(target: str, query: str) -> list[tuple[Any, ...]]:
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        return [tuple(row) for row in connection.execute(sa.text(query))]
+
+
+def test_what_the_file_states_becomes_attributes(target: str) -> None:
+    query = (
+        "SELECT name, value_number, value_text, value_boolean, unit, source FROM current_part_attribute ORDER BY name"
+    )
+    assert asked(target, query) == [
+        ("colour", None, "#0000ff", None, None, "file"),
+        ("density", 2700.0, None, None, "kg/m3", "file"),
+        ("material", None, "Al 7075", None, None, "file"),
+        ("released", None, None, True, None, "file"),
+        ("revision", None, "C", None, None, "file"),
+    ]
+    query = "SELECT surface_no, name, value_text FROM surface_attribute ORDER BY surface_no"
+    assert asked(target, query) == [(0, "colour", "#ff0000"), (1, "layer", "mating"), (2, "colour", "#ff0000")]
+    assert asked(target, "SELECT arc_no, name, value_text FROM arc_attribute") == [(0, "name", "datum edge")]
+    query = "SELECT o.name, a.name, a.value_number FROM object_attribute AS a JOIN object AS o ON o.id = a.object_id"
+    assert asked(target, query) == [("inner", "mass", 0.5)]
+    ((mass, volume),) = asked(target, "SELECT mass, volume FROM part_mass")
+    assert volume == pytest.approx(1e6)  # 100 x 200 x 50
+    assert mass == pytest.approx(2.7)
+    query = "SELECT surface_no, kind, type, value, unit, datums FROM surface_pmi"
+    assert asked(target, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
+
+
+def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def set_one(*words: str) -> str:
+        assert main(["set", *words, "--store", target]) == 0
+        return capsys.readouterr().err
+
+    of_a = ("--variant", "A")
+    assert "density of part BOX-1 is 0.1 lb/in3" in set_one("thing/left", "density", "0.1", "--unit", "lb/in3", *of_a)
+    # A pound is .45359237 kg, an inch 25.4 mm: the box has 1e6 / 25.4^3 cubic inches.
+    assert asked(target, "SELECT mass FROM part_mass")[0][0] == pytest.approx(0.1 * LB * 1e6 / 25.4**3, rel=1e-12)
+    assert "density of part BOX-1 is 7850 kg/m3" in set_one("thing/right", "density", "7850", "--unit", "kg/m3", *of_a)
+    assert asked(target, "SELECT mass, source FROM part_mass") == [(pytest.approx(7.85), "user")]
+    assert "surface 2 of part BOX-1" in set_one("thing/left", "finish", "anodised", "--surface", "2", *of_a)
+    set_one("thing/left", "deburred", "false", "--arc", "3", *of_a)
+    set_one("thing", "owner", "line 4", *of_a)
+    set_one("thing", "serial", "0042", "--text", *of_a)
+    set_one("thing/inner", "mass", "1.2", "--unit", "lb", *of_a)
+    set_one("cell", "temperature class", "20", "--world")
+    rows = asked(
+        target,
+        """SELECT level, surface_no, arc_no, name, value, unit, stated_by
+        FROM attribute_log WHERE source = 'user' ORDER BY run_id""",
+    )
+    assert [row[:4] for row in rows] == [
+        ("part", None, None, "density"),
+        ("part", None, None, "density"),
+        ("surface", 2, None, "finish"),
+        ("arc", None, 3, "deburred"),
+        ("object", None, None, "owner"),
+        ("object", None, None, "serial"),
+        ("object", None, None, "mass"),
+        ("world", None, None, "temperature class"),
+    ]
+    assert [row[4] for row in rows[2:6]] == ["anodised", "false", "line 4", "0042"]
+    assert all(row[6] for row in rows)
+    runs = asked(
+        target, "SELECT DISTINCT r.kind FROM attribute_log AS a JOIN run AS r ON r.id = a.run_id WHERE source = 'user'"
+    )
+    assert runs == [("set",)]
+
+    assert main(["show", "thing", *of_a, "--format", "json", "--store", target]) == 0
+    shown = {row["path"]: row for row in json.loads(capsys.readouterr().out)}
+    assert shown["left"]["mass"] == pytest.approx(7.85)
+    assert shown["left"]["material"] == "Al 7075"
+    said = shown["left"]["attributes"]
+    for words in (
+        "surface 2: finish=anodised",
+        "arc 3: deburred=false",
+        "surface 0, 2: colour=#ff0000",
+        "released=true",
+    ):
+        assert words in said
+    assert "owner=line 4" in shown[""]["attributes"]
+    assert "mass=1.2 lb" in shown["inner"]["attributes"]
+    assert shown["inner"]["mass"] is None  # the pin's density is not known
+    with Store.open(target) as store:
+        assert not [row for result in check(store) for row in result.rows]
+
+
+def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
+    """Another load of the same content, or of another variant with the same part, keeps what was set of the part; the
+    next revision of a world keeps what was set of the world."""
+    assert main(["set", "thing/left", "material", "Ti 6Al-4V", "--variant", "A", "--store", target]) == 0
+    assert main(["set", "cell", "floor", "3", "--world", "--store", target]) == 0
+    with Store.open(target) as store:
+        filled(store)
+        filled(store, variant="B")
+        filled(store, density=4.43, variant="C")  # another part: what its own file says holds
+        twice: list[dict[str, object]] = [{"object": "thing", "variant": "A", "name": name} for name in ("one", "two")]
+        assert place_world(store, write_world(tmp_path / "w.yaml", "cell", twice)).revision == 2
+    query = """SELECT v.variant, a.value_text FROM object_variant AS v
+        JOIN object_part AS i ON i.object_id = v.object_id AND i.name = 'left'
+        JOIN current_part_attribute AS a ON a.part_id = i.part_id AND a.name = 'material' ORDER BY v.variant"""
+    assert asked(target, query) == [("A", "Ti 6Al-4V"), ("B", "Ti 6Al-4V"), ("C", "Al 7075")]
+    query = """SELECT w.revision, a.value_number FROM current_world AS w
+        JOIN current_world_attribute AS a ON a.world_id = w.world_id AND a.name = 'floor'"""
+    assert asked(target, query) == [(2, 3.0)]
+
+
+@pytest.fixture(scope="module")
+def boxes(new_store: Callable[[str], str]) -> str:
+    """One store for all: each test shows that it is as it was."""
+    target = new_store("duckdb")
+    with Store.open(target) as store:
+        filled(store)
+    return target
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("thing/left", "density", "2700"), "the density 2700 has no unit: give one of kg/m3"),
+        (("thing/left", "density", "2.7", "--unit", "mm"), "has the unit mm, which is one of length"),
+        (("thing/left", "density", "-3", "--unit", "kg/m3"), "a number above zero"),
+        (("thing/left", "density", "heavy"), "a number above zero"),
+        (("thing", "density", "3", "--unit", "kg/m3"), "density is of a part, and object thing is none"),
+        (("thing/left", "mass", "3", "--unit", "stone"), "the unit 'stone' is unknown: use one of"),
+        (("thing/left", "a", "nan"), "give a finite number"),
+        (("thing/left", "a", "inf"), "give a finite number"),
+        (("thing/left", "a", ""), "is empty"),
+        (("thing/left", " ", "1"), "no name of an attribute"),
+        (("thing/left", "a\x1b[31m", "1"), "no name of an attribute"),
+        (("thing/left", "finish", "rough", "--unit", "mm"), "no number: leave the unit 'mm' out"),
+        (("thing/left", "material", "7075"), "material is a text"),
+        (("thing/left", "colour", "red"), "is not #rrggbb"),
+        (("thing/lift", "a", "1"), "there is no lift in thing variant A: did you mean thing/left?"),
+        (("thong", "a", "1"), "there is no object thong variant A"),
+        (("thing/left", "a", "1", "--surface", "6"), "part BOX-1 has no surface 6: it has surfaces 0 to 5"),
+        (("thing/left", "a", "1", "--arc", "-1"), "part BOX-1 has no arc -1: it has arcs 0 to 11"),
+        (("thing/inner", "a", "1", "--arc", "1"), "surfaces and arcs are of parts"),
+        (("thing/left", "a", "1", "--arc", "1", "--surface", "1"), "name one of them"),
+        (("cell", "a", "1", "--world"), "a world has no variant"),
+    ],
+)
+def test_nonsense_is_refused_in_one_sentence(
+    boxes: str, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = asked(boxes, "SELECT count(*) FROM attribute_log")
+    assert main(["set", *words, "--variant", "A", "--store", boxes]) == 2
+    answer = capsys.readouterr().err
+    assert said in answer
+    assert answer.count("\n") == 1
+    assert asked(boxes, "SELECT count(*) FROM attribute_log") == before
+    state, message = asked(boxes, "SELECT state, message FROM run_summary ORDER BY run_id DESC LIMIT 1")[0]
+    assert (state, visible(message)) == ("failed", answer.partition(": ")[2].rstrip("\n"))
+
+
+def test_the_bulkhead_weighs_what_it_was_made_to_weigh(bulkhead_template: Path) -> None:
+    golden = json.loads((resource_dir("demo").parent / "bulkhead/golden/bulkhead_A.json").read_text())
+    query = "SELECT mass FROM part_mass WHERE number = 'BULKHEAD_BODY'"
+    ((mass,),) = asked(str(bulkhead_template), query)
+    assert mass / LB == pytest.approx(golden["body_mass_lb"], abs=0.01)
+    assert 160 < mass / LB < 170  # the paper's figure is about 165 lb

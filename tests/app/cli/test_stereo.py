@@ -1,0 +1,97 @@
+"""`relmodel stereo`, end to end on a rendered pair of the demonstration bulkhead, with no model in the store."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+import yaml
+
+from relmodel.app.cli.main import main
+from relmodel.store import Store
+from relmodel.store.check import check
+from tests.app.cli.conftest import Pair
+
+
+@pytest.fixture(scope="module")
+def answered(pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with a run of each method."""
+    store = tmp_path_factory.mktemp("stereo") / "store.duckdb"
+    assert main(["init", "--store", str(store)]) == 0
+    for method in ("pong", "relational", "star"):
+        assert main(["stereo", "--store", str(store), *pair.options(prior=None), "--method", method]) == 0
+    return store
+
+
+def test_each_method_leaves_a_problem_that_holds(answered: Path) -> None:
+    with Store.open(str(answered)) as store:
+        assert not [finding.query for finding in check(store) if finding.rows]
+        with store.read() as connection:
+            problem = store.table("problem")
+            rows = connection.execute(sa.select(problem).order_by(problem.c.run_id)).mappings().all()
+
+            def count(table: str, run: int) -> int:
+                t = store.table(table)
+                return int(connection.execute(sa.select(sa.func.count()).where(t.c.run_id == run)).scalar_one())
+
+            assert [row["method"] for row in rows] == ["pong", "relational", "star"]
+            assert {row["kind"] for row in rows} == {"stereo"}
+            runs = [row["run_id"] for row in rows]
+            for table in (
+                "candidate", "problem_relation", "compatibility", "problem_tolerance", "assignment",
+                "assignment_error", "search_node", "triangulated_unit",
+            ):  # fmt: skip
+                assert all(count(table, run) for run in runs), table
+            assert [count("vote", run) > 0 for run in runs] == [True, False, False]
+            arc = store.table("image_arc")
+            edges = connection.execute(
+                sa.select(sa.func.count()).select_from(arc).where(arc.c.topography == "edge")
+            ).scalar_one()
+            for run in runs:
+                reasons = connection.execute(
+                    sa.text("SELECT reason FROM unmatched_in_stereo WHERE run_id = :run"), {"run": run}
+                ).scalars()
+                found = list(reasons)
+                assert len(found) == edges - 2 * count("triangulated_unit", run)
+                assert {"no_candidate", "not_taken"} <= set(found)
+            # one extraction a picture serves all three
+            assert connection.execute(sa.select(sa.func.count()).select_from(store.table("extraction"))).scalar() == 2
+
+
+def test_matches_are_printed(answered: Path, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert main(["stereo", "--store", str(answered), *pair.options(prior=None), "--format", "json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    arcs = [row for row in rows if row["kind"] == "arc"]
+    assert len(arcs) > 30
+    assert any(row["kind"] == "region" for row in rows)
+    # the bulkhead stands about a metre off
+    depths = sorted(row["start"][2] for row in arcs)
+    assert 700 < depths[len(depths) // 2] < 1400
+    assert all(row["sigma_mm"] > 0 for row in arcs)
+
+
+def test_cameras_go_by_their_names(
+    answered: Path, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig = {"cameras": {{"left": "one", "right": "two"}[name]: camera for name, camera in pair.rig["cameras"].items()}}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    options = ["--store", str(answered), "--rig", str(tmp_path / "rig.yaml"), "--format", "json"]
+    capsys.readouterr()
+    assert main(["stereo", *options, "--left", f"one={pair.left}", "--right", f"two={pair.right}"]) == 0
+    named = json.loads(capsys.readouterr().out)
+    assert main(["stereo", "--store", str(answered), *pair.options(prior=None), "--format", "json"]) == 0
+    assert named == json.loads(capsys.readouterr().out)
+    assert main(["stereo", *options, "--left", str(pair.left), "--right", f"two={pair.right}"]) == 3
+    assert "no camera 'left'" in capsys.readouterr().err
+    assert main(["stereo", *options, "--left", f"two={pair.left}", "--right", f"two={pair.right}"]) == 2
+    assert "name one camera each" in capsys.readouterr().err
+
+
+def test_what_cannot_be_asked_is_one_sentence(answered: Path, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["stereo", "--store", str(answered), *pair.options(prior=None), "--method", "census"]) == 2
+    assert "there are pong, relational, star" in capsys.readouterr().err
+    assert main(["stereo", "--store", str(answered), *pair.options()]) == 2
+    assert "holds no world" in capsys.readouterr().err

@@ -1,0 +1,196 @@
+"""What the verbs print and refuse."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.cli.main import main
+from relmodel.store import Run, Store
+from tests.conftest import make_reader
+
+
+def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, object]]:
+    capsys.readouterr()
+    assert main([*arguments, "--format", "json"]) == 0
+    rows: list[dict[str, object]] = json.loads(capsys.readouterr().out)
+    return rows
+
+
+@pytest.fixture
+def asked_store(fresh_store: str) -> str:
+    """A store with nothing in it, once on each engine, for one who only reads."""
+    return make_reader(fresh_store)
+
+
+def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
+    assert all(column["comment"] for column in columns)
+    with Store.open(fresh_store) as store:
+        metadata = sa.MetaData()
+        metadata.reflect(store.engine, views=True)
+    reflected = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
+    with Store.open(fresh_store) as store, store.read() as connection:
+        arguments = {(row.function_name, row.argument) for row in store.rows(connection, "arguments")}
+    assert {(c["relation"], c["column"]) for c in columns} == reflected | arguments
+
+
+FUNCTIONS = {
+    f"{level}_in_{of}" for level in ("parts", "features", "surfaces", "arcs") for of in ("box", "sphere", "view")
+}
+# What the engines' own catalogues say that their functions take; DuckDB's keeps no types.
+ARGUMENTS = {
+    "duckdb": "SELECT function_name, parameters, CAST(NULL AS TEXT[]) FROM duckdb_functions() WHERE NOT internal",
+    "postgresql": "SELECT proname, CAST(proargnames[1:pronargs] AS TEXT[]), CAST(CAST(CAST(proargtypes AS OID[]) AS "
+    "REGTYPE[]) AS TEXT[]) FROM pg_proc WHERE pronamespace = CAST(current_schema() AS REGNAMESPACE)",
+}
+
+
+def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(fresh_store) as store, store.read() as connection:
+        found = connection.exec_driver_sql(ARGUMENTS[store.dialect]).fetchall()
+    taken = {name: (list(arguments), types) for name, arguments, types in found if name in FUNCTIONS}
+    assert taken.keys() == FUNCTIONS
+    for name, (arguments, types) in taken.items():
+        told = printed(capsys, "schema", name, "--store", fresh_store)
+        assert [row["column"] for row in told] == arguments
+        assert types is None or [row["type"].lower() for row in told] == [str(t) for t in types][: len(told)]
+        assert all(row["comment"] for row in told)
+        lengths = [row for row in told if row["type"] == "DOUBLE PRECISION" and "rotation" not in row["comment"]]
+        assert lengths
+        assert all("mm" in row["comment"] for row in lengths)
+
+
+def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = printed(capsys, "schema", "--store", fresh_store)
+    assert all(entry["comment"] for entry in entries)
+    names = [entry["relation"] for entry in entries]
+    assert len(names) == len(set(names))
+    with Store.open(fresh_store) as store, store.read() as connection:
+        relations = {row.relation for row in store.rows(connection, "relations")}
+    functions = {entry["relation"] for entry in entries if entry["standing"] == "function"}
+    assert set(names) - functions == relations
+    assert functions == FUNCTIONS
+
+
+def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = {row["column"]: row for row in printed(capsys, "schema", "loop", "--store", fresh_store)}
+    assert (rows["loop_no"]["key"], rows["outer_loop"]["key"]) == (True, False)
+    assert rows["surface_id"]["refers_to"] == "surface (id)"
+    assert main(["schema", "lop", "--store", fresh_store]) == 2
+    assert "did you mean loop?" in capsys.readouterr().err
+
+
+def test_schema_needs_no_store(
+    duckdb_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("RELMODEL_STORE", raising=False)
+    there = {(e["relation"], e["comment"]) for e in printed(capsys, "schema", "--store", str(duckdb_file))}
+    assert {(e["relation"], e["comment"]) for e in printed(capsys, "schema")} == there
+
+
+def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    query = "SELECT relation, NULL AS nothing FROM sds_relation WHERE relation IN ('arc', 'loop') ORDER BY relation"
+    rows = printed(capsys, "sql", "--store", asked_store, query)
+    assert rows == [{"relation": "arc", "nothing": None}, {"relation": "loop", "nothing": None}]
+    file = tmp_path / "query.sql"
+    file.write_text(query)
+    assert main(["sql", "--store", asked_store, "--file", str(file), "--format", "csv"]) == 0
+    assert list(csv.reader(io.StringIO(capsys.readouterr().out))) == [
+        ["relation", "nothing"],
+        ["arc", ""],
+        ["loop", ""],
+    ]
+    assert main(["sql", "--store", asked_store, query]) == 0
+    assert capsys.readouterr().out.split()[0] == "relation"
+
+
+def test_values_are_printed_as_they_are(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    query = (
+        "SELECT '007' AS word, CAST(1234.56789 AS DOUBLE PRECISION) AS number, CAST(1.5 AS NUMERIC(6, 2)) AS decimal,"
+        " ARRAY[1, 2] AS list, CAST('2026-01-02' AS DATE) AS day, CAST(NULL AS INTEGER) AS nothing"
+    )
+    assert printed(capsys, "sql", "--store", asked_store, query) == [
+        {"word": "007", "number": 1234.56789, "decimal": 1.5, "list": [1, 2], "day": "2026-01-02", "nothing": None}
+    ]
+    assert main(["sql", "--store", asked_store, query]) == 0
+    line = capsys.readouterr().out.splitlines()[2]
+    assert line.split()[:2] == ["007", "1234.568"]
+
+
+def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
+    assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]
+
+
+REFUSED = (
+    "SELCT 1",
+    "SELECT * FROM nowhere",
+    "DELETE FROM sds_relation",
+    "CREATE TABLE mine (a INTEGER)",
+    "COMMIT; BEGIN READ WRITE; DELETE FROM sds_relation",
+    "COMMIT; DELETE FROM sds_relation; COMMIT",
+)
+
+
+def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for statement in REFUSED:
+        assert main(["sql", "--store", asked_store, statement]) == 3, statement
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.count("\n") == 1
+    with Store.open(asked_store) as store, store.read() as connection:
+        assert len(store.rows(connection, "relations")) > 50
+
+
+OUT_OF_REACH = (
+    "COPY (SELECT 1) TO '{folder}/out.csv'",
+    "SELECT * FROM read_csv('{folder}/in.csv')",
+    "ATTACH '{folder}/other.duckdb'",
+    "SET enable_external_access = true",
+    "SET lock_configuration = false",
+    "SET memory_limit = '100GB'",
+)
+
+
+def test_sql_on_duckdb_reaches_no_file_and_no_setting(
+    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "in.csv").write_text("a\n1\n")
+    for statement in OUT_OF_REACH:
+        assert main(["sql", "--store", str(duckdb_template), statement.format(folder=tmp_path)]) == 3, statement
+        assert "refused" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
+
+
+def test_runs_lists_states_and_filters(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "load", {}):
+            pass
+        with pytest.raises(ValueError, match="wrong"), Run.begin(store, "world", {}):
+            raise ValueError("wrong")
+    rows = printed(capsys, "runs", "--store", fresh_store)
+    assert [(r["kind"], r["state"], r["message"]) for r in rows] == [
+        ("world", "failed", "wrong"),
+        ("load", "finished", None),
+    ]
+    assert all(isinstance(r["seconds"], float) for r in rows)
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--state", "finished")] == ["load"]
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--kind", "world")] == ["world"]
+
+
+def test_check_passes_on_a_new_store(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "--store", fresh_store]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_check_prints_what_offends(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(fresh_store) as store, store.write() as connection:
+        store.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["pocket"]})
+    assert main(["check", "--store", fresh_store]) == 1
+    assert "feature_class" in capsys.readouterr().out

@@ -1,0 +1,191 @@
+"""`relmodel why` and `relmodel compare`: what they say of an inspection, held against its rows and its answer."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.audit.compare_runs import Difference, compare_runs
+from relmodel.app.audit.why import explain_arc, explain_feature, explain_pose, explain_verdict
+from relmodel.app.cli.main import main
+from relmodel.errors import UsageError
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.store import Store
+from tests.app.cli.conftest import Inspection, Pair, inspected
+
+
+@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
+def of_engine(request: pytest.FixtureRequest) -> Inspection:
+    found: Inspection = request.getfixturevalue(request.param)
+    return found
+
+
+def asked(store: Store, query: str, **parameters: Any) -> list[Any]:
+    with store.read() as connection:
+        return list(connection.execute(sa.text(query), parameters).all())
+
+
+def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None:
+    run = of_engine.answer["run"]
+    with Store.open(of_engine.store, read_only=True) as store:
+        decided = asked(store, "SELECT * FROM why_image_arc WHERE run_id = :run", run=run)
+        arcs = asked(
+            store,
+            "SELECT i.camera, a.image_arc_no FROM inspection_image AS i "
+            "JOIN image_arc AS a ON a.extraction_id = i.extraction_id WHERE i.run_id = :run",
+            run=run,
+        )
+        assert sorted((r.camera, r.image_arc_no) for r in decided) == sorted(map(tuple, arcs))
+        taken = asked(store, "SELECT camera, image_arc_no FROM matched_arc WHERE run_id = :run", run=run)
+        assert {(r.camera, r.image_arc_no) for r in decided if r.matched} == {tuple(r) for r in taken}
+        assert all(r.sentence and r.rule for r in decided)
+        model = asked(store, "SELECT * FROM why_view_arc WHERE run_id = :run", run=run)
+        counts = asked(store, "SELECT count(*) FROM view_arc WHERE run_id = :run", run=run)
+        assert len(model) == counts[0][0]
+        assert sum(r.image_arcs for r in model) == len(taken)
+        camera, arc = next((r.camera, r.image_arc_no) for r in decided if r.matched)
+        said = explain_arc(store, run, camera, arc)
+        assert said[0].sentence.startswith(f"image arc {arc} of the {camera} picture is ")
+        assert said[1].topic == "correspondence"
+        assert said[1].sentence.startswith("it is the ")
+        assert re.search(r"they are \d+\.\d\d px \(rms\) apart \(gate \d+\.\d\d px\)", said[1].sentence)
+        assert [one.topic for one in said].count("stereo") == 1
+
+
+def test_verdict_pose_and_parts_are_explained(of_engine: Inspection) -> None:
+    answer = of_engine.answer
+    with Store.open(of_engine.store, read_only=True) as store:
+        verdict = explain_verdict(store, answer["run"])
+        assert [one.sentence for one in verdict[:2]] == [
+            f"run {answer['run']}: {answer['outcome']['words']}",
+            f"the pose is {answer['verdict']}: {answer['reason']}",
+        ]
+        rules = [one.sentence for one in verdict if one.topic == "rules"]
+        assert len(rules) == 6
+        assert all(rule.startswith("passed") for rule in rules)
+        assert f"known to {2 * answer['sigma']['translation_mm']:.3f} mm (two sigma" in rules[3]
+        assert len([one for one in verdict if one.topic == "hypotheses"]) == len(answer["hypotheses"])
+        pose = " ".join(one.sentence for one in explain_pose(store, answer["run"]))
+        for value in np.array(answer["world_from_rig"])[:3, 3]:
+            assert f"{value:.3f}" in pose
+        assert "measured on" in pose
+        for part in answer["parts_in_view"]:
+            (first, *_) = explain_feature(store, answer["run"], part["path"])
+            assert f"{part['path']} ({part['level']}) is in view" in first.sentence
+            shown = float(re.search(r"([\d.]+) percent of what", first.sentence)[1])  # type: ignore[index]
+            assert shown == pytest.approx(100 * part["visible_share"], abs=0.06)
+
+
+def test_a_state_is_told_as_the_answer_has_it(of_engine: Inspection) -> None:
+    answer = of_engine.answer
+    items = [item for item in answer["presence"]["items"] if item["level"] != "surface"]
+    assert items
+    with Store.open(of_engine.store, read_only=True) as store:
+        for item in items:
+            said = explain_feature(store, answer["run"], item["path"])
+            (state, *of_cameras) = (one.sentence for one in said if one.topic == "presence")
+            assert f"it is {item['state'].replace('_', ' ')} ({item['qif']}): {item['reason']}" in state
+            assert len(of_cameras) == len(item["cameras"])
+            sizes = [one.sentence for one in said if one.topic == "sizes"]
+            assert [size.split()[1] for size in sizes] == [f"{size['what']}:" for size in item["measured"]]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("99",), "there is no run 99"),
+        (("1",), "run 1 is of kind"),
+        (("RUN", "--arc", "17"), "is no CAMERA:NUMBER"),
+        (("RUN", "--arc", "mid:1"), "has no camera mid: name one of left, right"),
+        (("RUN", "--arc", "left:99999"), "has no arc 99999: it has arcs 0 to "),
+        (("RUN", "--feature", "bulkhead/BODI"), "did you mean bulkhead/BODY?"),
+    ],
+)
+def test_what_there_is_not_is_wrong_use(
+    words: tuple[str, ...], says: str, inspection: Inspection, capsys: pytest.CaptureFixture[str]
+) -> None:
+    call = [str(inspection.answer["run"]) if word == "RUN" else word for word in words]
+    assert main(["why", *call, "--store", inspection.store]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+
+
+def by_name(found: list[Difference], section: str) -> dict[str, Difference]:
+    return {one.name: one for one in found if one.section == section}
+
+
+def test_a_run_is_named_alike_everywhere(
+    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run, page = str(inspection.answer["run"]), ["-o", str(tmp_path / "page.html")]
+
+    def said(*words: str, status: int = 0) -> tuple[str, str]:
+        assert main([*words, "--store", inspection.store]) == status
+        return capsys.readouterr()
+
+    for verb, *more in (["why"], ["replay", "--dry"]):
+        assert len({said(verb, *name, *more) for name in ([], ["last"], [run], ["--run", "last"], ["--run", run])}) == 1
+        assert said(verb, "1", *more, status=2) == said(verb, "--run", "1", *more, status=2)  # a load
+    assert said("report", "--run", "last", *page) == said("report", run, *page)
+    for call in (["prune", "runs", "--run"], ["compare", run], ["export", "-o", str(tmp_path / "rows"), "--run"]):
+        assert said(*call, "last") == said(*call, run)
+    for call in (["why"], ["replay", "--run"], ["report", *page], ["prune", "runs", "--run"], ["compare", run]):
+        assert said(*call, "first", status=2)[1].endswith(": first names no run: give its number, or last\n")
+
+
+def test_runs_that_differ_in_nothing_and_in_what_was_asked(
+    inspection: Inspection,
+    pair: Pair,
+    copy_store: Callable[[str], str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    target, answer = copy_store(inspection.store), inspection.answer
+    other = inspected(target, *pair.options(right=None), "--needs", "5mm,1deg")
+    a, b = answer["run"], other["run"]
+    with Store.open(target, read_only=True) as store:
+        assert compare_runs(store, a, a) == []
+        with pytest.raises(UsageError, match="there is no run 99"):
+            compare_runs(store, a, 99)
+        found = compare_runs(store, a, b)
+    assert set(by_name(found, "inputs")) == {"right"}
+    assert set(by_name(found, "asked")) == {"needs"}
+    assert "parameters" not in {one.section for one in found}
+    # Fewer cameras see fewer parts: they part where the parts are selected, or where the pictures are looked at.
+    (first,) = (one for one in found if one.section == "first step that differs")
+    assert first.name == ("select" if by_name(found, "select") else "extract")
+    shares = {p["path"]: p["visible_share"] for p in answer["parts_in_view"]}
+    shares_b = {p["path"]: p["visible_share"] for p in other["parts_in_view"]}
+    differ = {path for path in shares | shares_b if shares.get(path) != shares_b.get(path)}
+    assert set(by_name(found, "view")) == differ
+
+    pose, pose_b = np.array(answer["world_from_rig"]), np.array(other["world_from_rig"])
+    world, rig = by_name(found, "pose in the world"), by_name(found, "pose in the rig")
+    for i, axis in enumerate("xyz"):
+        assert world[f"{axis}, mm"].first == pose[i, 3]
+        assert world[f"{axis}, mm"].difference == pytest.approx(pose_b[i, 3] - pose[i, 3])
+        variance = sum(np.array(one["covariance"])[i, i] for one in (answer, other))
+        assert rig[f"shift along {axis}, mm"].sigma == pytest.approx(np.sqrt(variance))
+    along = np.array([rig[f"shift along {axis}, mm"].difference for axis in "xyz"])
+    turn = np.array([rig[f"turn about {axis}, rad"].difference for axis in "xyz"])
+    carried = np.eye(4)
+    carried[:3, :3], carried[:3, 3] = rotation_matrix(turn), along
+    np.testing.assert_allclose(pose @ carried, pose_b, atol=1e-9)
+
+    assert main(["compare", str(a), str(b), "--json", "--store", target]) == 0
+    assert [Difference(**row) for row in json.loads(capsys.readouterr().out)] == found
+    assert main(["compare", str(a), str(b), "--md", "--store", target]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("| section")
+    assert len(lines) == len(found) + 2
+    assert main(["compare", str(a), str(a), "--store", target]) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "0 differences" in said.err

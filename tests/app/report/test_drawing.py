@@ -1,0 +1,91 @@
+"""Drawings against closed forms, and pictures against what they were made from."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+
+import numpy as np
+from PIL import Image
+
+from relmodel.app.report.drawing import courses, ellipse_points, histogram, path_data
+from relmodel.app.report.page import cell, clauses, script_json
+from relmodel.app.report.pictures import data_uri
+
+RNG = np.random.default_rng(5)
+
+
+def test_courses_keep_ends_and_stay_near() -> None:
+    at = np.linspace(0, 3, 400)
+    x, y = 100 + 40 * np.cos(at), 80 + 40 * np.sin(at)
+    drawn = courses(np.repeat([4, 9], [400, 2]), np.r_[x, 1.0, 5.0], np.r_[y, 2.0, 2.0])
+    assert list(drawn) == [4, 9]
+    assert drawn[9] == "M1.0 2.0L5.0 2.0"
+    kept = np.array([[float(n) for n in p.split()] for p in re.split("[ML]", drawn[4])[1:]])
+    assert len(kept) < 40
+    np.testing.assert_allclose(kept[[0, -1]], [[x[0], y[0]], [x[-1], y[-1]]], atol=0.06)
+    steps = np.linspace(0, 1, 50)[:, None, None]
+    along = (kept[:-1] + steps * (kept[1:] - kept[:-1])).reshape(-1, 2)
+    assert np.abs(np.hypot(along[:, 0] - 100, along[:, 1] - 80) - 40).max() < 0.5
+
+
+def test_an_ellipse_has_its_covariance() -> None:
+    half = RNG.normal(size=(2, 2))
+    covariance = half @ half.T
+    points = ellipse_points(covariance, 2.0)
+    np.testing.assert_allclose(np.einsum("ni,ij,nj->n", points, np.linalg.inv(covariance), points), 4, rtol=1e-9)
+    np.testing.assert_allclose(points.T @ points / len(points) * 2 / 4, covariance, rtol=1e-9)
+
+
+def test_a_histogram_has_one_bar_a_bin_in_proportion() -> None:
+    values = RNG.normal(size=4000)
+    heights = np.array(
+        [float(h) for h in re.findall(r'<rect [^>]*height="([\d.]+)"', histogram(values, np.ones(4000)))]
+    )
+    counts, _ = np.histogram(np.clip(values, -4, 4), 40, (-4, 4))
+    np.testing.assert_allclose(heights / heights.sum(), counts / counts.sum(), atol=2e-3)
+
+
+def test_path_data_closes() -> None:
+    assert path_data(np.array([[0.04, 1.0], [2.0, 3.26]]), closed=True) == "M0.0 1.0L2.0 3.3Z"
+
+
+def encoded(array: np.ndarray, form: str) -> bytes:
+    out = io.BytesIO()
+    Image.fromarray(array).save(out, form)
+    return out.getvalue()
+
+
+def decoded(uri: str | None) -> np.ndarray:
+    assert uri
+    kind, _, data = uri.partition(",")
+    assert kind == "data:image/webp;base64"
+    with Image.open(io.BytesIO(base64.b64decode(data))) as opened:
+        return np.asarray(opened.convert("L"), float)
+
+
+def test_pictures_of_eight_and_sixteen_bits_look_alike() -> None:
+    ramp = np.tile(np.linspace(0, 250, 640), (480, 1))
+    eight = decoded(data_uri(encoded(ramp.astype(np.uint8), "PNG")))
+    sixteen = decoded(data_uri(encoded((ramp * 16).astype(np.uint16), "PNG")))
+    assert eight.shape == (480, 640)
+    assert np.abs(eight - ramp).mean() < 3
+    assert np.abs(sixteen - ramp * 255 / 250).mean() < 3
+
+
+def test_large_pictures_are_made_smaller_and_broken_ones_left_out() -> None:
+    assert decoded(data_uri(encoded(np.full((1000, 5000), 90, np.uint8), "PNG"))).shape == (410, 2048)
+    assert data_uri(b"no picture") is None
+    assert data_uri(encoded(np.zeros((600, 600), np.uint8), "PNG")[:200]) is None
+
+
+def test_clauses_are_parted_outside_of_parentheses() -> None:
+    assert clauses("a (b; c); d") == ["a (b; c)", "d"]
+
+
+def test_cells_are_visible_text_and_json_ends_no_script() -> None:
+    assert cell("a\x1b\u202eb") == "a\\x1b\\u202eb"
+    assert cell(0.123456789) == "0.123457"
+    assert [cell(v) for v in (None, True, [1, 2.5])] == ["", "yes", "1, 2.5"]
+    assert "<" not in script_json({"</script>": "<!--"})

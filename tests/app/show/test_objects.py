@@ -1,0 +1,285 @@
+"""A loaded object shown, exported and drawn, against the scene that it was made from."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+import pyarrow.csv
+import pyarrow.parquet
+import pytest
+import trimesh
+from PIL import Image
+
+from relmodel.app.cli.main import main
+from relmodel.app.show.picture import COLOURS
+from relmodel.model.model import Assembly, Instance, Model, Part
+from relmodel.readers.mesh.shape import shape_from_triangles
+from relmodel.store import Store
+from tests.parts.solids import Part as PlainPart
+from tests.parts.solids import box, cylinder
+from tests.reading import load, store_model
+from tests.variants.composed import Item, pose, store_items
+
+
+@pytest.fixture(scope="module")
+def scene() -> trimesh.Scene:
+    """Two boxes of one geometry and a cylinder, metres, as GLB has them."""
+    scene = trimesh.Scene(base_frame="world")
+    box, post = trimesh.creation.box((0.1, 0.2, 0.05)), trimesh.creation.cylinder(0.02, 0.3, sections=48)
+    turned = trimesh.transformations.rotation_matrix(0.6, [0, 0, 1])
+    turned[:3, 3] = [0.5, 0, 0]
+    scene.add_geometry(box, node_name="left", geom_name="box")
+    scene.graph.update(frame_to="right", frame_from="world", matrix=turned, geometry="box")
+    scene.add_geometry(
+        post, node_name="post", geom_name="post", transform=trimesh.transformations.translation_matrix([0.2, 0, 0.1])
+    )
+    return scene
+
+
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def target(
+    request: pytest.FixtureRequest,
+    new_store: Callable[[str], str],
+    tmp_path_factory: pytest.TempPathFactory,
+    scene: trimesh.Scene,
+) -> str:
+    """A store with the scene, which no test writes to."""
+    target, file = new_store(request.param), tmp_path_factory.mktemp("scene") / "scene.glb"
+    file.write_bytes(scene.export(file_type="glb"))
+    with Store.open(target) as store:
+        load(store, file, name="thing", variant="X")
+    return target
+
+
+def test_show_prints_the_tree(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["show", "thing", "--variant", "X", "--store", target, "--format", "json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert rows[0]["parts"] == 3
+    sizes = sorted(r["size"] for r in rows if r["level"] == "part")
+    assert sizes[:2] == ["100 x 200 x 50"] * 2
+    assert main(["show", "thing", "--store", target, "--format", "json"]) == 0  # it has no other variant
+    assert json.loads(capsys.readouterr().out) == rows
+    assert main(["show", "thing", "--variant", "Y", "--store", target]) == 2
+    assert "name one of its variants: X" in capsys.readouterr().err
+
+
+def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh.Scene) -> None:
+    out = tmp_path / "out.glb"
+    assert main(["export", "thing", "--variant", "X", "-o", str(out), "--store", target]) == 0
+    again = trimesh.load(out)
+    assert len(again.geometry) == 2
+    assert len(again.graph.nodes_geometry) == 3
+    np.testing.assert_allclose(again.bounds, scene.bounds, atol=1e-7)
+    assert again.volume == pytest.approx(scene.volume, rel=1e-6)
+
+
+def test_what_has_no_geometry_is_not_exported(
+    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = str(tmp_path / "store.duckdb")
+    shutil.copy(duckdb_template, target)
+    (tmp_path / "bare.urdf").write_text('<robot name="bare"><link name="a"/></robot>')
+    assert main(["load", str(tmp_path / "bare.urdf"), "--store", target]) == 0
+    assert main(["export", "bare", "-o", str(tmp_path / "out.glb"), "--store", target]) == 2
+    assert "bare has no geometry to write" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "said", "status"),
+    [
+        (["export", "-o", "none/out.glb"], "there is no folder", 3),
+        (["export", "-o", "taken"], "cannot be made", 3),
+        (["export", "-o", "taken/out.glb"], "there is no folder", 3),
+        (["export", "-o", "out.obj"], "named as a model of another format", 2),
+        (["show", "--picture", "none/out.png"], "there is no folder", 3),
+        (["show", "--picture", "out.txt"], "end its name with one of", 2),
+        (["show", "--picture", "."], "named as none", 2),
+    ],
+)
+def test_a_place_that_takes_no_file_is_told(
+    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("")
+    verb, option, name = words
+    assert main([verb, "thing", "--variant", "X", option, str(tmp_path / name), "--store", target]) == status
+    assert said in capsys.readouterr().err
+    assert [p.name for p in tmp_path.iterdir()] == ["taken"]
+
+
+def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, tmp_path: Path) -> None:
+    """A post in a frame in a row of frames, each turned: one geometry a colour, placed where NumPy composes it."""
+    shutil.copy(duckdb_template, tmp_path / "s.duckdb")
+    block = trimesh.creation.box((10, 20, 30))
+    shape = shape_from_triangles(np.asarray(block.vertices), np.asarray(block.faces, np.int64))
+    assert shape is not None
+    inner = [pose((100 * i, 5, 0), (0, 0.1 * i, 0.3)) for i in range(3)]
+    parts = (Part("P", "P", 0), Part("R", "R", 0, colour="#ff0000"))
+    outer = [pose((0, 400 * i, 7), (0.2, 0.1, 0.5 * i)) for i in range(4)]
+    # The last post of a frame is a part of its own, red.
+    frame = Assembly("FRAME", tuple(Instance(f"POST_{i}", "part", i // 2, p) for i, p in enumerate(inner)))
+    row = Assembly("ROW", tuple(Instance(f"FRAME_{i}", "assembly", 0, p) for i, p in enumerate(outer)))
+    model = Model("GLB", None, "mm", 1.0, (shape,), parts, (frame, row), 1, None, 0, "test")
+    with Store.open(tmp_path / "s.duckdb") as store:
+        store_model(store, model, "row")
+    out = tmp_path / "out.glb"
+    assert main(["export", "row", "-o", str(out), "--store", str(tmp_path / "s.duckdb")]) == 0
+    again = trimesh.load(out)
+    paint = {name: mesh.visual.material.baseColorFactor[:3].tolist() for name, mesh in again.geometry.items()}
+    assert sorted(paint.values()) == [[176, 180, 184], [255, 0, 0]]
+    assert paint[again.graph["FRAME_2/POST_2"][1]] == [255, 0, 0]
+    assert paint[again.graph["FRAME_2/POST_1"][1]] == [176, 180, 184]
+    placed = {name: again.graph[name][0] for name in again.graph.nodes_geometry}
+    assert len(placed) == 12
+    for i, a in enumerate(outer):
+        for k, b in enumerate(inner):
+            expected = a @ b
+            expected[:3, 3] /= 1000  # metres
+            np.testing.assert_allclose(placed[f"FRAME_{i}/POST_{k}"], expected, atol=1e-12)
+    assert again.volume == pytest.approx(12 * 6e-6)
+
+
+def test_tables_hold_what_the_object_has(target: str, tmp_path: Path) -> None:
+    for form in ("parquet", "csv"):
+        command = ["export", "thing", "--variant", "X", "-o", str(tmp_path / form), "--tables", form, "--store", target]
+        assert main(command) == 0
+    read = {"parquet": pyarrow.parquet.read_table, "csv": pyarrow.csv.read_csv}
+    for form, reader in read.items():
+        tables = {p.stem: reader(p) for p in (tmp_path / form).iterdir()}
+        assert tables.keys() == {"placed_part", "part", "feature", "surface", "arc"}
+        assert tables["placed_part"].num_rows == 3
+        assert tables["part"].num_rows == 2
+        boxes = [r for r in tables["surface"].to_pylist() if r["recognised_kind"] == "plane"]
+        assert sum(r["area"] for r in boxes) == pytest.approx(2 * (20000 + 5000 + 10000) + 2 * np.pi * 400, rel=3e-3)
+
+
+def test_equal_siblings_are_one_line(capsys: pytest.CaptureFixture[str], duckdb_template: Path, tmp_path: Path) -> None:
+    """An assembly of 40 equal frames of 51 posts and a bolt, and 300 bolts of other names beside them."""
+    shutil.copy(duckdb_template, tmp_path / "s.duckdb")
+    arguments = ["show", "rack", "--store", str(tmp_path / "s.duckdb")]
+    with Store.open(tmp_path / "s.duckdb") as store:
+        store_rack(store)
+    assert main(arguments) == 0
+    said = capsys.readouterr()
+    lines = [line[:40].rstrip() for line in said.out.splitlines()]
+    assert [line.split("  object")[0].split("  part")[0].rstrip() for line in lines[2:6]] == [
+        "rack",
+        "  FRAME_0 x 40",
+        "    POST_0 x 51",
+        "    BOLT",
+    ]
+    assert lines[2].split()[-1] == str(40 * 52 + 300)
+    assert len(lines) == 2 + 100
+    assert "... and 204 more lines" in said.err  # 1 + 3 + 300 in all
+    assert main([*arguments, "--format", "csv"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 1 + 1 + 40 * 53 + 300
+
+
+def store_rack(store: Store) -> None:
+    """The assembly; all parts have the shape of a block."""
+    post, bolt = (Part(f"N-{i}", f"N-{i}", 0) for i in range(2))
+    block = trimesh.creation.box((10, 20, 30))
+    shape = shape_from_triangles(np.asarray(block.vertices), np.asarray(block.faces, np.int64))
+    assert shape is not None
+    others = [Part(f"M-{i}", f"M-{i}", 0) for i in range(300)]
+    posts = [Instance(f"POST_{i}", "part", 0, np.eye(4)) for i in range(51)]
+    frame = Assembly("FRAME", (*posts, Instance("BOLT", "part", 1, np.eye(4))))
+    frames = [Instance(f"FRAME_{i}", "assembly", 0, np.eye(4)) for i in range(40)]
+    top = Assembly("RACK", (*frames, *(Instance(f"B_{i}", "part", 2 + i, np.eye(4)) for i in range(300))))
+    model = Model("GLB", None, "mm", 1.0, (shape,), (post, bolt, *others), (frame, top), 1, None, 0, "test")
+    store_model(store, model, "rack")
+
+
+@pytest.fixture(scope="module")
+def bracket(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A store with a block of 60 x 40 x 20 mm with a through hole, a blind one and a boss."""
+    file = tmp_path_factory.mktemp("bracket") / "s.duckdb"
+    shutil.copy(duckdb_template, file)
+    part = PlainPart(box((0, 0, 0), (60, 40, 20)))
+    part.cut(cylinder((15, 20, -1), 6, 30), cylinder((45, 12, 10), 4, 30))
+    part.fuse(cylinder((45, 30, 20), 5, 8))
+    with Store.open(file) as store:
+        store_items(store, "X", [Item("BLOCK", part.body, pose())], "block")
+    return str(file)
+
+
+def outlines(file: Path) -> npt.NDArray[np.uint8]:
+    """The picture that an SVG of polygons shows, drawn by OpenCV (even-odd)."""
+    root = ElementTree.parse(file).getroot()
+    width, height = (int(float(n)) for n in root.attrib["viewBox"].split()[2:])
+    picture = np.full((height, width, 3), 255, np.uint8)
+    for path in root.iter("{http://www.w3.org/2000/svg}path"):
+        rings = [
+            np.array([[float(v) for v in point.split()] for point in ring.rstrip("Z").split("L")])
+            for ring in path.attrib["d"].split("M")[1:]
+        ]
+        colour = [int(path.attrib["fill"][i : i + 2], 16) for i in (1, 3, 5)]
+        cv2.fillPoly(picture, [np.round(r * 16 - 8).astype(np.int32) for r in rings], colour, shift=4)
+    return picture
+
+
+@pytest.mark.parametrize("view", ["front", "-1,-0.7,-1.2"])
+def test_outlines_and_pixels_show_the_same(bracket: str, tmp_path: Path, view: str) -> None:
+    files = [tmp_path / name for name in ("p.png", "p.svg")]
+    for file in files:
+        arguments = ["show", "block", "--variant", "X", "--store", bracket, "--picture", str(file), f"--view={view}"]
+        assert main(arguments) == 0
+    pixels, drawn = np.asarray(Image.open(files[0]).convert("RGB")), outlines(files[1])
+    height = min(len(pixels), len(drawn)) - 60  # above the legend
+    # An outline has one shade of its colour, where pixels of a round surface have many.
+    hues = [p[:height] / np.maximum(p[:height].max(axis=2, keepdims=True), 1) for p in (pixels, drawn)]
+    off = np.abs(hues[0] - hues[1]).max(axis=2) > 0.03
+    ink = (pixels[:height] == 40).all(axis=2)
+    near_a_line = cv2.dilate(ink.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    assert (off & ~near_a_line).mean() < 1e-3
+    assert near_a_line.mean() < 0.2
+
+
+def test_what_lies_behind_is_hidden(bracket: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From the front the through hole is white, the blind one and the boss have their colours; from behind neither."""
+    shown = {}
+    for view in ("front", "back"):
+        file = tmp_path / f"{view}.png"
+        command = ["show", "block", "--variant", "X", "--store", bracket, "--picture", str(file), "--view", view]
+        assert main(command) == 0
+        said = capsys.readouterr().err
+        picture = np.asarray(Image.open(file).convert("RGB"))
+        scale = 1600 / (60 * 1.04)
+
+        def pixel(x: float, y: float, scale: float = scale, view: str = view, picture: Any = picture) -> list[int]:
+            column = x if view == "front" else 60 - x
+            found: list[int] = picture[round((40 - y + 1.2) * scale), round((column + 1.2) * scale)].tolist()
+            return found
+
+        shown[view] = (pixel(15, 20), pixel(45, 12), pixel(45, 30), pixel(30, 5), "boss" in said)
+    through, blind, boss, plain, named = shown["front"]
+    assert through == [255, 255, 255]
+    assert named
+    ratios = [np.array(c) / COLOURS[k] for c, k in ((blind, "blind_hole"), (boss, "boss"), (plain, "body"))]
+    for ratio in ratios:  # a colour, shaded
+        assert np.ptp(ratio) < 0.02
+        assert 0.5 < ratio.mean() <= 1
+    through, blind, boss, plain, named = shown["back"]
+    assert through == [255, 255, 255]
+    assert blind == boss == plain
+    assert not named
+
+
+def test_a_picture_shows_the_outline(target: str, tmp_path: Path) -> None:
+    out = tmp_path / "p.png"
+    assert main(["show", "thing", "--variant", "X", "--store", target, "--picture", str(out), "--view", "front"]) == 0
+    shown = np.asarray(Image.open(out).convert("L"))[:-26] < 250  # without the line of the legend
+    wide = np.flatnonzero(shown.any(axis=0))
+    # Seen along z: the turned box is at most 0.2 sin 0.6 + 0.1 cos 0.6 wide, and the two overlap nowhere.
+    half = (0.1 * np.cos(0.6) + 0.2 * np.sin(0.6)) / 2
+    width = 0.05 + 0.5 + half
+    step = (wide[-1] - wide[0] + 1) / width
+    area = 2 * 0.1 * 0.2 + np.pi * 0.02**2
+    assert shown.sum() == pytest.approx(area * step**2, rel=0.02)

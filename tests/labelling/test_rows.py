@@ -1,0 +1,110 @@
+"""Problems in the store: the checks recompute cost and bound, on both databases, and name what does not follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from relmodel.errors import UsageError
+from relmodel.labelling import branch_and_bound
+from relmodel.labelling.rows import result_rows
+from relmodel.labelling.solve import solve
+from relmodel.labelling.stored import read_problem
+from relmodel.store.runs import Run
+from relmodel.store.store import Store
+from tests.labelling.oracle import random_problem
+from tests.labelling.scenes import scene
+
+CHECKS = ("check/matching_cost", "check/matching_bound")
+
+
+@pytest.fixture
+def store(fresh_store: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
+    """Problems proved at once (0), by striking states and branching (1), cut short (2), and small ones."""
+    monkeypatch.setattr(branch_and_bound, "_ANNEALING", ())  # which would leave nothing to branch on
+    rng = np.random.default_rng(3)
+    problems = [(scene("gated", 30, 0).problem, 10_000), (scene("hard", 48, 4).problem, 10_000)]
+    problems += [(scene("hard", 48, 4).problem, 1)] + [(random_problem(rng), 10_000) for _ in range(12)]
+    with Store.open(fresh_store) as store, Run.begin(store, "inspect", {}) as run:
+        with run.write() as connection:
+            image: dict[str, Any] = {"sha256": ["1"], "file_name": ["x.png"], "width": [1], "height": [1], "depth": [8]}
+            run.append(connection, "image", {"id": [1], **image, "channels": [1]})
+            extraction: dict[str, Any] = {"image_id": [1], "content_key": ["1"], "parameters": ["{}"], "version": ["1"]}
+            extraction |= {"noise_sigma": [1.0], "grey_dark": [0.0], "grey_bright": [255.0]}
+            run.append(connection, "extraction", {"id": [1], **extraction})
+            run.append(connection, "unit_set", {"id": [1], "kind": "extraction", "extraction_id": [1]})
+            for number, (problem, nodes) in enumerate(problems):
+                key = {"run_id": run.id, "problem_no": number}
+                about: dict[str, Any] = {
+                    "kind": "stereo",
+                    "method": "relations",
+                    "units_id": 1,
+                    "labels_id": 1,
+                    "parameters": "{}",
+                }
+                for table, columns in result_rows(problem, solve(problem, nodes=nodes)).items():
+                    run.append(connection, table, {**key, **(about if table == "problem" else {}), **columns})
+        yield store
+
+
+def test_the_checks_prove_what_the_solver_claims(store: Store) -> None:
+    with store.read() as connection:
+        assert [row for name in CHECKS for row in store.rows(connection, name)] == []
+        trees = connection.exec_driver_sql("SELECT count(*) FROM search_node GROUP BY run_id, problem_no").fetchall()
+    assert max(count for (count,) in trees) > 20
+
+
+DAMAGES = {
+    "UPDATE problem SET cost = cost - 1 WHERE problem_no = 1": "the cost of the problem",
+    "UPDATE problem SET bound = bound + 1 WHERE problem_no = 2": "the bound of the problem",
+    "UPDATE problem SET status = 'optimal' WHERE problem_no = 2": "the bound of the problem",
+    "UPDATE search_node SET bound = bound + 1 WHERE problem_no = 0": "the bound of a node",
+    "UPDATE search_node SET bound = bound + 1000 WHERE problem_no = 1 AND branch = 'take'": "the bound of a node",
+    "DELETE FROM search_node WHERE problem_no = 1 AND branch = 'rest'": (
+        "the nodes do not cover what they were split from"
+    ),
+    "UPDATE bound_message SET dual = dual - 1 WHERE problem_no = 0": "messages promise less than a pair saves",
+    "UPDATE bound_message SET dual = -1 WHERE problem_no = 0": "a message is negative",
+    "UPDATE bound_price SET dual = 1 WHERE problem_no = 1": (
+        "a label has a positive dual, or one where it may be taken twice"
+    ),
+    "UPDATE bound_price SET dual = dual - 5000 WHERE problem_no = 1": "the bound of a node",
+    "UPDATE candidate SET cost = cost + 1 WHERE problem_no = 0": "the cost of a decision",
+    "UPDATE problem_relation SET weight = weight + 1 WHERE problem_no = 0": "messages promise less than a pair saves",
+    "DELETE FROM compatibility WHERE problem_no = 0": "the cost of a decision",
+    "DELETE FROM assignment_error WHERE problem_no = 2": (
+        "an unconfirmed relation is not stored, or a stored one is confirmed"
+    ),
+    "UPDATE assignment SET null_cost = null_cost - 3 WHERE problem_no = 0": "the bound of a node",
+    "INSERT INTO bound_message SELECT * FROM bound_message WHERE problem_no = 0": "a dual is there twice",
+    "INSERT INTO problem_relation SELECT * FROM problem_relation WHERE problem_no = 0": "a relation is there twice",
+}
+
+
+def test_every_damage_is_named_with_its_problem(store: Store) -> None:
+    for damage, said in DAMAGES.items():
+        with store.engine.connect() as connection:
+            connection.exec_driver_sql(damage)
+            found = {(row.problem_no, row.what) for name in CHECKS for row in store.rows(connection, name)}
+            connection.rollback()
+        number = int(damage.split("problem_no = ")[1][0])
+        assert (number, said) in found, damage
+        assert {problem for problem, _ in found} == {number}, damage
+
+
+def test_stored_problems_are_read_as_they_were(store: Store) -> None:
+    rng = np.random.default_rng(3)
+    problems = [scene("gated", 30, 0).problem, *(scene("hard", 48, 4).problem for _ in range(2))]
+    problems += [random_problem(rng) for _ in range(12)]
+    with store.read() as connection:
+        for number, problem in enumerate(problems):
+            again = read_problem(store, connection, 1, number)
+            for name in ("null_cost", "candidate_unit", "candidate_label", "candidate_cost", "neighbour_unit"):
+                assert np.array_equal(getattr(again, name), getattr(problem, name)), name
+            assert np.array_equal(again.compatibility, problem.compatibility)
+            assert again.injective == problem.injective
+        with pytest.raises(UsageError, match="no problem 99"):
+            read_problem(store, connection, 1, 99)

@@ -1,0 +1,259 @@
+"""The solver against enumeration and an integer programme; its certificate by a verifier that knows rows alone."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from relmodel.arrays import Ints
+from relmodel.labelling import branch_and_bound
+from relmodel.labelling.assignment import solve_assignment
+from relmodel.labelling.cost import labelling_cost
+from relmodel.labelling.problem import MatchingProblem, matching_problem, prohibitive_cost, without_nulls
+from relmodel.labelling.result import BOUNDED, OPTIMAL, STOPPED, MatchingResult
+from relmodel.labelling.rows import result_rows
+from relmodel.labelling.solve import MODES, solve
+from tests.labelling.oracle import enumerated_cost, programme_cost, random_problem, verified
+from tests.labelling.scenes import KINDS, scene
+
+EXACT = tuple(mode for mode in MODES if mode not in ("paper", "star"))
+
+
+def assert_optimal(problem: MatchingProblem, found: MatchingResult, cost: int) -> None:
+    assert (found.status, found.cost, found.bound) == (OPTIMAL, cost, cost)
+    assert labelling_cost(problem, found.label).total == cost
+
+
+def nothing_to_match(units: int = 3) -> MatchingProblem:
+    return matching_problem([2] * units, 0, [], [], [])
+
+
+@pytest.mark.parametrize("mode", EXACT)
+@pytest.mark.parametrize("total", [False, True])
+def test_small_instances_equal_enumeration(mode: str, total: bool) -> None:
+    rng = np.random.default_rng(11 + total)
+    for _ in range(40):
+        problem = random_problem(rng)
+        found = solve(without_nulls(problem) if total else problem, mode, nodes=1_000_000)
+        cost = enumerated_cost(problem, total)
+        if cost is None:
+            assert found.bound >= prohibitive_cost(problem)
+        else:
+            assert_optimal(without_nulls(problem) if total else problem, found, cost)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_scenes_equal_an_integer_programme(kind: str) -> None:
+    for seed in range(2):
+        problem = scene(kind, 32, seed).problem
+        assert_optimal(problem, solve(problem), programme_cost(problem))
+
+
+def test_without_relations_it_is_the_linear_assignment() -> None:
+    rng = np.random.default_rng(2)
+    unit, label = np.nonzero(rng.random((60, 50)) < 0.2)
+    cost, null = rng.integers(0, 20, len(unit)), rng.integers(5, 25, 60)
+    problem = matching_problem(null, 50, np.stack([unit, label, cost], axis=1), [], [])
+    found = solve(problem)
+    assert_optimal(problem, found, round(solve_assignment(unit, label, cost, null, 50).cost))
+    assert found.nodes == 1
+
+
+@pytest.mark.parametrize("mode", EXACT)
+def test_a_limit_asks_whether_any_labelling_is_that_cheap(mode: str) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        problem = random_problem(rng, 6)
+        least = enumerated_cost(problem)
+        assert least is not None
+        for limit in (least - 1, least, least + 2):
+            found = solve(problem, mode, limit=limit, nodes=1_000_000)
+            if least <= limit:
+                assert_optimal(problem, found, least)
+            else:
+                assert limit < found.bound <= least
+                assert found.status in (BOUNDED, OPTIMAL)
+
+
+@pytest.mark.parametrize("mode", EXACT)
+def test_limit_zero_finds_a_consistent_labelling_or_says_that_there_is_none(mode: str) -> None:
+    """Three units in a ring, each pair of which must have unlike labels: three labels do, two do not."""
+    for labels, consistent in ((3, True), (2, False)):
+        rows = [(u, x, 0) for u in range(3) for x in range(labels)]
+        unlike = [
+            (u, x, v, m) for u, v in ((0, 1), (1, 2), (0, 2)) for x in range(labels) for m in range(labels) if x != m
+        ]
+        ring = [(0, 1, 1), (1, 2, 1), (0, 2, 1)]
+        problem = without_nulls(matching_problem([0] * 3, labels, rows, ring, unlike, injective=False, symmetric=True))
+        found = solve(problem, mode, limit=0)
+        assert (found.cost == 0) == consistent
+        assert (found.bound > 0) != consistent
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_equal_problems_give_equal_results(mode: str) -> None:
+    problem = scene("pockets", 16, 3).problem
+    first, second = solve(problem, mode, nodes=300), solve(problem, mode, nodes=300)
+    assert first.label.tolist() == second.label.tolist()
+    assert first.tree == second.tree
+    assert (first.cost, first.bound, first.nodes, first.selections) == (
+        second.cost, second.bound, second.nodes, second.selections,
+    )  # fmt: skip
+
+
+def test_the_numbers_of_units_and_labels_do_not_change_the_cost() -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(10):
+        p = random_problem(rng)
+        units, labels = rng.permutation(p.units), rng.permutation(p.labels)
+        i, j = p.compatibility.T
+
+        def side(c: Ints, p: MatchingProblem = p, units: Ints = units, labels: Ints = labels) -> tuple[Ints, Ints]:
+            return units[p.candidate_unit[c]], labels[p.candidate_label[c]]
+
+        renumbered = matching_problem(
+            p.null_cost[np.argsort(units)],
+            p.labels,
+            np.stack([units[p.candidate_unit], labels[p.candidate_label], p.candidate_cost], axis=1),
+            np.stack([units[p.neighbour_unit], units[p.neighbour_other], p.neighbour_weight], axis=1),
+            np.stack([*side(j), *side(i)], axis=1),
+            injective=p.injective,
+        )
+        assert solve(renumbered).cost == solve(p).cost
+
+
+def test_a_stopped_search_has_a_bound_and_a_labelling() -> None:
+    problem = scene("hard", 200, 0).problem
+    least = solve(problem)
+    stopped = solve(problem, nodes=1)
+    assert (least.status, stopped.status) == (OPTIMAL, STOPPED)
+    assert stopped.bound <= least.cost <= stopped.cost
+    assert labelling_cost(problem, stopped.label).total == stopped.cost
+    assert 0 < stopped.gap < 0.05
+    assert solve(problem, seconds=0.0).nodes == 0
+
+
+def test_nothing_to_match_costs_what_having_none_costs() -> None:
+    for mode in EXACT:
+        assert_optimal(nothing_to_match(), solve(nothing_to_match(), mode), 6)
+        assert_optimal(nothing_to_match(0), solve(nothing_to_match(0), mode), 0)
+
+
+def test_certificates_of_small_instances_prove_what_is_claimed() -> None:
+    rng = np.random.default_rng(21)
+    for _ in range(60):
+        problem = random_problem(rng)
+        found = solve(problem)
+        assert verified(result_rows(problem, found)) == (found.cost, found.bound)
+
+
+@pytest.mark.parametrize(("kind", "units", "seed"), [("gated", 100, 0), ("hard", 100, 0), ("open", 40, 1)])
+def test_certificates_of_scenes_prove_what_is_claimed(kind: str, units: int, seed: int) -> None:
+    problem = scene(kind, units, seed).problem
+    found = solve(problem)
+    assert verified(result_rows(problem, found)) == (found.cost, found.bound)
+
+
+@pytest.fixture
+def unannealed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Annealing closes most roots; without it there are trees."""
+    monkeypatch.setattr(branch_and_bound, "_ANNEALING", ())
+
+
+@pytest.mark.usefixtures("unannealed")
+@pytest.mark.parametrize(("kind", "units", "seed"), [("hard", 40, 4), ("hard", 48, 4), ("pockets", 32, 2)])
+def test_trees_prove_what_is_claimed(kind: str, units: int, seed: int) -> None:
+    problem = scene(kind, units, seed).problem
+    found = solve(problem)
+    assert len(found.proofs) > 2
+    assert_optimal(problem, found, programme_cost(problem))
+    assert verified(result_rows(problem, found)) == (found.cost, found.bound)
+
+
+@pytest.mark.usefixtures("unannealed")
+def test_certificates_of_stopped_and_cut_proofs_hold() -> None:
+    problem = scene("hard", 48, 4).problem
+    stopped = solve(problem, nodes=2)
+    assert verified(result_rows(problem, stopped)) == (stopped.cost, stopped.bound)
+    cut = solve(problem, proof_rows=100)
+    rows = result_rows(problem, cut)
+    assert (cut.status, cut.proved < cut.bound) == (OPTIMAL, True)
+    assert (len(rows["search_node"]["node_no"]), rows["problem"]["status"]) == (1, [BOUNDED])
+    assert verified(rows) == (cut.cost, cut.proved)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda rows: rows["bound_message"]["dual"].__setitem__(slice(None), 0.0),
+        lambda rows: rows["candidate"]["cost"].__setitem__(slice(None), rows["candidate"]["cost"] - 1),
+        lambda rows: rows["bound_price"].update(label_no=rows["bound_price"]["label_no"] * 0 - 1),
+    ],
+)
+def test_the_verifier_is_not_taken_in(damage: Any) -> None:
+    problem = scene("hard", 40, 3).problem
+    found = solve(problem)
+    rows = copy.deepcopy(result_rows(problem, found))
+    damage(rows)
+    try:
+        proved = verified(rows)
+    except AssertionError:
+        return
+    assert proved != (found.cost, found.bound)
+
+
+def test_modes_without_proof_are_not_stored() -> None:
+    problem = scene("gated", 10, 0).problem
+    with pytest.raises(ValueError, match="no proof"):
+        result_rows(problem, solve(problem, "functions"))
+    with pytest.raises(ValueError, match="no mode of matching is called 'best'"):
+        solve(problem, "best")
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"candidates": [(0, 0, 1), (0, 0, 2)]}, "a candidate is given twice"),
+        ({"candidates": [(3, 0, 1)]}, "the unit of a candidate is not there"),
+        ({"candidates": [(0, 2, 1)]}, "the label of a candidate is not there"),
+        ({"candidates": [(0, 0, 0.5)]}, "no integer"),
+        ({"candidates": [(0, 0, 10**10)]}, "scale the costs down"),
+        ({"neighbours": [(0, 0, 1)]}, "its own neighbour"),
+        ({"neighbours": [(0, 1, -1)]}, "negative"),
+        ({"neighbours": [(0, 1, 1), (0, 1, 2)]}, "a neighbour is given twice"),
+        ({"compatibilities": [(0, 0, 1, 9)]}, "the label of a compatibility"),
+        ({"compatibilities": [(0, 0, 1)]}, "4 columns"),
+    ],
+)
+def test_bad_rows_are_refused(changed: dict[str, Any], said: str) -> None:
+    rows: dict[str, Any] = {"candidates": [(0, 0, 1)], "neighbours": [(0, 1, 1)], "compatibilities": [(0, 0, 1, 1)]}
+    with pytest.raises(ValueError, match=said):
+        matching_problem([1, 1], 2, **(rows | changed))
+
+
+@pytest.mark.parametrize(
+    ("label", "said"), [([1, -1], "no candidate"), ([0, 0], "twice"), ([0], "2 units"), ([9, -1], "no candidate")]
+)
+def test_a_labelling_that_is_none_has_no_cost(label: list[int], said: str) -> None:
+    problem = matching_problem([1, 1], 2, [(0, 0, 1), (1, 0, 1), (1, 1, 1)], [], [])
+    with pytest.raises(ValueError, match=said):
+        labelling_cost(problem, label)
+    assert labelling_cost(replace(problem, injective=False), [0, 0]).total == 2
+
+
+def test_the_cost_of_a_labelling_by_hand() -> None:
+    """0 and 1 confirm each other; 2 has no label, so neither 1's relation to it nor 0's is confirmed."""
+    problem = matching_problem(
+        [5, 5, 5],
+        3,
+        [(0, 0, 1), (1, 1, 2), (2, 2, 0)],
+        [(0, 1, 10), (1, 0, 20), (0, 2, 3), (1, 2, 4), (2, 0, 40)],
+        [(1, 1, 0, 0)],
+    )
+    found = labelling_cost(problem, [0, 1, -1])
+    assert found.unit_cost.tolist() == [4, 6, 5]
+    assert list(zip(found.error_unit.tolist(), found.error_neighbour.tolist(), strict=True)) == [(0, 2), (1, 2)]

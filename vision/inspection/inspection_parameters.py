@@ -1,0 +1,30 @@
+"""The parameters of an inspection: those of all its stages, as a run records them."""
+
+from dataclasses import dataclass, field
+
+from vision.cameras.view_volume import SelectionParameters
+from vision.extraction.extraction_parameters import ExtractionParameters
+from vision.localisation.localisation_parameters import LocalisationParameters
+from vision.matching.matching_parameters import MatchingParameters
+from vision.presence.presence_parameters import PresenceParameters
+from vision.stereo.stereo_parameters import StereoParameters
+
+
+@dataclass(frozen=True)
+class InspectionParameters:
+    """What an inspection depends on besides its inputs and the world, a field a stage."""
+
+    selection: SelectionParameters = field(default_factory=SelectionParameters)
+    extraction: ExtractionParameters = field(default_factory=ExtractionParameters)
+    stereo: StereoParameters = field(default_factory=StereoParameters)
+    stereo_gate: bool = False
+    """whether the model at the prior bounds the depths that stereo looks at"""
+    localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
+    matching: MatchingParameters = field(default_factory=MatchingParameters)
+    presence: PresenceParameters = field(default_factory=PresenceParameters)
+    most_variants: int = 5
+    """other loaded variants that are weighed unasked where something is not as the model says: each takes about as long
+    as presence, a second or less"""
+
+
+DEFAULTS = InspectionParameters()

@@ -1,0 +1,276 @@
+"""Everything an inspection saw and decided, as rows of the store."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.arrays import Floats
+from relmodel.columns import Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run
+from relmodel.world.correction import Correction
+from vision.cameras.cameras import Needs, Prior, Rig
+from vision.cameras.record_cameras import record_rig
+from vision.cameras.view_volume import Selection
+from vision.inspection.pictures import SeenPicture
+from vision.inspection.record_match import record_match
+from vision.localisation.localise import Localisation, View
+from vision.localisation.parts_in_view import PART, PartsInView
+from vision.localisation.refine import Refined
+from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
+from vision.matching.matching_parameters import PoseProblemParameters
+from vision.matching.pose_problem import MatchedView
+from vision.presence.record_presence import record_presence, record_variants
+from vision.presence.states import Presence
+from vision.presence.variants import VariantEvidence
+from vision.scene.stored_scene import StoredScene
+from vision.stereo.match import StereoMatches
+from vision.stereo.record_stereo import record_stereo
+
+STEREO = 0  # number of the stereo problem of a run
+FIRST_OF_VIEWS = 1  # those of its views follow
+
+
+@dataclass(frozen=True)
+class Inspected:
+    """What an inspection was given and found; pictures and matched views by camera; stereo, correction, parts and
+    presence where there are, variants where asked for."""
+
+    stored: StoredScene
+    selection: Selection
+    rig: Rig
+    prior: Prior
+    needs: Needs
+    pictures: dict[str, SeenPicture]
+    stereo: StereoMatches | None
+    found: Localisation
+    matched: dict[str, MatchedView]
+    relational_distances: list[int | None]
+    matching: PoseProblemParameters
+    correction: Correction | None
+    parts: PartsInView | None
+    presence: Presence | None
+    variants: list[VariantEvidence]
+
+
+def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool = True) -> None:
+    """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
+    without the views, correspondences, measurements and stereo matches that it rests on."""
+    _record_inputs(run, connection, it)
+    for name, picture in it.pictures.items():
+        run.append(
+            connection,
+            "inspection_image",
+            {
+                "run_id": [run.id],
+                "camera": name,
+                "image_id": picture.image_id,
+                "extraction_id": picture.recorded.extraction_id,
+            },
+        )
+    if full and it.stereo is not None:
+        left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
+        record_stereo(run, connection, STEREO, left, right, it.stereo)
+    _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
+    for number, (name, view) in enumerate(it.found.views.items() if full else ()):
+        assert it.found.best is not None
+        pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
+        _record_view(run, connection, number, name, pose, view, it.stored)
+        record_match(
+            run,
+            connection,
+            number,
+            FIRST_OF_VIEWS + number,
+            it.pictures[name].recorded.unit_set_id,
+            it.matched[name],
+            it.stored,
+            it.matching,
+        )
+    _record_pose(run, connection, it)
+    if it.correction is not None:
+        _record_correction(run, connection, it.correction)
+    if it.parts is not None:
+        run.append(
+            connection,
+            "part_in_view",
+            {
+                "run_id": run.id,
+                "in_view_no": np.arange(len(it.parts.path)),
+                "occurrence_id": it.parts.occurrence_id,
+                "feature_no": np.ma.masked_equal(it.parts.feature_no, PART),
+                "level": it.parts.level,
+                "path": it.parts.path,
+                "visible_pixels": it.parts.visible,
+                "covered_pixels": it.parts.covered,
+            },
+        )
+    if it.presence is not None:
+        record_presence(run, connection, it.stored, it.presence)
+    record_variants(run, connection, it.variants)
+
+
+def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
+    run.append(
+        connection,
+        "inspection",
+        {
+            "run_id": [run.id],
+            "world_id": it.stored.world_id,
+            "rig_id": record_rig(run, connection, it.rig),
+            **matrix_columns(it.prior.world_from_rig),
+            "prior_covariance": Ragged.pack([it.prior.covariance]),
+            "needs_translation_mm": it.needs.translation_mm,
+            "needs_rotation": it.needs.rotation,
+            "selected_parts": len(it.selection.shown),
+            "superfluous_parts": it.selection.superfluous,
+        },
+    )
+    run.append(
+        connection,
+        "selected_part",
+        {"run_id": run.id, "occurrence_id": it.selection.occurrence_id, "shown": it.selection.shown},
+    )
+
+
+def _record_hypotheses(
+    run: Run, connection: Connection, hypotheses: list[Refined], relational_distances: list[int | None]
+) -> None:
+    if not hypotheses:
+        return
+    run.append(
+        connection,
+        "hypothesis",
+        {
+            "run_id": run.id,
+            "hypothesis_no": np.arange(len(hypotheses)),
+            **matrix_columns([h.world_from_rig for h in hypotheses]),
+            "cost": np.array([h.cost for h in hypotheses]),
+            "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
+            "outline_length": np.array([h.outlines.total_px if h.outlines else 0.0 for h in hypotheses]),
+            "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
+            "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
+            "distance": np.array([h.prior_sigma for h in hypotheses]),
+            "relational_distance": relational_distances,
+        },
+    )
+
+
+def _record_view(
+    run: Run, connection: Connection, number: int, camera: str, pose: Floats, view: View, stored: StoredScene
+) -> None:
+    arcs, measured = view.arcs, view.measurements
+    key = {"run_id": run.id, "view_no": number}
+    run.append(connection, "view", {**key, "camera": [camera], **matrix_columns(pose)})
+    outline = arcs.kind == SILHOUETTE
+    t = np.stack([stored.sample_parameter[np.where(outline, 0, s)] for s in (arcs.first_sample, arcs.last_sample)])
+    t[:, outline] = np.nan
+    run.append(
+        connection,
+        "view_arc",
+        {
+            **key,
+            "view_arc_no": np.arange(len(arcs.kind)),
+            "occurrence_id": stored.occurrence_id[arcs.occurrence],
+            "kind": [KINDS[k] for k in arcs.kind],
+            # A silhouette is no arc of the model: it is of a surface, and has no interval.
+            "arc_no": np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
+            "surface_no": np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
+            "t0": t.min(axis=0),
+            "t1": t.max(axis=0),
+            "start_u": arcs.start[:, 0],
+            "start_v": arcs.start[:, 1],
+            "end_u": arcs.end[:, 0],
+            "end_v": arcs.end[:, 1],
+            "length": arcs.length,
+        },
+    )
+    run.append(
+        connection,
+        "edge_measurement",
+        {
+            **key,
+            "measurement_no": np.arange(len(measured.view_arc)),
+            "view_arc_no": np.ma.masked_equal(measured.view_arc, NO_RUN),
+            "world_x": measured.world[:, 0],
+            "world_y": measured.world[:, 1],
+            "world_z": measured.world[:, 2],
+            "normal_u": measured.normal[:, 0],
+            "normal_v": measured.normal[:, 1],
+            "u": measured.position[:, 0],
+            "v": measured.position[:, 1],
+            "sigma": measured.sigma,
+            "weight": measured.weight,
+            "residual": measured.residual,
+            "response": measured.response,
+            "tolerance": measured.tolerance,
+            "scene_arc": measured.arc,
+            "stretch": measured.stretch,
+            "length": measured.length,
+        },
+    )
+
+
+def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
+    best, others = it.found.best, it.found.hypotheses[1:]
+    run.append(
+        connection,
+        "pose",
+        {
+            "run_id": [run.id],
+            "verdict": it.found.verdict.verdict,
+            "reason": it.found.verdict.reason,
+            "posterior": it.found.verdict.posterior,
+            **matrix_columns(best.world_from_rig if best else it.prior.world_from_rig),
+            "covariance": Ragged.pack([best.covariance if best else it.prior.covariance]),
+            "singular_values": Ragged.pack([_singular_values(best) if best else []]),
+            "cost": best.cost if best else 0.0,
+            "margin": min(h.cost for h in others) - best.cost if best and others else None,
+            "evidence_ratio": _evidence_ratio(best) if best else 0.0,
+        },
+    )
+
+
+def _record_correction(run: Run, connection: Connection, it: Correction) -> None:
+    run.append(
+        connection,
+        "base_correction",
+        {
+            "run_id": [run.id],
+            "world_id": it.mounted.world_id,
+            "object_no": it.mounted.object_no,
+            "robot": it.mounted.robot,
+            **matrix_columns(it.world_from_object),
+            **{f"shift_{axis}": float(value) for axis, value in zip("xyz", it.shift, strict=True)},
+            **{f"turn_{axis}": float(value) for axis, value in zip("xyz", it.turn, strict=True)},
+            "covariance": Ragged.pack([it.covariance]),
+            "prior_covariance": Ragged.pack([it.base_covariance]),
+        },
+    )
+    names = list(it.joints)
+    if names:
+        run.append(
+            connection,
+            "joint_correction",
+            {
+                "run_id": run.id,
+                "joint": names,
+                "stated_value": [it.mounted.joints[name] for name in names],
+                "prior_sigma": [it.prior_sigmas.get(name) for name in names],
+                "value": [it.joints[name] for name in names],
+                "sigma": [it.joint_sigmas.get(name) for name in names],
+            },
+        )
+
+
+def _evidence_ratio(h: Refined) -> float:
+    return float(h.support.found.sum() / max(float(h.support.expected.sum()), 1e-9))
+
+
+def _singular_values(refined: Refined) -> Floats:
+    """Singular values (6,) of what was measured, whitened, with a turn of 1 mrad scaled against a shift of 1 mm."""
+    m = refined.measurements
+    scaled = m.jacobian[:, :6] * (np.sqrt(m.weight) / m.sigma)[:, None] * np.repeat([1.0, 1e-3], 3)
+    return np.linalg.svd(scaled, compute_uv=False)

@@ -1,0 +1,164 @@
+"""Evidence run by run: how likely a predicted edge shows here, and the log odds that it is there.
+
+An edge that is there either shows, and is found along nearly all of its length, or lacks contrast in this light and
+shows in part or not at all; where nothing is, chance finds what it finds beside.  The found share of a run of n
+independent stretches is beta-binomial in each case.  How likely an edge shows is not measured where it should be, for
+an edge that is missing has no contrast: it is what edges between alike sides show elsewhere in the same picture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.presence_parameters import RunParameters
+from vision.presence.samples import Samples
+from vision.presence.sides import Sides
+from vision.presence.support import Support, share_surface
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Predicted edges of all cameras as columns, one row a run.
+
+    camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be
+    told from other edges; found: share of that which is supported; chance: share that chance supports; shows:
+    probability that such an edge shows; log_odds: of there against not there; expected: what they would be in the mean
+    were it there; in_light (r, k): log odds in k lights, equally likely, from one in which few edges show to one
+    in which most do: the edges of a thing are seen in the same.
+    """
+
+    camera: Ints
+    view_run: Ints
+    kind: Ints
+    surface: Ints
+    visible_px: Floats
+    weight_px: Floats
+    found: Floats
+    chance: Floats
+    shows: Floats
+    log_odds: Floats
+    expected: Floats
+    in_light: Floats
+
+
+def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameters) -> Runs:
+    """The evidence of each run of samples."""
+    count, run = samples.run_count, samples.run
+    weight = np.bincount(run, support.weight, count).astype(float)
+
+    def mean(values: Floats | Bools) -> Floats:
+        return np.asarray(np.bincount(run, support.weight * values, count) / np.maximum(weight, 1e-9))
+
+    head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
+    found, chance = mean(support.found), mean(support.chance)
+    every = float(support.weight @ support.chance) / max(float(support.weight.sum()), 1e-9)
+    chance = (chance * weight + every * p.chance_px) / (weight + p.chance_px)
+    chance = np.clip(chance, p.least_chance, p.most_chance)
+    surface = samples.surface[head]
+    shows = _predict_shows(samples, sides, head, surface, found, weight, p)
+    # A share between that of an edge that shows and that of one that does not.
+    full = p.shown[0] / sum(p.shown)
+    faint = 0.5 * p.partly + (1 - p.partly) * chance
+    share = np.clip((shows - faint) / (full - faint), p.least_shows, p.most_shows)
+    n = weight / p.stretch_px
+    log_odds = compute_log_odds(found, n, chance, share, p)
+    levels = (np.arange(p.levels) + 0.5) / p.levels
+    grid = np.stack([_log_likelihoods(np.full(count, level), n, chance, p) for level in levels])
+    there = np.exp(_there(grid[:, 0], grid[:, 1], grid[:, 2], share, p))
+    odds = np.stack([compute_log_odds(np.full(count, level), n, chance, share, p) for level in levels])
+    # Beta-binomial likelihoods of shares lack the number of ways, which is the same for all three: weigh by it.
+    ways = np.exp(_ways(levels[:, None], n))
+    expected = (there * ways * odds).sum(axis=0) / np.maximum((there * ways).sum(axis=0), 1e-300)
+    none = weight <= 0
+    return Runs(
+        camera=samples.camera[head],
+        view_run=samples.view_run[head],
+        kind=samples.kind[head].astype(np.int64),
+        surface=surface,
+        visible_px=np.bincount(run, samples.length_px, count).astype(float),
+        weight_px=weight,
+        found=found,
+        chance=chance,
+        shows=shows,
+        log_odds=np.where(none, 0.0, log_odds),
+        expected=np.where(none, 0.0, expected),
+        in_light=np.where(none[:, None], 0.0, _in_lights(found, n, chance, share, p)),
+    )
+
+
+def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
+    """Log odds (r, k) where the share of edges that show is a quantile of its beta distribution."""
+    from scipy.special import betaincinv
+
+    u = (np.arange(p.lights) + 0.5) / p.lights
+    a, b = (p.alike_light * s[:, None] for s in (share, 1 - share))
+    share_in = np.asarray(np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6), float)
+    one = np.ones((1, p.lights))
+    return compute_log_odds(found[:, None] * one, n[:, None] * one, chance[:, None] * one, share_in, p)
+
+
+def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
+    """Log odds of there against not there for found shares of `n` independent stretches; share: of edges that show."""
+    shown, partly, nothing = _log_likelihoods(found, n, chance, p)
+    there = _there(shown, partly, nothing, share, p)
+    return np.asarray(there - np.logaddexp(np.log1p(-p.stray) + nothing, np.log(p.stray) + partly))
+
+
+def _there(shown: Floats, partly: Floats, nothing: Floats, share: Floats, p: RunParameters) -> Floats:
+    faint = np.logaddexp(np.log(p.partly) + partly, np.log1p(-p.partly) + nothing)
+    return np.asarray(np.logaddexp(np.log(share) + shown, np.log1p(-share) + faint))
+
+
+def _log_likelihoods(found: Floats, n: Floats, chance: Floats, p: RunParameters) -> Floats:
+    """Log likelihoods (3, r) of an edge that shows, of one that shows in part, and of chance."""
+    from scipy.special import betaln
+
+    one, by_chance = np.ones_like(chance), p.chance_count * chance
+    first = np.stack([p.shown[0] * one, one, by_chance])
+    second = np.stack([p.shown[1] * one, one, p.chance_count - by_chance])
+    return np.asarray(betaln(first + found * n, second + (1 - found) * n) - betaln(first, second))
+
+
+def _ways(found: Floats, n: Floats) -> Floats:
+    from scipy.special import gammaln
+
+    return np.asarray(gammaln(n + 1) - gammaln(found * n + 1) - gammaln((1 - found) * n + 1))
+
+
+def _predict_shows(
+    samples: Samples, sides: Sides, head: Ints, surface: Ints, found: Floats, weight: Floats, p: RunParameters
+) -> Floats:
+    """The share (r,) that runs between alike sides show elsewhere in the same picture, other edges of both of a run's
+    surfaces left out."""
+    count, run = len(head), samples.run[sides.sample]
+    looked = np.maximum(np.bincount(run, minlength=count), 1)
+    nothing = p.background * (sides.surface < 0)
+    bend = p.bend * np.sign(np.where(np.abs(sides.rise) > p.flat, sides.rise, 0.0))
+    columns = np.concatenate([sides.normal, nothing[..., None], bend[..., None]], axis=2).reshape(len(run), 10)
+    mean = np.stack([np.bincount(run, column, count) for column in columns.T], axis=1) / looked[:, None]
+    mean = mean.reshape(count, 2, 5)
+    usual = float(weight @ found) / max(float(weight.sum()), 1e-9)
+    out = np.full(count, usual)
+    for camera in np.unique(samples.camera):
+        rows = np.flatnonzero(samples.camera[head] == camera)
+        here, turned = mean[rows].reshape(len(rows), 10), mean[rows][:, ::-1].reshape(len(rows), 10)
+        apart = np.minimum(_squares(here, here), _squares(here, turned)) / (2 * p.alike**2)
+        front = samples.front[head[rows]]
+        apart += front[:, None] != front[None]
+        trust = np.minimum(weight[rows], p.most_px) / p.most_px
+        alike = np.exp(-apart) * trust
+        i, j = np.divmod(np.arange(len(rows) ** 2), len(rows))
+        same = share_surface(surface[rows][i][:, :1], surface[rows][j]) & (
+            share_surface(surface[rows][i][:, 1:], surface[rows][j]) | (surface[rows][i][:, 1] < 0)
+        )
+        alike[same.reshape(alike.shape)] = 0.0
+        out[rows] = (alike @ found[rows] + p.usual_runs * usual) / (alike.sum(axis=1) + p.usual_runs)
+    return out
+
+
+def _squares(a: Floats, b: Floats) -> Floats:
+    """Squared distances (n, n) between rows."""
+    return np.asarray(np.maximum((a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1)[None] - 2 * a @ b.T, 0.0))

@@ -1,0 +1,1 @@
+"""Relations among units, and the problems that are joined from them."""

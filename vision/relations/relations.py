@@ -1,0 +1,336 @@
+"""Relations among the units of one picture or one predicted view: each a distance and an angle with their standard
+deviations, after Shapiro and Haralick (1981).
+
+It knows neither pictures nor models: curves in px of an image and areas with outlines are all there is.  Whether two
+relations agree is decided where they are compared (`tolerances.py`): here is admitted what might.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.arrays import Bools, Floats, Ints, Ints32
+from vision.relations.relation_parameters import RelationParameters
+
+KINDS = (
+    "near",
+    "parallel",
+    "junction",
+    "concentric",
+    "equal_radius",
+    "bounds",
+    "adjacent",
+    "surrounds",
+)
+NEAR, PARALLEL, JUNCTION, CONCENTRIC, EQUAL_RADIUS, BOUNDS, ADJACENT, SURROUNDS = range(len(KINDS))
+
+_DEFAULTS = RelationParameters()
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Arcs: columns of length n and packed polylines, px.
+
+    Curve i runs through the points `x`, `y` from `offsets[i]` to `offsets[i + 1]`, two at least, from its start to its
+    end.  `sigma` is the standard deviation of its place across, `end_sigma` that of its
+    ends along it (px), `angle_sigma` that of its direction (rad).  `salience` (px) is how much of it one may count on
+    to be seen elsewhere too: its length, less where it is doubtful.  `centre_x`, `centre_y`, `radius` and their
+    standard deviations are NaN for what has none; of an ellipse `radius` is NaN.
+    """
+
+    offsets: Ints
+    x: Floats
+    y: Floats
+    sigma: Floats
+    end_sigma: Floats
+    angle_sigma: Floats
+    salience: Floats
+    centre_x: Floats
+    centre_y: Floats
+    centre_sigma: Floats
+    radius: Floats
+    radius_sigma: Floats
+
+    def __len__(self) -> int:
+        return len(self.sigma)
+
+
+@dataclass(frozen=True)
+class Areas:
+    """Regions: columns of length n and packed closed rings, px.
+
+    Ring j, of region `ring_region[j]` (ascending, one at least each), has the vertices from `ring_offsets[j]` to
+    `ring_offsets[j + 1]` of `x`, `y`.  `sigma` (px) is the standard deviation of the outline's place.
+    """
+
+    area: Floats
+    centroid_x: Floats
+    centroid_y: Floats
+    sigma: Floats
+    ring_region: Ints32
+    ring_offsets: Ints32
+    x: Floats
+    y: Floats
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+@dataclass(frozen=True)
+class Relations:
+    """Columns of one length: `kind` indexes `KINDS`; units a and b, curves by number first, then areas; every row has
+    its inverse, but for surrounds, where a is the outer one.  Distances in px, angles in rad.
+
+    | kind | distance | angle |
+    | --- | --- | --- |
+    | near | least gap | bearing of the middle of b from that of a, from x towards y |
+    | parallel (straight) | of the middle of b from the line of a, to its left | between the lines |
+    | junction (an end of one at the other) | least gap | between the tangents there |
+    | concentric | between the centres | 0 |
+    | equal_radius | radius of b less that of a | 0 |
+    | bounds, adjacent, surrounds | length of the common border | bearing, as of near |
+
+    A bearing is above -pi and at most pi, any other angle between 0 and pi / 2; what is 0 by its kind has sigma 0.
+    """
+
+    kind: npt.NDArray[np.int8]
+    a: Ints32
+    b: Ints32
+    distance: Floats
+    distance_sigma: Floats
+    angle: Floats
+    angle_sigma: Floats
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+def concatenate(parts: list[Relations]) -> Relations:
+    """The rows of several, one after the other."""
+    return Relations(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
+
+
+@dataclass(frozen=True)
+class Middles:
+    """Where the units (n,) are as wholes, px, and how sure that is."""
+
+    x: Floats
+    y: Floats
+    sigma: Floats
+
+    def bearing(self, a: npt.NDArray[np.integer], b: npt.NDArray[np.integer]) -> tuple[Floats, Floats]:
+        """Directions (rad) from units a to units b (m,), and their standard deviations; pi where they are one."""
+        dx, dy = self.x[b] - self.x[a], self.y[b] - self.y[a]
+        spread = np.hypot(self.sigma[a], self.sigma[b])
+        apart = np.hypot(dx, dy)
+        return np.arctan2(dy, dx), np.where(apart * np.pi > spread, spread / np.maximum(apart, 1e-9), np.pi)
+
+
+@dataclass(frozen=True)
+class _Segments:
+    """The courses of all units as segments (m, 4: x and y of both ends), packed by unit, and their boxes (n, 4)."""
+
+    ends: Floats
+    offsets: Ints
+    boxes: Floats
+
+
+def relate(curves: Curves, areas: Areas, parameters: RelationParameters = _DEFAULTS) -> Relations:
+    """Relations of all kinds that follow from places alone, up to the gaps that `parameters` allow."""
+    p = parameters
+    pairs = _find_gaps(_join(curves, areas), len(curves), p)
+    middles = find_middles(curves, areas)
+    return concatenate(
+        [
+            _near(curves, areas, pairs, middles, p),
+            _parallels(curves, pairs, p),
+            _junctions(curves, pairs, p),
+            *_circles(curves, pairs, p),
+        ]
+    )
+
+
+def relate_both_ways(
+    kind: int, a: npt.NDArray[np.integer], b: npt.NDArray[np.integer], *values: npt.ArrayLike
+) -> Relations:
+    """Relations of one kind and their inverses; `values`: distance, its sigma, angle, its sigma, each (m,), or (2 m,)
+    where those of the inverses differ, or a number."""
+    count = len(a)
+    columns = [np.resize(np.atleast_1d(np.asarray(value, np.float64)), 2 * count) for value in values]
+    return Relations(
+        np.full(2 * count, kind, np.int8),
+        np.concatenate([a, b]).astype(np.int32),
+        np.concatenate([b, a]).astype(np.int32),
+        *columns,
+    )
+
+
+def find_middles(curves: Curves, areas: Areas) -> Middles:
+    """The middles of the curves, by length, and the centroids of the areas."""
+    segments, offsets = _segments_of_curves(curves)
+    length = np.maximum(np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]), 1e-9)
+    place = 0.5 * (segments[:, :2] + segments[:, 2:]) * length[:, None]
+    sums = _sums(np.column_stack([place, length]), offsets)
+    middle = sums[:, :2] / sums[:, 2:]
+    spread = np.hypot(curves.sigma, curves.end_sigma / np.sqrt(2.0))
+    return Middles(
+        np.concatenate([middle[:, 0], areas.centroid_x]),
+        np.concatenate([middle[:, 1], areas.centroid_y]),
+        np.concatenate([spread, areas.sigma]),
+    )
+
+
+def _sums(values: Floats, offsets: Ints) -> Floats:
+    """Sums of the rows of each slice, none of which is empty."""
+    return np.add.reduceat(values, offsets[:-1]) if len(offsets) > 1 else np.zeros((0, values.shape[1]))
+
+
+def _segments_of_curves(curves: Curves) -> tuple[Floats, Ints]:
+    last = np.zeros(len(curves.x), np.bool_)
+    last[curves.offsets[1:] - 1] = True
+    start = np.flatnonzero(~last)
+    ends = np.column_stack([curves.x[start], curves.y[start], curves.x[start + 1], curves.y[start + 1]])
+    return ends, curves.offsets - np.arange(len(curves.offsets))
+
+
+def _join(curves: Curves, areas: Areas) -> _Segments:
+    ends, offsets = _segments_of_curves(curves)
+    following = np.arange(1, len(areas.x) + 1)
+    following[areas.ring_offsets[1:] - 1] = areas.ring_offsets[:-1]
+    outline = np.column_stack([areas.x, areas.y, areas.x[following], areas.y[following]])
+    first_ring = np.searchsorted(areas.ring_region, np.arange(1, len(areas) + 1))
+    ends = np.concatenate([ends, outline])
+    offsets = np.concatenate([offsets, offsets[-1] + areas.ring_offsets[first_ring]]).astype(np.int64)
+    if len(offsets) == 1:
+        return _Segments(ends, offsets, np.zeros((0, 4)))
+    low = np.minimum.reduceat(np.minimum(ends[:, :2], ends[:, 2:]), offsets[:-1])
+    high = np.maximum.reduceat(np.maximum(ends[:, :2], ends[:, 2:]), offsets[:-1])
+    return _Segments(ends, offsets, np.hstack([low, high]))
+
+
+@dataclass(frozen=True)
+class _Gaps:
+    """Pairs of units a < b, the least gap (px) between their courses, and of curves the angle (rad) between their
+    tangents where they come nearest, and whether that is an end of each."""
+
+    a: Ints
+    b: Ints
+    gap: Floats
+    angle: Floats
+    end_of_a: Bools
+    end_of_b: Bools
+
+    def take(self, kept: Bools) -> "_Gaps":
+        """The pairs that the mask selects."""
+        return _Gaps(*(column[kept] for column in vars(self).values()))
+
+
+def _find_gaps(segments: _Segments, curves: int, p: RelationParameters) -> _Gaps:
+    from vision.relations import gap_kernels
+
+    order, none = np.argsort(segments.boxes[:, 0], kind="stable"), np.empty((0, 2), np.int64)
+    found = (segments.boxes, order, curves, p.radius, p.region_radius)
+    near = np.empty((gap_kernels.near_boxes(*found, none), 2), np.int64)
+    gap_kernels.near_boxes(*found, near)
+    a, b = np.ascontiguousarray(near[np.lexsort((near[:, 1], near[:, 0]))].T)
+    place, which = np.zeros((len(a), 3)), np.full((len(a), 2), -1, np.int64)
+    place[:, 0] = np.where(b < curves, p.radius, p.region_radius) ** 2
+    gap_kernels.least_gaps(segments.ends, segments.offsets, segments.boxes, a, b, place, which)
+    close = which[:, 0] >= 0
+    a, b, place, which = a[close], b[close], place[close], which[close]
+    tangents, at_end = [], []
+    for side, unit in enumerate((a, b)):
+        first, last, nearest = segments.offsets[unit], segments.offsets[unit + 1] - 1, which[:, side]
+        # from the one before to the one after, as what is bent is made of short ones
+        before, after = np.maximum(nearest - 1, first), np.minimum(nearest + 1, last)
+        tangents.append(segments.ends[after, 2:] - segments.ends[before, :2])
+        along = place[:, 1 + side]
+        at_end.append(((nearest == first) & (along == 0.0)) | ((nearest == last) & (along == 1.0)))
+    cross = tangents[0][:, 0] * tangents[1][:, 1] - tangents[0][:, 1] * tangents[1][:, 0]
+    angle = np.arctan2(np.abs(cross), np.abs(np.sum(tangents[0] * tangents[1], axis=1)))
+    return _Gaps(a, b, np.sqrt(place[:, 0]), angle, at_end[0] & (a < curves), at_end[1] & (b < curves))
+
+
+def _gap_sigma(curves: Curves, pairs: _Gaps, sigma: Floats) -> Floats:
+    """Standard deviation of a gap: across each of the two, or, at its end, along it."""
+    spread = np.concatenate([curves.end_sigma, np.zeros(len(sigma) - len(curves))])
+    one = np.where(pairs.end_of_a, np.maximum(spread[pairs.a], sigma[pairs.a]), sigma[pairs.a])
+    other = np.where(pairs.end_of_b, np.maximum(spread[pairs.b], sigma[pairs.b]), sigma[pairs.b])
+    return np.asarray(np.hypot(one, other))
+
+
+def _near(curves: Curves, areas: Areas, pairs: _Gaps, middles: Middles, p: RelationParameters) -> Relations:
+    """Each unit and those nearest to it, the more salient the earlier.
+
+    By the gap alone, streaks and specks would fill most places, other ones in every picture.
+    """
+    first_area, count = len(curves), len(curves) + len(areas)
+    salience = np.concatenate([curves.salience, p.region_salience * np.sqrt(areas.area)])
+    share = np.minimum(curves.salience / p.full_salience, 1.0)
+    most = np.full((count, 2), p.region_neighbours)  # of arcs and of regions
+    most[:first_area, 1] = 0
+    most[:first_area, 0] = np.rint(p.least_neighbours + (p.neighbours - p.least_neighbours) * share)
+    pair = np.tile(np.arange(len(pairs.a)), 2)
+    a, b = np.concatenate([pairs.a, pairs.b]), np.concatenate([pairs.b, pairs.a])
+    group = 2 * a + (b >= first_area)
+    order = np.lexsort((b, (pairs.gap[pair] + p.touch) / np.maximum(salience[b], 1e-9), group))
+    rank = np.arange(len(order)) - np.searchsorted(group[order], group[order])
+    kept = np.zeros(len(pairs.a), np.bool_)
+    kept[pair[order[rank < most.reshape(-1)[group[order]]]]] = True
+    near = pairs.take(kept)
+    sigma = _gap_sigma(curves, near, np.concatenate([curves.sigma, areas.sigma]))
+    bearing, spread = middles.bearing(np.concatenate([near.a, near.b]), np.concatenate([near.b, near.a]))
+    return relate_both_ways(NEAR, near.a, near.b, near.gap, sigma, bearing, spread)
+
+
+def _parallels(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations:
+    """Pairs of much the same direction among the curves that hardly leave their chords."""
+    first, last = curves.offsets[:-1], curves.offsets[1:] - 1
+    start = np.column_stack([curves.x[first], curves.y[first]])
+    chord = np.column_stack([curves.x[last], curves.y[last]]) - start
+    length = np.maximum(np.linalg.norm(chord, axis=1), 1e-9)
+    direction, middle = chord / length[:, None], start + 0.5 * chord
+    known = np.flatnonzero(pairs.b < len(curves))
+    of_point = np.repeat(np.arange(len(curves)), np.diff(curves.offsets))
+    beside = np.column_stack([curves.x, curves.y]) - start[of_point]
+    bow = np.abs(direction[of_point, 0] * beside[:, 1] - direction[of_point, 1] * beside[:, 0])
+    lines = (length >= p.min_line) & (curves.salience >= p.min_salience)
+    lines[of_point[bow > p.max_bow * length[of_point]]] = False
+    known = known[lines[pairs.a[known]] & lines[pairs.b[known]]]
+    a, b = pairs.a[known], pairs.b[known]
+    cross = direction[a, 0] * direction[b, 1] - direction[a, 1] * direction[b, 0]
+    angle = np.arctan2(np.abs(cross), np.abs(np.sum(direction[a] * direction[b], axis=1)))
+    angle_sigma = np.hypot(curves.angle_sigma[a], curves.angle_sigma[b])
+
+    even = angle <= p.max_angle
+    a, b = np.concatenate([a[even], b[even]]), np.concatenate([b[even], a[even]])
+    left = np.column_stack([direction[:, 1], -direction[:, 0]])
+    offset = np.sum((middle[b] - middle[a]) * left[a], axis=1)
+    lever = np.sum((middle[b] - middle[a]) * direction[a], axis=1)
+    spread = np.sqrt(curves.sigma[a] ** 2 + curves.sigma[b] ** 2 + (curves.angle_sigma[a] * lever) ** 2)
+    half = len(a) // 2
+    return relate_both_ways(PARALLEL, a[:half], b[:half], offset, spread, angle[even], angle_sigma[even])
+
+
+def _junctions(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations:
+    """Curves of which one comes to the other with an end."""
+    met = pairs.take((pairs.b < len(curves)) & (pairs.gap <= p.junction_reach) & (pairs.end_of_a | pairs.end_of_b))
+    met = met.take(np.minimum(curves.salience[met.a], curves.salience[met.b]) >= p.min_salience)
+    spread = np.hypot(curves.angle_sigma[met.a], curves.angle_sigma[met.b])
+    return relate_both_ways(JUNCTION, met.a, met.b, met.gap, _gap_sigma(curves, met, curves.sigma), met.angle, spread)
+
+
+def _circles(curves: Curves, pairs: _Gaps, p: RelationParameters) -> list[Relations]:
+    """Curves about one centre, and circular ones that are much the same."""
+    of_curves = pairs.take(pairs.b < len(curves))
+    a, b = of_curves.a, of_curves.b
+    apart = np.hypot(curves.centre_x[a] - curves.centre_x[b], curves.centre_y[a] - curves.centre_y[b])
+    spread = np.hypot(curves.centre_sigma[a], curves.centre_sigma[b])
+    one = (apart <= p.max_centre_distance) & (spread <= np.sqrt(2.0) * p.max_centre_sigma)  # NaN is neither
+    concentric = relate_both_ways(CONCENTRIC, a[one], b[one], apart[one], spread[one], 0.0, 0.0)
+    more = curves.radius[b] - curves.radius[a]
+    same = np.abs(more) <= p.max_radius_change * np.maximum(curves.radius[a], curves.radius[b])
+    sigma = np.hypot(curves.radius_sigma[a], curves.radius_sigma[b])[same]
+    equal = relate_both_ways(EQUAL_RADIUS, a[same], b[same], np.concatenate([more[same], -more[same]]), sigma, 0.0, 0.0)
+    return [concentric, equal]

@@ -1,0 +1,1 @@
+"""What the pictures are held against: triangles and sampled arcs of a world."""

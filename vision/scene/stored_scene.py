@@ -1,0 +1,251 @@
+"""The scene of a world as the store has it, and what each of its columns is called there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection
+
+from relmodel.arrays import Floats, Ints
+from relmodel.errors import InputError
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
+from relmodel.store import Store
+from vision.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class StoredScene:
+    """A scene with the names that the store has for its occurrences, arcs and surfaces.
+
+    occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order. arc_no (a,): `arc_no` in the
+    part's shape of each of the scene's arcs; surface_no (s,) likewise. arc_surfaces (a, 2): the scene's surfaces on
+    either side of each arc, -1 for none. radius (s,): of cylinders, mm, nan for other surfaces. sample_parameter (n,):
+    where on its arc each of the scene's samples lies. features: shape_id, feature_no, name, kind, surface_no and
+    thickness (mm, of ribs and webs), a row for each surface of a feature, in this order.
+    """
+
+    scene: Scene
+    world_id: int
+    occurrence_id: Ints
+    paths: list[str]
+    shape_id: Ints
+    arc_no: Ints
+    surface_no: Ints
+    arc_surfaces: Ints
+    radius: Floats
+    sample_parameter: Floats
+    features: dict[str, NDArray[Any]]
+
+
+def read_scene(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:
+    """Scene of the placed parts of a world; `among` names the occurrences that matter, all where it is None.
+
+    Raises InputError where no part is the reference (role inspected).
+    """
+    return _read(store, connection, world_id, _parts(store, connection, world_id, among))
+
+
+def read_variant_scene(
+    store: Store, connection: Connection, world_id: int, among: Sequence[int], variant: Mapping[str, Any]
+) -> StoredScene:
+    """Scene of a world in which a loaded variant, a row of `variants_in_world`, stands in the place of the one that is
+    there; of the other objects the occurrences `among`.  Its parts are no occurrences of the world: their identities
+    count up to -1."""
+    others = _parts(store, connection, world_id, among)
+    kept = others["object_no"] != variant["object_no"]
+    own = store.columns(connection, "object_expansion", object_id=int(variant["object_id"]))
+    own = {name: values[own["part_id"] >= 0] for name, values in own.items()}
+    count = len(own["path"])
+    placed = matrices({name: np.array([variant[name]]) for name in MATRIX_COLUMNS})[0]
+    world_from_part = (placed @ matrices(own)).reshape(count, 16)
+    inspected = {
+        "id": np.arange(-count, 0),
+        "path": np.array([f"{variant['instance']}/{path}" for path in own["path"].tolist()], object),
+        "shape_id": own["shape_id"],
+        "role": np.full(count, variant["role"], object),
+        "tolerance_mm": np.full(count, float(variant["tolerance_mm"])),
+        **dict(zip(MATRIX_COLUMNS, world_from_part.T, strict=False)),
+    }
+    return _read(
+        store,
+        connection,
+        world_id,
+        {name: np.concatenate([values, others[name][kept]]) for name, values in inspected.items()},
+    )
+
+
+def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None) -> dict[str, NDArray[Any]]:
+    parts = store.columns(connection, "scene_parts", world_id=world_id)
+    if among is None:
+        return parts
+    kept = np.isin(parts["id"], np.asarray(among, np.int64))
+    return {name: values[kept] for name, values in parts.items()}
+
+
+def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, NDArray[Any]]) -> StoredScene:
+    """The scene of these placed parts, rows of `scene_parts`."""
+    inspected = parts["role"] == "inspected"
+    if not inspected.any():
+        raise InputError(
+            "no part of an inspected object lies where the prior looks: check the prior and the roles in the world file"
+        )
+    world_from_part = matrices(parts)
+    shapes = [int(s) for s in np.unique(parts["shape_id"])]
+    mesh_of = _by_shape(store.columns(connection, "scene_meshes", shape_ids=shapes))
+    arcs_of = _by_shape(store.columns(connection, "scene_arcs", shape_ids=shapes))
+
+    meshes, arcs = [], []
+    for occurrence, shape in enumerate(parts["shape_id"].tolist()):
+        if shape in mesh_of:
+            meshes.append(_placed_mesh(mesh_of[shape], world_from_part[occurrence], occurrence))
+        if shape in arcs_of:
+            arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
+    mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
+    surface_component, arc_component = _find_components(mesh, arc)
+    scene = Scene(
+        vertices=mesh["vertices"],
+        vertex_normals=mesh["normals"],
+        triangles=mesh["triangles"],
+        triangle_surface=mesh["triangle_surface"],
+        surface_occurrence=mesh["surface_occurrence"],
+        sample_point=arc["points"],
+        sample_tangent=arc["tangents"],
+        sample_normal_a=arc["normals_a"],
+        sample_normal_b=arc["normals_b"],
+        sample_arc=arc["sample_arc"],
+        sample_length=arc["length"],
+        arc_occurrence=arc["arc_occurrence"],
+        surface_component=surface_component,
+        arc_component=arc_component,
+        inspected=inspected,
+        tolerance_mm=parts["tolerance_mm"].astype(float),
+    )
+    return StoredScene(
+        scene,
+        world_id,
+        parts["id"].astype(np.int64),
+        parts["path"].tolist(),
+        parts["shape_id"].astype(np.int64),
+        arc["arc_no"],
+        mesh["surface_no"],
+        _number_surfaces(mesh, arc),
+        _radii(mesh, parts["shape_id"], store.columns(connection, "scene_cylinders", shape_ids=shapes)),
+        arc["parameter"],
+        store.columns(connection, "scene_features", shape_ids=shapes),
+    )
+
+
+def _by_shape(columns: dict[str, NDArray[Any]]) -> dict[int, dict[str, NDArray[Any]]]:
+    """Rows that belong to each shape; they stand together."""
+    shape, first = np.unique(columns["shape_id"], return_index=True)
+    last = np.append(first[1:], len(columns["shape_id"]))
+    return {
+        int(s): {name: values[a:b] for name, values in columns.items()}
+        for s, a, b in zip(shape, first, last, strict=True)
+    }
+
+
+# Columns that count another column's rows, and which: what is appended must be moved on by what is there already.
+_COUNTED = {"triangles": "vertices", "triangle_surface": "surface_no", "sample_arc": "arc_no"}
+
+
+def _placed_mesh(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], occurrence: int) -> dict[str, Any]:
+    rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
+    surface_no, triangle_surface = np.unique(np.asarray(rows["triangle_surfaces"][0], np.int64), return_inverse=True)
+    return {
+        "vertices": np.asarray(rows["vertices"][0], float).reshape(-1, 3) @ rotation.T + translation,
+        "normals": np.asarray(rows["normals"][0], float).reshape(-1, 3) @ rotation.T,
+        "triangles": np.asarray(rows["triangles"][0], np.int64).reshape(-1, 3),
+        "triangle_surface": triangle_surface.astype(np.int64),
+        "surface_no": surface_no,
+        "surface_occurrence": np.full(len(surface_no), occurrence),
+    }
+
+
+def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], occurrence: int) -> dict[str, Any]:
+    rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
+    flat = {
+        name: np.concatenate(rows[name].tolist()).astype(float).reshape(-1, 3)
+        for name in ("points", "tangents", "normals_a", "normals_b")
+    }
+    count = np.array([len(p) // 3 for p in rows["points"]])
+    sample_arc = np.repeat(np.arange(len(count)), count)
+    return {
+        "points": flat["points"] @ rotation.T + translation,
+        "tangents": flat["tangents"] @ rotation.T,
+        "normals_a": flat["normals_a"] @ rotation.T,
+        "normals_b": flat["normals_b"] @ rotation.T,
+        "sample_arc": sample_arc,
+        "length": _lengths(flat["points"], sample_arc),
+        "parameter": np.concatenate(rows["parameters"].tolist()).astype(float),
+        "arc_no": rows["arc_no"].astype(np.int64),
+        "arc_surfaces": np.stack([_or_none(rows[side]) for side in ("surface_a", "surface_b")], axis=1),
+        "arc_occurrence": np.full(len(count), occurrence),
+    }
+
+
+def _or_none(numbers: NDArray[Any]) -> Ints:
+    """Whole numbers, -1 for NULL."""
+    return np.array([-1 if n is None or n != n else int(n) for n in numbers.tolist()], np.int64)
+
+
+def _number_surfaces(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> Ints:
+    """The scene's surfaces (a, 2) beside each arc, which names them by their numbers in the part's shape."""
+    # Occurrence and number as one key; -1 lies below all.
+    width = int(max(mesh["surface_no"].max(initial=0), arc["arc_surfaces"].max(initial=0))) + 2
+    keys = mesh["surface_occurrence"] * width + mesh["surface_no"] + 1
+    wanted = arc["arc_occurrence"][:, None] * width + arc["arc_surfaces"] + 1
+    order = np.argsort(keys, kind="stable")
+    at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+    return np.where(keys[order][at] == wanted, order[at], -1).astype(np.int64)
+
+
+def _radii(mesh: dict[str, NDArray[Any]], shape_id: NDArray[Any], cylinders: dict[str, NDArray[Any]]) -> Floats:
+    """The radius (s,) of each of the scene's surfaces, nan where it is no cylinder."""
+    keys = zip(cylinders["shape_id"].tolist(), cylinders["surface_no"].tolist(), strict=True)
+    of = dict(zip(keys, cylinders["radius"].tolist(), strict=True))
+    shape = shape_id[mesh["surface_occurrence"]].tolist()
+    names = zip(shape, mesh["surface_no"].tolist(), strict=True)
+    return np.array([of.get(name, np.nan) for name in names], float)
+
+
+def _find_components(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:
+    """The connected component of each surface and of each arc: surfaces that arcs join are one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    surfaces, arcs = len(mesh["surface_no"]), len(arc["arc_no"])
+    # Surfaces by (occurrence, number): arcs name them so.
+    names = np.stack([mesh["surface_occurrence"], mesh["surface_no"]], axis=1)
+    joined = np.stack([np.repeat(arc["arc_occurrence"], 2), arc["arc_surfaces"].ravel()], axis=1)
+    _, number = np.unique(np.concatenate([names, joined]), axis=0, return_inverse=True)
+    number = number.ravel()
+    count = int(number.max(initial=-1)) + 1
+    link = joined[:, 1] >= 0
+    ends = count + np.repeat(np.arange(arcs), 2)[link], number[surfaces:][link]
+    graph = coo_matrix((np.ones(int(link.sum())), ends), shape=(count + arcs, count + arcs))
+    component = connected_components(graph, directed=False)[1]
+    number = np.unique(np.concatenate([component[number[:surfaces]], component[count:]]), return_inverse=True)[1]
+    return number[:surfaces].astype(np.int64), number[surfaces:].astype(np.int64)
+
+
+def _lengths(points: NDArray[Any], arc: Ints) -> NDArray[Any]:
+    """How much of its arc each sample stands for: half the way to either neighbour, mm."""
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1) * (arc[1:] == arc[:-1])
+    return np.concatenate([[0.0], step]) / 2 + np.concatenate([step, [0.0]]) / 2
+
+
+def _stacked(pieces: list[dict[str, Any]], counted: tuple[str, ...]) -> dict[str, NDArray[Any]]:
+    out: dict[str, NDArray[Any]] = {}
+    for name in pieces[0]:
+        base = _COUNTED.get(name) if name in counted else None
+        moved, at = [], 0
+        for piece in pieces:
+            moved.append(piece[name] + at if base else piece[name])
+            at += len(piece[base]) if base else 0
+        out[name] = np.concatenate(moved)
+    return out

@@ -1,0 +1,73 @@
+"""A stereo match as rows of the store."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from relmodel.columns import Columns, Ragged
+from relmodel.labelling.rows import result_rows
+from relmodel.store.runs import Run
+from vision.stereo.match import StereoMatches
+from vision.stereo.triangulate import CURVES, Triangulated
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+
+def record_stereo(
+    run: Run, connection: Connection, problem_no: int, units_id: int, labels_id: int, matches: StereoMatches
+) -> None:
+    """Append the problem with its candidates, relations, decisions and certificate, the votes of rows where the method
+    has them, and the arcs in space.
+
+    `units_id` and `labels_id` are the unit sets of the left and the right extraction: arcs by number, then regions.
+    """
+    key = {"run_id": run.id, "problem_no": problem_no}
+    for table, columns in result_rows(matches.solved.problem, matches.solved.result).items():
+        if table == "problem":
+            columns = {
+                **columns,
+                "kind": "stereo",
+                "method": matches.parameters.method,
+                "units_id": units_id,
+                "labels_id": labels_id,
+                "parameters": json.dumps(asdict(matches.parameters), sort_keys=True),
+            }
+        run.append(connection, table, {**key, **columns})
+    run.append(connection, "problem_tolerance", {**key, **matches.solved.tolerances})
+    if matches.votes is not None:
+        votes = matches.votes
+        run.append(
+            connection,
+            "vote",
+            {
+                **key,
+                "unit_no": votes.left,
+                "label_no": votes.right,
+                "votes": votes.votes,
+                "overlap": votes.overlap,
+                "disparity": votes.disparity,
+            },
+        )
+    run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
+
+
+def _curves(space: Triangulated) -> Columns:
+    round_ = np.isfinite(space.conics.centre[:, 0])
+    vectors = {"start": space.start, "end": space.end}
+    axes = {"centre": space.conics.centre, "major": space.conics.major, "minor": space.conics.minor}
+    return {
+        "unit_no": space.left,
+        "curve": [CURVES[curve] for curve in space.curve],
+        "covariance": Ragged.pack(list(space.covariance)),
+        **{f"{name}_{axis}": at[:, i] for name, at in vectors.items() for i, axis in enumerate("xyz")},
+        **{
+            f"{name}_{axis}": np.ma.masked_array(at[:, i], ~round_)
+            for name, at in axes.items()
+            for i, axis in enumerate("xyz")
+        },
+    }
