@@ -12,32 +12,18 @@ CREATE TABLE arc (  -- A bounded curve in space, shared by all shapes that conta
     support_key TEXT NOT NULL,  -- hash of the unbounded curve that carries the arc
     kind TEXT NOT NULL,  -- kind as stored in the source
     recognised_kind TEXT NOT NULL,  -- kind of the analytic curve that it is, where a spline hides one; else kind
-    origin_x DOUBLE PRECISION,  -- x of the origin O of the curve's frame, mm
-    origin_y DOUBLE PRECISION,  -- y of the origin O of the curve's frame, mm
-    origin_z DOUBLE PRECISION,  -- z of the origin O of the curve's frame, mm
-    axis_x_x DOUBLE PRECISION,  -- x of the unit vector X of the curve's frame; direction of a line
-    axis_x_y DOUBLE PRECISION,  -- y of the unit vector X of the curve's frame; direction of a line
-    axis_x_z DOUBLE PRECISION,  -- z of the unit vector X of the curve's frame; direction of a line
-    axis_z_x DOUBLE PRECISION,  -- x of the unit vector Z of the curve's frame; normal of a plane curve
-    axis_z_y DOUBLE PRECISION,  -- y of the unit vector Z of the curve's frame; normal of a plane curve
-    axis_z_z DOUBLE PRECISION,  -- z of the unit vector Z of the curve's frame; normal of a plane curve
+    origin_x DOUBLE PRECISION, origin_y DOUBLE PRECISION, origin_z DOUBLE PRECISION,  -- x, y and z of the origin O of the curve's frame, mm
+    axis_x_x DOUBLE PRECISION, axis_x_y DOUBLE PRECISION, axis_x_z DOUBLE PRECISION,  -- x, y and z of the unit vector X of the curve's frame; direction of a line
+    axis_z_x DOUBLE PRECISION, axis_z_y DOUBLE PRECISION, axis_z_z DOUBLE PRECISION,  -- x, y and z of the unit vector Z of the curve's frame; normal of a plane curve
     radius DOUBLE PRECISION,  -- R: radius of a circle, major radius of an ellipse, focal length of a parabola, mm
     radius2 DOUBLE PRECISION,  -- r: minor radius of an ellipse or hyperbola, mm
     t0 DOUBLE PRECISION NOT NULL,  -- start of the parameter interval
     t1 DOUBLE PRECISION NOT NULL,  -- end of the parameter interval
-    start_x DOUBLE PRECISION NOT NULL,  -- x of the point at t0, mm
-    start_y DOUBLE PRECISION NOT NULL,  -- y of the point at t0, mm
-    start_z DOUBLE PRECISION NOT NULL,  -- z of the point at t0, mm
-    end_x DOUBLE PRECISION NOT NULL,  -- x of the point at t1, mm
-    end_y DOUBLE PRECISION NOT NULL,  -- y of the point at t1, mm
-    end_z DOUBLE PRECISION NOT NULL,  -- z of the point at t1, mm
+    start_x DOUBLE PRECISION NOT NULL, start_y DOUBLE PRECISION NOT NULL, start_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the point at t0, mm
+    end_x DOUBLE PRECISION NOT NULL, end_y DOUBLE PRECISION NOT NULL, end_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the point at t1, mm
     length DOUBLE PRECISION NOT NULL,  -- length, mm
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the arc's bounding box in the frame of its shape, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the arc's bounding box in the frame of its shape, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the arc's bounding box in the frame of its shape, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the arc's bounding box in the frame of its shape, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the arc's bounding box in the frame of its shape, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the arc's bounding box in the frame of its shape, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the arc's bounding box in the frame of its shape, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the arc's bounding box in the frame of its shape, mm
     provenance TEXT NOT NULL,  -- exact (from a B-rep) or fitted (to a mesh)
     residual DOUBLE PRECISION,  -- greatest distance of what it was fitted to, mm; null where exact
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
@@ -60,9 +46,7 @@ CREATE TABLE arc_spline (  -- Knots and poles of the arcs of kind spline; vertic
 CREATE TABLE arc_offset (  -- What arcs of kind offset are made from: each point of the basis moved along T x A, T being its tangent.
     arc_id BIGINT PRIMARY KEY,  -- the arc
     basis_arc_id BIGINT NOT NULL,  -- the curve that is offset, of equal parameter
-    axis_x DOUBLE PRECISION NOT NULL,  -- x of the unit vector A
-    axis_y DOUBLE PRECISION NOT NULL,  -- y of the unit vector A
-    axis_z DOUBLE PRECISION NOT NULL,  -- z of the unit vector A
+    axis_x DOUBLE PRECISION NOT NULL, axis_y DOUBLE PRECISION NOT NULL, axis_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the unit vector A
     distance DOUBLE PRECISION NOT NULL  -- offset along the unit vector of T x A, mm
 );
 
@@ -73,15 +57,9 @@ CREATE TABLE surface (  -- A bounded surface, shared by all shapes that contain 
     support_key TEXT NOT NULL,  -- hash of the unbounded surface: same support and another content is "retrimmed"
     kind TEXT NOT NULL,  -- kind as stored in the source
     recognised_kind TEXT NOT NULL,  -- kind of the analytic surface that it is, where a spline hides one; else kind
-    origin_x DOUBLE PRECISION,  -- x of the origin O of the surface's frame, mm
-    origin_y DOUBLE PRECISION,  -- y of the origin O of the surface's frame, mm
-    origin_z DOUBLE PRECISION,  -- z of the origin O of the surface's frame, mm
-    axis_x_x DOUBLE PRECISION,  -- x of the unit vector X of the surface's frame
-    axis_x_y DOUBLE PRECISION,  -- y of the unit vector X of the surface's frame
-    axis_x_z DOUBLE PRECISION,  -- z of the unit vector X of the surface's frame
-    axis_z_x DOUBLE PRECISION,  -- x of the unit vector Z of the surface's frame: plane normal, axis of revolution
-    axis_z_y DOUBLE PRECISION,  -- y of the unit vector Z of the surface's frame: plane normal, axis of revolution
-    axis_z_z DOUBLE PRECISION,  -- z of the unit vector Z of the surface's frame: plane normal, axis of revolution
+    origin_x DOUBLE PRECISION, origin_y DOUBLE PRECISION, origin_z DOUBLE PRECISION,  -- x, y and z of the origin O of the surface's frame, mm
+    axis_x_x DOUBLE PRECISION, axis_x_y DOUBLE PRECISION, axis_x_z DOUBLE PRECISION,  -- x, y and z of the unit vector X of the surface's frame
+    axis_z_x DOUBLE PRECISION, axis_z_y DOUBLE PRECISION, axis_z_z DOUBLE PRECISION,  -- x, y and z of the unit vector Z of the surface's frame: plane normal, axis of revolution
     direct BOOLEAN NOT NULL,  -- whether X, Y, Z is right-handed: Y = Z x X, else its negative
     radius DOUBLE PRECISION,  -- R: radius, at v = 0 for a cone, major for a torus, mm
     radius2 DOUBLE PRECISION,  -- r: minor radius of a torus, mm
@@ -92,15 +70,9 @@ CREATE TABLE surface (  -- A bounded surface, shared by all shapes that contain 
     v1 DOUBLE PRECISION NOT NULL,  -- greatest v of the domain
     reversed BOOLEAN NOT NULL,  -- whether the outward normal is the negative of dS/du x dS/dv
     area DOUBLE PRECISION NOT NULL,  -- area within the trimming loops, mm2
-    centroid_x DOUBLE PRECISION NOT NULL,  -- x of the centroid of the trimmed surface, mm
-    centroid_y DOUBLE PRECISION NOT NULL,  -- y of the centroid of the trimmed surface, mm
-    centroid_z DOUBLE PRECISION NOT NULL,  -- z of the centroid of the trimmed surface, mm
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the trimmed surface's bounding box in the frame of its shape, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the trimmed surface's bounding box in the frame of its shape, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the trimmed surface's bounding box in the frame of its shape, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the trimmed surface's bounding box in the frame of its shape, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the trimmed surface's bounding box in the frame of its shape, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the trimmed surface's bounding box in the frame of its shape, mm
+    centroid_x DOUBLE PRECISION NOT NULL, centroid_y DOUBLE PRECISION NOT NULL, centroid_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the centroid of the trimmed surface, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the trimmed surface's bounding box in the frame of its shape, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the trimmed surface's bounding box in the frame of its shape, mm
     provenance TEXT NOT NULL,  -- exact (from a B-rep) or fitted (to a mesh)
     residual DOUBLE PRECISION,  -- greatest distance of what it was fitted to, mm; null where exact
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
@@ -130,9 +102,7 @@ CREATE TABLE surface_swept (  -- What surfaces of kind extrusion, revolution and
     surface_id BIGINT PRIMARY KEY,  -- the surface
     basis_arc_id BIGINT,  -- the curve that is extruded or revolved
     basis_surface_id BIGINT,  -- the surface that is offset
-    axis_x DOUBLE PRECISION,  -- x of the direction of extrusion or axis of revolution, unit
-    axis_y DOUBLE PRECISION,  -- y of the direction of extrusion or axis of revolution, unit
-    axis_z DOUBLE PRECISION,  -- z of the direction of extrusion or axis of revolution, unit
+    axis_x DOUBLE PRECISION, axis_y DOUBLE PRECISION, axis_z DOUBLE PRECISION,  -- x, y and z of the direction of extrusion or axis of revolution, unit
     distance DOUBLE PRECISION,  -- offset along the basis surface's normal dS/du x dS/dv, mm
     CHECK ((basis_arc_id IS NULL) <> (basis_surface_id IS NULL))
 );

@@ -9,12 +9,8 @@ CREATE TABLE shape (  -- A piece of geometry in its own frame, addressed by cont
     arc_count INTEGER NOT NULL,  -- number of arcs
     area DOUBLE PRECISION NOT NULL,  -- sum of the surfaces' areas, mm2
     volume DOUBLE PRECISION,  -- enclosed volume, mm3; null where not closed
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the shape's bounding box in its own frame, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the shape's bounding box in its own frame, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the shape's bounding box in its own frame, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the shape's bounding box in its own frame, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the shape's bounding box in its own frame, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the shape's bounding box in its own frame, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the shape's bounding box in its own frame, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the shape's bounding box in its own frame, mm
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     CHECK (kind IN ('solid', 'sheet', 'wire', 'mesh'))
 );
@@ -117,12 +113,8 @@ CREATE TABLE feature (  -- A feature of a shape: a class placed by a transform.
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- shape_from_feature
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the feature's bounding box in the shape's frame, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the feature's bounding box in the shape's frame, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the feature's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the feature's bounding box in the shape's frame, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the feature's bounding box in the shape's frame, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the feature's bounding box in the shape's frame, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the feature's bounding box in the shape's frame, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the feature's bounding box in the shape's frame, mm
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -144,12 +136,8 @@ CREATE TABLE shape_box (  -- Boxes of the features, surfaces and arcs of a shape
     level TEXT NOT NULL,  -- feature, surface or arc
     element_no INTEGER NOT NULL,  -- feature_no, surface_no or arc_no
     page INTEGER NOT NULL,  -- page of shape_box_page
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the element's bounding box in the shape's frame, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the element's bounding box in the shape's frame, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the element's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the element's bounding box in the shape's frame, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the element's bounding box in the shape's frame, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the element's bounding box in the shape's frame, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the element's bounding box in the shape's frame, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the element's bounding box in the shape's frame, mm
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     PRIMARY KEY (shape_id, level, element_no),
     CHECK (level IN ('feature', 'surface', 'arc'))
@@ -160,12 +148,8 @@ CREATE TABLE shape_box_page (  -- Pages of shape_box: the union of their boxes.
     level TEXT NOT NULL,  -- feature, surface or arc
     page INTEGER NOT NULL,  -- the page
     box_count INTEGER NOT NULL,  -- number of boxes in the page
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the page's bounding box in the shape's frame, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the page's bounding box in the shape's frame, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the page's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the page's bounding box in the shape's frame, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the page's bounding box in the shape's frame, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the page's bounding box in the shape's frame, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the page's bounding box in the shape's frame, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the page's bounding box in the shape's frame, mm
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     PRIMARY KEY (shape_id, level, page)
 );

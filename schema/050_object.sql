@@ -108,9 +108,7 @@ CREATE TABLE joint (  -- Joints of a robot or machine between the objects placed
     kind TEXT NOT NULL,  -- revolute, continuous, prismatic or fixed
     parent_link TEXT NOT NULL,  -- name of the instance that carries the joint
     child_link TEXT NOT NULL,  -- name of the instance that it moves
-    axis_x DOUBLE PRECISION NOT NULL,  -- x of the joint's axis in the joint's frame, unit
-    axis_y DOUBLE PRECISION NOT NULL,  -- y of the joint's axis in the joint's frame, unit
-    axis_z DOUBLE PRECISION NOT NULL,  -- z of the joint's axis in the joint's frame, unit
+    axis_x DOUBLE PRECISION NOT NULL, axis_y DOUBLE PRECISION NOT NULL, axis_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the joint's axis in the joint's frame, unit
     lower_limit DOUBLE PRECISION,  -- least value, rad or mm; null where unlimited
     upper_limit DOUBLE PRECISION,  -- greatest value, rad or mm; null where unlimited
     mimic_joint TEXT,  -- name of the joint that this one follows; null where it has a value of its own
@@ -249,12 +247,8 @@ CREATE TABLE object_node (  -- The expansion of each object that was loaded: its
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
     page INTEGER,  -- page of object_page; null of objects
-    x0 DOUBLE PRECISION,  -- least x of the box of the transformed shape box in the body's frame, mm; null of objects
-    y0 DOUBLE PRECISION,  -- least y of the box of the transformed shape box in the body's frame, mm; null of objects
-    z0 DOUBLE PRECISION,  -- least z of the box of the transformed shape box in the body's frame, mm; null of objects
-    x1 DOUBLE PRECISION,  -- greatest x of the box of the transformed shape box in the body's frame, mm; null of objects
-    y1 DOUBLE PRECISION,  -- greatest y of the box of the transformed shape box in the body's frame, mm; null of objects
-    z1 DOUBLE PRECISION,  -- greatest z of the box of the transformed shape box in the body's frame, mm; null of objects
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,  -- least x, y and z of the box of the transformed shape box in the body's frame, mm; null of objects
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION,  -- greatest x, y and z of the box of the transformed shape box in the body's frame, mm; null of objects
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -268,12 +262,8 @@ CREATE TABLE object_page (  -- Pages of the parts in an expanded object: the uni
     page INTEGER NOT NULL,  -- the page, in order of the packing
     body_no INTEGER NOT NULL,  -- the body whose parts it holds
     box_count INTEGER NOT NULL,  -- number of boxes in the page
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the page's bounding box in the body's frame, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the page's bounding box in the body's frame, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the page's bounding box in the body's frame, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the page's bounding box in the body's frame, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the page's bounding box in the body's frame, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the page's bounding box in the body's frame, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the page's bounding box in the body's frame, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the page's bounding box in the body's frame, mm
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     PRIMARY KEY (object_id, page)
 );

@@ -70,12 +70,8 @@ CREATE TABLE placed_body (  -- Where the placed objects stand: a row for the obj
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_body
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    x0 DOUBLE PRECISION,  -- least x of a box around its parts in the world, mm; null where it has none
-    y0 DOUBLE PRECISION,  -- least y of a box around its parts in the world, mm; null where it has none
-    z0 DOUBLE PRECISION,  -- least z of a box around its parts in the world, mm; null where it has none
-    x1 DOUBLE PRECISION,  -- greatest x of a box around its parts in the world, mm; null where it has none
-    y1 DOUBLE PRECISION,  -- greatest y of a box around its parts in the world, mm; null where it has none
-    z1 DOUBLE PRECISION,  -- greatest z of a box around its parts in the world, mm; null where it has none
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,  -- least x, y and z of a box around its parts in the world, mm; null where it has none
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION,  -- greatest x, y and z of a box around its parts in the world, mm; null where it has none
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -133,15 +129,13 @@ CREATE TABLE camera (  -- A calibrated camera, by content.
     content_key TEXT NOT NULL UNIQUE,  -- hash of all values
     width INTEGER NOT NULL,  -- width of its pictures, px
     height INTEGER NOT NULL,  -- height of its pictures, px
-    fx DOUBLE PRECISION NOT NULL,  -- focal length along x, px
-    fy DOUBLE PRECISION NOT NULL,  -- focal length along y, px
+    fx DOUBLE PRECISION NOT NULL, fy DOUBLE PRECISION NOT NULL,  -- focal length along x and y, px
     cx DOUBLE PRECISION NOT NULL,  -- principal point x, px; (0, 0) is the centre of the top-left pixel
     cy DOUBLE PRECISION NOT NULL,  -- principal point y, px
     skew DOUBLE PRECISION NOT NULL,  -- element (0, 1) of the camera matrix
     distortion_model TEXT NOT NULL,  -- opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty, as many as there are
     distortion DOUBLE PRECISION[] NOT NULL,  -- coefficients of the model
-    view_u0 DOUBLE PRECISION NOT NULL,  -- least x of all that the camera sees, freed of distortion, px: -0.5 without it
-    view_v0 DOUBLE PRECISION NOT NULL,  -- least y of all that the camera sees, freed of distortion, px: -0.5 without it
+    view_u0 DOUBLE PRECISION NOT NULL, view_v0 DOUBLE PRECISION NOT NULL,  -- least x and y of all that the camera sees, freed of distortion, px: -0.5 without it
     view_u1 DOUBLE PRECISION NOT NULL,  -- greatest x of all that the camera sees, freed of distortion, px: width - 0.5 without it
     view_v1 DOUBLE PRECISION NOT NULL,  -- greatest y of all that the camera sees, freed of distortion, px: height - 0.5 without it
     CHECK (width > 0 AND height > 0 AND fx > 0 AND fy > 0),
@@ -243,12 +237,8 @@ CREATE VIEW occurrence (  -- Every object and part as placed in a revision of a 
     m21,  -- world_from_occurrence: row 2, column 1 of the rotation
     m22,  -- world_from_occurrence: row 2, column 2 of the rotation
     m23,  -- world_from_occurrence: row 2 of the translation, mm
-    x0,  -- least x of the box of the transformed shape box in the world, mm; null of objects
-    y0,  -- least y of the box of the transformed shape box in the world, mm; null of objects
-    z0,  -- least z of the box of the transformed shape box in the world, mm; null of objects
-    x1,  -- greatest x of the box of the transformed shape box in the world, mm; null of objects
-    y1,  -- greatest y of the box of the transformed shape box in the world, mm; null of objects
-    z1  -- greatest z of the box of the transformed shape box in the world, mm; null of objects
+    x0, y0, z0,  -- least x, y and z of the box of the transformed shape box in the world, mm; null of objects
+    x1, y1, z1  -- greatest x, y and z of the box of the transformed shape box in the world, mm; null of objects
 ) AS
 SELECT o.id, o.world_id, o.parent_id, o.object_no, o.kind, o.path, o.object_id, o.part_id, o.shape_id, o.page,
     o.m00, o.m01, o.m02, o.m03,

@@ -5,12 +5,8 @@ CREATE TABLE octree_cell (  -- Cells of oct-trees over the boxes of object_node,
     cell INTEGER NOT NULL,  -- ordinal of the cell
     body_no INTEGER NOT NULL,  -- the body whose parts it holds
     parent INTEGER,  -- the cell that was halved along each axis; null for the root
-    x0 DOUBLE PRECISION NOT NULL,  -- least x of the cell in the body's frame, mm
-    y0 DOUBLE PRECISION NOT NULL,  -- least y of the cell in the body's frame, mm
-    z0 DOUBLE PRECISION NOT NULL,  -- least z of the cell in the body's frame, mm
-    x1 DOUBLE PRECISION NOT NULL,  -- greatest x of the cell in the body's frame, mm
-    y1 DOUBLE PRECISION NOT NULL,  -- greatest y of the cell in the body's frame, mm
-    z1 DOUBLE PRECISION NOT NULL,  -- greatest z of the cell in the body's frame, mm
+    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the cell in the body's frame, mm
+    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the cell in the body's frame, mm
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     PRIMARY KEY (object_id, cell)
 );

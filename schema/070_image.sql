@@ -36,10 +36,8 @@ CREATE TABLE edge_element (  -- Edge elements: facet zero-crossings with sub-pix
     -- enough to be evidence of a pose.
     extraction_id BIGINT NOT NULL,  -- the extraction
     edge_element_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0: the elements of an arc follow each other along it
-    x DECIMAL(9, 2) NOT NULL,  -- x, px
-    y DECIMAL(9, 2) NOT NULL,  -- y, px
-    normal_x DECIMAL(9, 3) NOT NULL,  -- x of the unit normal, towards the bright side
-    normal_y DECIMAL(9, 3) NOT NULL,  -- y of the unit normal, towards the bright side
+    x DECIMAL(9, 2) NOT NULL, y DECIMAL(9, 2) NOT NULL,  -- x and y, px
+    normal_x DECIMAL(9, 3) NOT NULL, normal_y DECIMAL(9, 3) NOT NULL,  -- x and y of the unit normal, towards the bright side
     contrast DECIMAL(9, 1) NOT NULL,  -- height of the step, grey levels of 0..255
     width DECIMAL(9, 2) NOT NULL,  -- width of the step, px
     sigma DECIMAL(9, 3) NOT NULL,  -- standard deviation of the position along the normal, px
@@ -90,8 +88,7 @@ CREATE TABLE image_arc_point (  -- The course of a free arc, which no formula gi
     extraction_id BIGINT NOT NULL,  -- the extraction
     image_arc_no INTEGER NOT NULL,  -- the arc
     point_no INTEGER NOT NULL,  -- ordinal along the arc, from 0
-    x DECIMAL(9, 3) NOT NULL,  -- x, px
-    y DECIMAL(9, 3) NOT NULL,  -- y, px
+    x DECIMAL(9, 3) NOT NULL, y DECIMAL(9, 3) NOT NULL,  -- x and y, px
     sigma DECIMAL(9, 4) NOT NULL  -- standard deviation of the point across the arc, px
 );
 
@@ -110,8 +107,7 @@ CREATE TABLE image_junction (  -- Places where arcs of an image meet; the arcs' 
     junction_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0
     kind TEXT NOT NULL,  -- L (two ends), T (three ways, two of which run on into each other), Y (other three), X (four ways or more), smooth (two
         -- ends that run on into each other)
-    x REAL NOT NULL,  -- x, px
-    y REAL NOT NULL,  -- y, px
+    x REAL NOT NULL, y REAL NOT NULL,  -- x and y, px
     xx REAL NOT NULL,  -- variance of x, px^2
     xy REAL NOT NULL,  -- covariance of x and y, px^2
     yy REAL NOT NULL,  -- variance of y, px^2
@@ -133,16 +129,12 @@ CREATE TABLE image_region (  -- Regions of an image: connected sets of pixels th
     extraction_id BIGINT NOT NULL,  -- the extraction
     region_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0
     area DOUBLE PRECISION NOT NULL,  -- area, px
-    centroid_x REAL NOT NULL,  -- x of the centroid, px
-    centroid_y REAL NOT NULL,  -- y of the centroid, px
-    x0 REAL NOT NULL,  -- least x, px
-    y0 REAL NOT NULL,  -- least y, px
-    x1 REAL NOT NULL,  -- greatest x, px
-    y1 REAL NOT NULL,  -- greatest y, px
+    centroid_x REAL NOT NULL, centroid_y REAL NOT NULL,  -- x and y of the centroid, px
+    x0 REAL NOT NULL, y0 REAL NOT NULL,  -- least x and y, px
+    x1 REAL NOT NULL, y1 REAL NOT NULL,  -- greatest x and y, px
     mean REAL NOT NULL,  -- mean grey, 0..255
     variance REAL NOT NULL,  -- variance of the grey about its plane
-    slope_x REAL NOT NULL,  -- slope of the grey plane along x, grey levels a pixel
-    slope_y REAL NOT NULL,  -- slope of the grey plane along y, grey levels a pixel
+    slope_x REAL NOT NULL, slope_y REAL NOT NULL,  -- slope of the grey plane along x and y, grey levels a pixel
     saturated_share REAL NOT NULL,  -- share of saturated pixels
     hole_count INTEGER NOT NULL  -- number of holes
 );
@@ -153,8 +145,7 @@ CREATE TABLE region_outline (  -- Outlines of the regions: corners of closed pol
     region_no INTEGER NOT NULL,  -- the region
     ring_no INTEGER NOT NULL,  -- 0 for the outer ring, then the holes
     point_no INTEGER NOT NULL,  -- ordinal along the ring, from 0
-    x INTEGER NOT NULL,  -- x, px
-    y INTEGER NOT NULL  -- y, px
+    x INTEGER NOT NULL, y INTEGER NOT NULL  -- x and y, px
 );
 
 -- Without keys, as the edge elements.

@@ -184,22 +184,12 @@ CREATE TABLE triangulated_unit (  -- Stereo matches in space: matched arcs as cu
     problem_no INTEGER NOT NULL,  -- the problem
     unit_no INTEGER NOT NULL,  -- the unit of the left image
     curve TEXT NOT NULL,  -- line, circle, ellipse (centre + cos t major + sin t minor) or free
-    start_x DOUBLE PRECISION NOT NULL,  -- x of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
-    start_y DOUBLE PRECISION NOT NULL,  -- y of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
-    start_z DOUBLE PRECISION NOT NULL,  -- z of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
-    end_x DOUBLE PRECISION NOT NULL,  -- x of the last end of that part, mm, in the rig's frame
-    end_y DOUBLE PRECISION NOT NULL,  -- y of the last end of that part, mm, in the rig's frame
-    end_z DOUBLE PRECISION NOT NULL,  -- z of the last end of that part, mm, in the rig's frame
+    start_x DOUBLE PRECISION NOT NULL, start_y DOUBLE PRECISION NOT NULL, start_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
+    end_x DOUBLE PRECISION NOT NULL, end_y DOUBLE PRECISION NOT NULL, end_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the last end of that part, mm, in the rig's frame
     covariance DOUBLE PRECISION[] NOT NULL,  -- covariance of start and end, 6x6 row by row, mm^2, in the rig's frame
-    centre_x DOUBLE PRECISION,  -- x of the centre of a circle or ellipse, mm, in the rig's frame; null for other curves
-    centre_y DOUBLE PRECISION,  -- y of the centre of a circle or ellipse, mm, in the rig's frame; null for other curves
-    centre_z DOUBLE PRECISION,  -- z of the centre of a circle or ellipse, mm, in the rig's frame; null for other curves
-    major_x DOUBLE PRECISION,  -- x of the major semi-axis, mm, in the rig's frame; of a circle, any radius
-    major_y DOUBLE PRECISION,  -- y of the major semi-axis, mm, in the rig's frame; of a circle, any radius
-    major_z DOUBLE PRECISION,  -- z of the major semi-axis, mm, in the rig's frame; of a circle, any radius
-    minor_x DOUBLE PRECISION,  -- x of the minor semi-axis, mm, in the rig's frame
-    minor_y DOUBLE PRECISION,  -- y of the minor semi-axis, mm, in the rig's frame
-    minor_z DOUBLE PRECISION,  -- z of the minor semi-axis, mm, in the rig's frame
+    centre_x DOUBLE PRECISION, centre_y DOUBLE PRECISION, centre_z DOUBLE PRECISION,  -- x, y and z of the centre of a circle or ellipse, mm, in the rig's frame; null for other curves
+    major_x DOUBLE PRECISION, major_y DOUBLE PRECISION, major_z DOUBLE PRECISION,  -- x, y and z of the major semi-axis, mm, in the rig's frame; of a circle, any radius
+    minor_x DOUBLE PRECISION, minor_y DOUBLE PRECISION, minor_z DOUBLE PRECISION,  -- x, y and z of the minor semi-axis, mm, in the rig's frame
     PRIMARY KEY (run_id, problem_no, unit_no),
     CHECK (curve IN ('line', 'circle', 'ellipse', 'free')),
     CHECK (covariance[36] IS NOT NULL AND covariance[37] IS NULL AND covariance[1] > 0 AND covariance[22] > 0),

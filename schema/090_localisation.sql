@@ -47,10 +47,8 @@ CREATE TABLE view_arc (  -- A run of a model arc, or of a silhouette, that a vie
     surface_no INTEGER,  -- the surface in the part's shape that a silhouette is of; null for an arc
     t0 DOUBLE PRECISION,  -- start of the visible interval of the arc's parameter; null for a silhouette
     t1 DOUBLE PRECISION,  -- end of the visible interval
-    start_u DOUBLE PRECISION NOT NULL,  -- x of the first end in the image, px of the camera freed of distortion
-    start_v DOUBLE PRECISION NOT NULL,  -- y of the first end in the image, px of the camera freed of distortion
-    end_u DOUBLE PRECISION NOT NULL,  -- x of the last end in the image, px of the camera freed of distortion
-    end_v DOUBLE PRECISION NOT NULL,  -- y of the last end in the image, px of the camera freed of distortion
+    start_u DOUBLE PRECISION NOT NULL, start_v DOUBLE PRECISION NOT NULL,  -- x and y of the first end in the image, px of the camera freed of distortion
+    end_u DOUBLE PRECISION NOT NULL, end_v DOUBLE PRECISION NOT NULL,  -- x and y of the last end in the image, px of the camera freed of distortion
     length DOUBLE PRECISION NOT NULL,  -- visible length in the image, px
     PRIMARY KEY (run_id, view_no, view_arc_no),
     CHECK (kind IN ('sharp', 'smooth', 'silhouette')),
@@ -64,8 +62,7 @@ CREATE TABLE view_surface (  -- A surface that a view predicts to be visible.
     occurrence_id BIGINT NOT NULL,  -- the placed part it belongs to
     surface_no INTEGER NOT NULL,  -- the surface in the part's shape
     visible_pixels DOUBLE PRECISION NOT NULL,  -- pixels it shows
-    centroid_x REAL NOT NULL,  -- x of the centroid of what it shows, px
-    centroid_y REAL NOT NULL,  -- y of the centroid of what it shows, px
+    centroid_x REAL NOT NULL, centroid_y REAL NOT NULL,  -- x and y of the centroid of what it shows, px
     PRIMARY KEY (run_id, view_no, view_surface_no)
 );
 
@@ -98,10 +95,8 @@ CREATE TABLE view_point (  -- Where the picture should show the arcs of a view: 
     view_no INTEGER NOT NULL,  -- the view
     view_arc_no INTEGER NOT NULL,  -- the arc of the view
     point_no INTEGER NOT NULL,  -- ordinal in the view, from 0: the points of an arc follow each other along it
-    x DECIMAL(9, 2) NOT NULL,  -- x, px
-    y DECIMAL(9, 2) NOT NULL,  -- y, px
-    direction_x DECIMAL(9, 3) NOT NULL,  -- x of the unit direction of the arc there
-    direction_y DECIMAL(9, 3) NOT NULL,  -- y of the unit direction of the arc there
+    x DECIMAL(9, 2) NOT NULL, y DECIMAL(9, 2) NOT NULL,  -- x and y, px
+    direction_x DECIMAL(9, 3) NOT NULL, direction_y DECIMAL(9, 3) NOT NULL,  -- x and y of the unit direction of the arc there
     sigma DECIMAL(9, 3) NOT NULL  -- standard deviation across the arc that the covariance of the pose and the tolerance of the object make, px
 );
 
@@ -146,13 +141,9 @@ CREATE TABLE edge_measurement (  -- Edge points that the last refinement measure
     view_no INTEGER NOT NULL,  -- the view
     measurement_no INTEGER NOT NULL,  -- ordinal in the view, from 0
     view_arc_no INTEGER,  -- the model arc in the view; null where the view at the pose found shows none of it
-    world_x DOUBLE PRECISION NOT NULL,  -- x of the model point, mm, in the world's frame
-    world_y DOUBLE PRECISION NOT NULL,  -- y of the model point, mm, in the world's frame
-    world_z DOUBLE PRECISION NOT NULL,  -- z of the model point, mm, in the world's frame
-    normal_u DOUBLE PRECISION NOT NULL,  -- x of the unit normal of the projected arc in the image
-    normal_v DOUBLE PRECISION NOT NULL,  -- y of the unit normal of the projected arc in the image
-    u DOUBLE PRECISION NOT NULL,  -- x of the edge point found, px of the camera freed of distortion
-    v DOUBLE PRECISION NOT NULL,  -- y of the edge point found, px of the camera freed of distortion
+    world_x DOUBLE PRECISION NOT NULL, world_y DOUBLE PRECISION NOT NULL, world_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the model point, mm, in the world's frame
+    normal_u DOUBLE PRECISION NOT NULL, normal_v DOUBLE PRECISION NOT NULL,  -- x and y of the unit normal of the projected arc in the image
+    u DOUBLE PRECISION NOT NULL, v DOUBLE PRECISION NOT NULL,  -- x and y of the edge point found, px of the camera freed of distortion
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation along the normal, px
     weight DOUBLE PRECISION NOT NULL,  -- weight that the robust loss left, 0 to 1: what the point counts for in any mean
     residual DOUBLE PRECISION NOT NULL,  -- distance along the normal at the pose of refinement, what was solved of the camera taken off, px; of
@@ -196,12 +187,8 @@ CREATE TABLE base_correction (  -- Where the base of the arm that carries the ri
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_base, corrected
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    shift_x DOUBLE PRECISION NOT NULL,  -- how far the base's origin is from where the world has it, along the world's x, mm
-    shift_y DOUBLE PRECISION NOT NULL,  -- how far the base's origin is from where the world has it, along the world's y, mm
-    shift_z DOUBLE PRECISION NOT NULL,  -- how far the base's origin is from where the world has it, along the world's z, mm
-    turn_x DOUBLE PRECISION NOT NULL,  -- x of the rotation vector from the base as the world has it, in its frame, rad
-    turn_y DOUBLE PRECISION NOT NULL,  -- y of the rotation vector from the base as the world has it, in its frame, rad
-    turn_z DOUBLE PRECISION NOT NULL,  -- z of the rotation vector from the base as the world has it, in its frame, rad
+    shift_x DOUBLE PRECISION NOT NULL, shift_y DOUBLE PRECISION NOT NULL, shift_z DOUBLE PRECISION NOT NULL,  -- how far the base's origin is from where the world has it, along the world's x, y and z, mm
+    turn_x DOUBLE PRECISION NOT NULL, turn_y DOUBLE PRECISION NOT NULL, turn_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the rotation vector from the base as the world has it, in its frame, rad
     covariance DOUBLE PRECISION[] NOT NULL,  -- 36 numbers, row-major: covariance of the base, of a right perturbation in its frame, (t mm, r rad)
     prior_covariance DOUBLE PRECISION[],  -- the same of the base where the world has it, as given; null: it could stand anywhere
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6

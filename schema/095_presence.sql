@@ -85,10 +85,8 @@ CREATE TABLE unexplained (  -- What a picture shows where the model shows nothin
     kind TEXT NOT NULL,  -- closed, curved or straight, of an arc, or region
     image_arc_no INTEGER,  -- the arc in the extraction of that camera's picture; null of a region
     region_no INTEGER,  -- the region in that extraction; null of an arc
-    u0 DOUBLE PRECISION NOT NULL,  -- least x of it, px
-    v0 DOUBLE PRECISION NOT NULL,  -- least y of it, px
-    u1 DOUBLE PRECISION NOT NULL,  -- greatest x of it, px
-    v1 DOUBLE PRECISION NOT NULL,  -- greatest y of it, px
+    u0 DOUBLE PRECISION NOT NULL, v0 DOUBLE PRECISION NOT NULL,  -- least x and y of it, px
+    u1 DOUBLE PRECISION NOT NULL, v1 DOUBLE PRECISION NOT NULL,  -- greatest x and y of it, px
     length DOUBLE PRECISION NOT NULL,  -- length, px; of a region that of its border along unexplained arcs
     contrast DOUBLE PRECISION NOT NULL,  -- mean height of the step along it, grey levels of 0..255
     beyond BOOLEAN NOT NULL,  -- whether most of it lies where the model shows nothing at all

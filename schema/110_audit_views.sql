@@ -115,15 +115,9 @@ CREATE VIEW pose_world (  -- Where the rig was in the world, and how sure that i
     -- frame.
     run_id,  -- the run
     verdict,  -- accepted, ambiguous or refused
-    x,  -- x of the rig's origin in the world, mm
-    y,  -- y of the rig's origin in the world, mm
-    z,  -- z of the rig's origin in the world, mm
-    sigma_x,  -- standard deviation of the rig's origin along the world's x, mm
-    sigma_y,  -- standard deviation of the rig's origin along the world's y, mm
-    sigma_z,  -- standard deviation of the rig's origin along the world's z, mm
-    sigma_rx,  -- standard deviation of the rotation about the world's x direction, rad
-    sigma_ry,  -- standard deviation of the rotation about the world's y direction, rad
-    sigma_rz,  -- standard deviation of the rotation about the world's z direction, rad
+    x, y, z,  -- x, y and z of the rig's origin in the world, mm
+    sigma_x, sigma_y, sigma_z,  -- standard deviation of the rig's origin along the world's x, y and z, mm
+    sigma_rx, sigma_ry, sigma_rz,  -- standard deviation of the rotation about the world's x, y and z direction, rad
     covariance  -- 6x6 row-major: shift of the rig's origin in mm, then small rotation about it in rad, both in the world's axes: each 3x3 block of
         -- pose.covariance is R block R^T, R the rotation of world_from_rig
 ) AS

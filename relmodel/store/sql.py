@@ -46,7 +46,8 @@ _COLUMN = re.compile(r"(?:^    |(?<=, ))([a-z]\w*)\b")
 def comment_statements(dialect: str) -> str:
     """COMMENT statements for tables, views and columns, made from the comments that stand beside them in `schema/`.
 
-    A comment goes on in the lines of comment below it.  The first row of a transform says what the twelve columns are.
+    A comment goes on in the lines of comment below it.  The first row of a transform says what the twelve columns are;
+    of columns on one line `x, y and z` stands for the axis of each.
     """
     statements = []
     for kind, relation, body in _MADE.findall("\n".join(schema_scripts(dialect))):
@@ -65,8 +66,11 @@ def comment_statements(dialect: str) -> str:
                         else f"row {row} of the translation, mm"
                     ]
                 ]
-            elif names:
-                statements.append(_comment("COLUMN", f"{relation}.{names[0]}", words))
+            else:
+                said = re.search(r"\bx(, y)? and [yz]\b", words) if len(names) > 1 else None
+                for name, axis in zip(names, "xyz", strict=False):
+                    own = words if said is None else words[: said.start()] + axis + words[said.end() :]
+                    statements.append(_comment("COLUMN", f"{relation}.{name}", own))
     return "\n".join(statements)
 
 
