@@ -1,19 +1,10 @@
-"""Groups of equal labels, and of nearly equal directions, axes and sizes."""
+"""Groups of nearly equal directions, axes and sizes."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-
-
-def groups(labels: Ints) -> list[tuple[int, Ints]]:
-    """Each label that occurs in (n,), in order, and where."""
-    if not len(labels):
-        return []
-    order = np.argsort(labels, kind="stable")
-    start = np.flatnonzero(np.append(True, np.diff(labels[order]) != 0))
-    return list(zip(labels[order[start]].tolist(), np.split(order, start[1:]), strict=True))
 
 
 def unsigned(directions: Floats) -> Floats:

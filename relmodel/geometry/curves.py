@@ -13,9 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Texts
-from relmodel.geometry.clusters import groups
 from relmodel.geometry.components import cross, dot, scatter, take
-from relmodel.geometry.splines import SplineCurves
+from relmodel.geometry.spline_curves import SplineCurves
 
 XYZ = ("x", "y", "z")
 _EMPTY: dict[str, Any] = {}
@@ -45,6 +44,15 @@ def box_columns(boxes: Floats) -> dict[str, Floats]:
 def gauss(count: int) -> tuple[Floats, Floats]:
     """Places in -1 to 1 and weights of the rule of Gauss and Legendre."""
     return np.polynomial.legendre.leggauss(count)
+
+
+def groups(labels: Ints) -> list[tuple[int, Ints]]:
+    """Each label that occurs in (n,), in order, and where."""
+    if not len(labels):
+        return []
+    order = np.argsort(labels, kind="stable")
+    start = np.flatnonzero(np.append(True, np.diff(labels[order]) != 0))
+    return list(zip(labels[order[start]].tolist(), np.split(order, start[1:]), strict=True))
 
 
 class ByKind:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from relmodel.arrays import Floats
 from relmodel.geometry.components import scatter, take
 from relmodel.geometry.curves import CONICS, ByKind
-from relmodel.geometry.splines import SplineCurves
+from relmodel.geometry.spline_curves import SplineCurves
 
 
 class Pcurves:

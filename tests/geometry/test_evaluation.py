@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.geometry.splines import SplineCurves
+from relmodel.geometry import bspline
 from relmodel.geometry.surfaces import Surfaces
 
 pytest.importorskip("OCP")
@@ -208,25 +208,16 @@ def test_normals_at_a_pole_and_an_apex_are_those_beside_them() -> None:
     assert at_apex == pytest.approx(surfaces.normals([2], [0.0], [apex_v + 1.0])[0], abs=1e-4)
 
 
-def test_curves_of_all_poles_one_stay_there_and_do_not_move() -> None:
+def test_functions_sum_to_one_and_their_derivatives_to_nothing() -> None:
     r = np.random.default_rng(9)
     for degree in range(1, 9):
         for periodic in (False, True):
             knots = np.cumsum(r.uniform(0.1, 2.0, 7))
             inner = r.integers(1, degree + 1, 5)
             ends = [degree, degree] if periodic else [degree + 1, degree + 1]
-            times = [ends[0], *inner, ends[1]]
-            count = sum(times[1:]) if periodic else sum(times) - degree - 1
-            columns = {
-                "degree": [degree],
-                "periodic": [periodic],
-                "knots": [knots],
-                "multiplicities": [times],
-                "poles": [np.ones(3 * count)],
-                "weights": [None],
-            }
+            basis = bspline.Basis.of(degree, periodic, knots, [ends[0], *inner, ends[1]])
             t = np.concatenate([np.linspace(knots[0], knots[-1], 50), knots])
-            curves = SplineCurves(columns, np.array([0]), 3)
-            point, by = curves.evaluate(np.zeros(len(t), np.int64), t)
-            assert point == pytest.approx(np.ones((len(t), 3)))
-            assert by == pytest.approx(np.zeros((len(t), 3)), abs=1e-9)
+            _, value, derivative = basis.functions(t)
+            assert value.sum(1) == pytest.approx(np.ones(len(t)))
+            assert derivative.sum(1) == pytest.approx(np.zeros(len(t)), abs=1e-9)
+            assert value.min() > -1e-12

@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged, stack, take
-from relmodel.geometry.splines import SplineCurves
+from relmodel.geometry.spline_curves import SplineCurves
 from relmodel.loading.parameters import DEFAULTS
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Table
