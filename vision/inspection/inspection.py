@@ -262,6 +262,7 @@ def _inspect(
             stored,
             cameras,
             primitives,
+            found.edge_indexes,
             found.best,
             {name: view.arcs for name, view in found.views.items()},
             parts,
