@@ -17,7 +17,7 @@ COMMENT ON COLUMN image.sha256 IS 'SHA-256 of the file''s bytes, hexadecimal';
 COMMENT ON COLUMN image.file_name IS 'name of the file as first given, without its folder';
 COMMENT ON COLUMN image.width IS 'width, px';
 COMMENT ON COLUMN image.height IS 'height, px';
-COMMENT ON COLUMN image.depth IS 'bits a pixel and channel';
+COMMENT ON COLUMN image.depth IS 'bits a pixel and channel that the file has, 8 or 16';
 COMMENT ON COLUMN image.channels IS 'number of channels';
 
 -- Without keys: a checkpoint writes the last rows of tables with keys anew, whatever their size.
@@ -34,16 +34,21 @@ CREATE TABLE extraction (
     id BIGINT PRIMARY KEY,
     image_id BIGINT NOT NULL,
     content_key TEXT NOT NULL UNIQUE,
+    bits INTEGER NOT NULL,
+    bits_from TEXT NOT NULL,
     parameters JSON NOT NULL,
     version TEXT NOT NULL,
     noise_sigma DOUBLE PRECISION NOT NULL,
     grey_dark REAL NOT NULL,
-    grey_bright REAL NOT NULL
+    grey_bright REAL NOT NULL,
+    CHECK (bits_from IN ('file', 'rig', 'values'))
 );
 COMMENT ON TABLE extraction IS 'One extraction of arcs and regions from an image; all primitives hang on it.';
 COMMENT ON COLUMN extraction.id IS 'identity of the extraction';
 COMMENT ON COLUMN extraction.image_id IS 'the image';
-COMMENT ON COLUMN extraction.content_key IS 'hash of image, parameters and version: the same extraction is not made twice';
+COMMENT ON COLUMN extraction.content_key IS 'hash of image, bits, parameters and version: the same extraction is not made twice';
+COMMENT ON COLUMN extraction.bits IS 'bits of image.depth that values were taken to fill: white is where all of them are set';
+COMMENT ON COLUMN extraction.bits_from IS 'what said how many bits: file, rig (bits of the camera) or values (the least of 8, 10, 12, 14 and 16 that holds the greatest)';
 COMMENT ON COLUMN extraction.parameters IS 'parameters, defaults included';
 COMMENT ON COLUMN extraction.version IS 'version of the extraction';
 COMMENT ON COLUMN extraction.noise_sigma IS 'standard deviation of the image noise found, grey levels of 0..255';

@@ -37,12 +37,14 @@ def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Camera:
-    """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14)."""
+    """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14); bits:
+    how many of sixteen in a picture it fills, where that is known."""
 
     width: int
     height: int
     matrix: Floats
     distortion: Floats = field(default_factory=lambda: np.zeros(0))
+    bits: int | None = None
 
     @cached_property
     def is_pinhole(self) -> bool:
