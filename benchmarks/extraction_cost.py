@@ -90,7 +90,7 @@ def storing(data: Path) -> None:
                 wall, cpu = perf_counter(), process_time()
                 with run.write() as connection:
                     image = record_picture(run, connection, picture, keep_bytes=False)
-                    record_extraction(run, connection, image, picture.sha256, found.parameters, make_rows(found))
+                    record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
                 took = (perf_counter() - wall) * 1e3, (process_time() - cpu) * 1e3
             in_use, of_file = (after - earlier for after, earlier in zip(_used(path), before, strict=True))
             rows.append([name, *took, in_use, of_file])

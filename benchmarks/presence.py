@@ -199,7 +199,7 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     parts = find_parts_in_view(stored, trial.rig, pose, LOCALISATION)
     began = time.process_time()
     views = {name: view.arcs for name, view in found.views.items()}
-    presence = assess(stored, trial.rig, pictures, found.best, views, parts, matched, LOCALISATION)
+    presence = assess(stored, trial.rig, pictures, found.edge_indexes, found.best, views, parts, matched, LOCALISATION)
     seconds = time.process_time() - began
     said = describe(presence)
     box = _measure_boxes(stored.scene, presence, case.world_from_object)

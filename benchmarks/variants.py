@@ -102,7 +102,9 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
     began = time.process_time()
     for number, (variant, model) in enumerate(names.items()):
         asked = {"object_no": 0, "name": "object", "variant": variant, "object_variant_id": number, "placed": False}
-        told = assess_variant(asked, models.stored(model), trial.rig, pictures, found.best, LOCALISATION, PRESENCE)
+        told = assess_variant(
+            asked, models.stored(model), trial.rig, pictures, found.edge_indexes, found.best, LOCALISATION, PRESENCE
+        )
         rows.append({"variant": variant, "log_odds": round(told.log_odds, 2), "against": told.against, "of": told.of})
     seconds = time.process_time() - began
     for row in rows:

@@ -7,7 +7,7 @@ CREATE TABLE image (  -- A picture, by content.
     file_name TEXT NOT NULL,  -- name of the file as first given, without its folder
     width INTEGER NOT NULL,  -- width, px
     height INTEGER NOT NULL,  -- height, px
-    depth INTEGER NOT NULL,  -- bits a pixel and channel
+    depth INTEGER NOT NULL,  -- bits a pixel and channel that the file has, 8 or 16
     channels INTEGER NOT NULL,  -- number of channels
     CHECK (width > 0 AND height > 0)
 );
@@ -22,12 +22,15 @@ CREATE SEQUENCE extraction_id_seq;
 CREATE TABLE extraction (  -- One extraction of arcs and regions from an image; all primitives hang on it.
     id BIGINT PRIMARY KEY,  -- identity of the extraction
     image_id BIGINT NOT NULL,  -- the image
-    content_key TEXT NOT NULL UNIQUE,  -- hash of image, parameters and version: the same extraction is not made twice
+    content_key TEXT NOT NULL UNIQUE,  -- hash of image, bits, parameters and version: the same extraction is not made twice
+    bits INTEGER NOT NULL,  -- bits of image.depth that values were taken to fill: white is where all of them are set
+    bits_from TEXT NOT NULL,  -- what said how many bits: file, rig (bits of the camera) or values (the least of 8, 10, 12, 14 and 16 that holds the greatest)
     parameters JSON NOT NULL,  -- parameters, defaults included
     version TEXT NOT NULL,  -- version of the extraction
     noise_sigma DOUBLE PRECISION NOT NULL,  -- standard deviation of the image noise found, grey levels of 0..255
     grey_dark REAL NOT NULL,  -- grey level that one pixel in a hundred is below, 0..255
-    grey_bright REAL NOT NULL  -- grey level that one pixel in a hundred is above, 0..255
+    grey_bright REAL NOT NULL,  -- grey level that one pixel in a hundred is above, 0..255
+    CHECK (bits_from IN ('file', 'rig', 'values'))
 );
 
 -- Without keys: some 25,000 rows a picture, whose keys would cost as much as all else of it.  Their numbers are

@@ -16,6 +16,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import rotation_matrix, rotation_vector
+from vision.cameras import distortion
 
 
 def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
@@ -36,12 +37,14 @@ def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class Camera:
-    """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14)."""
+    """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14); bits:
+    how many of sixteen in a picture it fills, where that is known."""
 
     width: int
     height: int
     matrix: Floats
     distortion: Floats = field(default_factory=lambda: np.zeros(0))
+    bits: int | None = None
 
     @cached_property
     def is_pinhole(self) -> bool:
@@ -96,18 +99,14 @@ class Camera:
         return self.distort(xy), front
 
     def undistort(self, pixels: Floats) -> Floats:
-        """Pixels (n, 2) of the same rays in a camera with this matrix and no distortion (Newton, to 1e-9 px)."""
-        if self.is_pinhole:
-            return pixels.copy()
-        xy, h = self.normalise(pixels), 1e-6
-        for _ in range(20):
-            value = self.distort(xy)
-            jacobian = np.stack([(self.distort(xy + step) - value) / h for step in h * np.eye(2)], axis=2)
-            step = np.linalg.solve(jacobian, (pixels - value)[..., None])[..., 0]
-            xy += step
-            if np.abs(step).max(initial=0.0) < 1e-12:
-                break
-        return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
+        """Pixels (n, 2) of the same rays in a camera with this matrix and no distortion."""
+        return pixels.copy() if self.is_pinhole else self.undistort_with_jacobians(pixels)[0]
+
+    def undistort_with_jacobians(self, pixels: Floats) -> tuple[Floats, Floats]:
+        """The same, and the derivatives (n, 2, 2) of the pixels by them."""
+        xy, jacobian = distortion.undistort(self.normalise(pixels), self.distortion)
+        focal = self.matrix[:2, :2]
+        return self._place(xy), focal @ jacobian @ np.linalg.inv(focal)
 
     def normalise(self, pixels: Floats) -> Floats:
         """Directions (n, 2), x/z and y/z, of pixels (n, 2) in a camera of this matrix without distortion."""
@@ -115,14 +114,10 @@ class Camera:
 
     def distort(self, xy: Floats) -> Floats:
         """Pixels (n, 2) of directions (n, 2), x/z and y/z, distortion included."""
-        if self.is_pinhole or not len(xy):
-            return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
-        import cv2
+        return self._place(xy if self.is_pinhole else distortion.distort(xy, self.distortion)[0])
 
-        points = np.concatenate([xy, np.ones((len(xy), 1))], axis=1)
-        zero = np.zeros(3)
-        unit, _ = cv2.projectPoints(points, zero, zero, np.eye(3), self.distortion)
-        return np.asarray(unit.reshape(-1, 2) @ self.matrix[:2, :2].T + self.matrix[:2, 2], float)
+    def _place(self, xy: Floats) -> Floats:
+        return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
 
 
 @dataclass(frozen=True)

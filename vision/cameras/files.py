@@ -197,11 +197,8 @@ def _check_view(camera: Camera, path: Path, name: str) -> None:
     x, y = (np.linspace(-0.5, size - 0.5, 17) for size in (camera.width, camera.height))
     pixels = np.stack(np.meshgrid(x, y), axis=-1)
     with np.errstate(all="ignore"):
-        try:
-            xy = camera.normalise(camera.undistort(pixels.reshape(-1, 2)))
-            off = np.abs(camera.distort(xy).reshape(pixels.shape) - pixels).max()
-        except np.linalg.LinAlgError:
-            xy, off = pixels.reshape(-1, 2), np.nan
+        xy = camera.normalise(camera.undistort(pixels.reshape(-1, 2)))
+        off = np.abs(camera.distort(xy).reshape(pixels.shape) - pixels).max()
     across, down = (np.diff(xy.reshape(pixels.shape), axis=axis) for axis in (1, 0))
     area = across[:-1, :, 0] * down[:, :-1, 1] - across[:-1, :, 1] * down[:, :-1, 0]
     if not (off < 0.01 and area.min() > 0):

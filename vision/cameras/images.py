@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import warnings
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,9 +16,12 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 from relmodel.paths import read_bytes
+from vision.cameras.bits import BITS_PER_SAMPLE, find_bits, stated_bits
 
 if TYPE_CHECKING:
     from PIL import Image
+
+    from vision.cameras.cameras import Camera, Rig
 
 MAX_FILE_BYTES = 512 * 1024**2
 MAX_PIXELS = 100_000_000
@@ -24,36 +29,61 @@ MAX_PIXELS = 100_000_000
 # Pillow's modes that are read as they are, and those that become RGB first.
 _PLAIN = {"1", "L", "LA", "I", "I;16", "I;16L", "I;16B", "RGB", "RGBA", "RGBX"}
 _CONVERTED = {"P", "PA", "CMYK", "YCbCr"}
-_BITS_PER_SAMPLE = 258  # TIFF's tag
 _PNG_DEPTH = 24  # PNG's byte that gives the bits of a sample
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture as read.  `grey`: (height, width) float64, 0..255 whatever the depth was."""
+    """A picture as read.
+
+    depth: bits of a sample in the file, 8 or 16; bits: those of them that values fill; bits_from: what says so, the
+    file, the rig or the values; values: (height, width) float64, luminance of 0..2^bits - 1.
+    """
 
     file_name: str
     sha256: str
     data: bytes
     depth: int
     channels: int
-    grey: Floats
+    values: Floats
+    bits: int = 8
+    bits_from: str = "file"
 
     @property
     def width(self) -> int:
-        return int(self.grey.shape[1])
+        return int(self.values.shape[1])
 
     @property
     def height(self) -> int:
-        return int(self.grey.shape[0])
+        return int(self.values.shape[0])
+
+    @cached_property
+    def grey(self) -> Floats:
+        """(height, width) float64, 0..255."""
+        return self.values if self.bits == 8 else self.values / ((2**self.bits - 1) / 255)
 
 
-def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Picture:
-    """Read a picture: its pixels as stored, of several pages the first.  `size` (width, height), px, is what the camera
-    that took it gives.
+def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
+    """Pictures by camera of the rig, as `read_picture`.  Those of which the values alone tell the bits have as many as
+    the brightest of them."""
+    read = {name: read_picture(path, rig.cameras[name]) for name, path in paths.items()}
+    most = max((picture.bits for picture in read.values() if picture.bits_from == "values"), default=0)
+    return {name: replace(it, bits=most) if it.bits_from == "values" else it for name, it in read.items()}
 
-    Colour is taken as luminance, alpha is passed over; sixteen bits are 0..65535, whatever of them the camera used.
-    Raises InputError where the file is missing, no picture, damaged, too large, or of another size.
+
+def tell_bits(pictures: Iterable[Picture]) -> list[str]:
+    """How many bits were taken of those that have sixteen, and why, a sentence each."""
+    words = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
+    return [
+        f"{it.file_name}: {it.bits} of 16 bits are used, as {words[it.bits_from]}" for it in pictures if it.depth == 16
+    ]
+
+
+def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
+    """Read a picture: its pixels as stored, of several pages the first.  `camera` is the one that took it.
+
+    Colour is taken as luminance, alpha is passed over.
+    Raises InputError where the file is missing, no picture, damaged, too large, or not of the camera's size or bits.
     """
     import io
 
@@ -66,10 +96,10 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
             warnings.catch_warnings(action="ignore"),
             Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image,
         ):
-            if size is not None and image.size != size:
+            if camera is not None and image.size != (camera.width, camera.height):
                 raise InputError(
-                    f"the image {path} is {image.width}x{image.height} but its camera {size[0]}x{size[1]}: give the "
-                    "picture as the camera took it, or the calibration of that size"
+                    f"the image {path} is {image.width}x{image.height} but its camera {camera.width}x{camera.height}: "
+                    "give the picture as the camera took it, or the calibration of that size"
                 )
             if image.width * image.height > MAX_PIXELS:
                 raise InputError(f"the image {path} has more than {MAX_PIXELS // 10**6} million pixels: scale it down")
@@ -77,6 +107,7 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
                 raise InputError(
                     f"the image {path} is coded as {image.mode}, neither grey nor colour of 8 or 16 bits: convert it"
                 )
+            stated = stated_bits(image, data)
             if _is_deep_colour(image, data):
                 image.load()  # says what is damaged; the other reader does not
                 pixels = _deep_colour(data)
@@ -91,9 +122,13 @@ def read_picture(path: str | Path, *, size: tuple[int, int] | None = None) -> Pi
     # 32-bit containers (TIFF, and PNG in some versions of the reader) may hold 16 bits.
     if pixels.dtype.itemsize > 2 and not (pixels.dtype.kind == "i" and pixels.min() >= 0 and pixels.max() < 2**16):
         raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
-    depth = 16 if pixels.dtype.itemsize > 1 else 8
+    depth, bits, bits_from = 8, 8, "file"
+    if pixels.dtype.itemsize > 1:
+        told = None if camera is None else camera.bits
+        depth, (bits, bits_from) = 16, find_bits(pixels, stated, told, path)
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-    return Picture(path.name, hashlib.sha256(data).hexdigest(), data, depth, channels, _grey(pixels))
+    sha256 = hashlib.sha256(data).hexdigest()
+    return Picture(path.name, sha256, data, depth, channels, _luminance(pixels), bits, bits_from)
 
 
 def read_mask(path: str | Path) -> Bools:
@@ -111,7 +146,7 @@ def _is_deep_colour(image: Image.Image, data: bytes) -> bool:
     """Whether colours have 16 bits, which the reader would cut to eight."""
     if image.mode not in ("RGB", "RGBA"):
         return False
-    bits = getattr(image, "tag_v2", {}).get(_BITS_PER_SAMPLE, (8,))
+    bits = getattr(image, "tag_v2", {}).get(BITS_PER_SAMPLE, (8,))
     return max(bits) == 16 or (image.format == "PNG" and data[_PNG_DEPTH] == 16)
 
 
@@ -124,11 +159,9 @@ def _deep_colour(data: bytes) -> npt.NDArray[np.generic]:
     return np.asarray(pixels)[..., 2::-1]  # decoded as blue, green, red
 
 
-def _grey(pixels: npt.NDArray[np.generic]) -> Floats:
-    """Luminance (ITU-R BT.601 weights) of 0..255."""
+def _luminance(pixels: npt.NDArray[np.generic]) -> Floats:
+    """ITU-R BT.601 weights."""
     values = pixels.astype(np.float64)
     if values.ndim == 3:
         values = values[..., :3] @ np.array([0.299, 0.587, 0.114]) if values.shape[2] >= 3 else values[..., 0]
-    if pixels.dtype == np.bool_:
-        return values * 255
-    return values / 257 if pixels.dtype.itemsize > 1 else values
+    return values * 255 if pixels.dtype == np.bool_ else values

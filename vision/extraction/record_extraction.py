@@ -15,6 +15,8 @@ from vision.extraction.rows import Tables
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
+    from vision.cameras.images import Picture
+
 # What hangs on the set of units and not on the extraction.
 _OF_UNITS = ("unit", "unit_relation")
 
@@ -27,16 +29,17 @@ class RecordedExtraction:
     unit_set_id: int
 
 
-def content_key(image_sha256: str, parameters: ExtractionParameters) -> str:
-    """What makes two extractions the same: image, parameters and version."""
-    return hashlib.sha256(f"{image_sha256} {parameters.to_json()} {VERSION}".encode()).hexdigest()
+def content_key(picture: "Picture", parameters: ExtractionParameters) -> str:
+    """What makes two extractions the same: image, the bits that were taken of it, parameters and version."""
+    bits = "" if picture.bits == picture.depth else f" {picture.bits} bits"
+    return hashlib.sha256(f"{picture.sha256}{bits} {parameters.to_json()} {VERSION}".encode()).hexdigest()
 
 
 def find_extraction(
-    store: Database, connection: "Connection", image_sha256: str, parameters: ExtractionParameters
+    store: Database, connection: "Connection", picture: "Picture", parameters: ExtractionParameters
 ) -> RecordedExtraction | None:
-    """The extraction of that image with those parameters, if the store holds it."""
-    rows = store.rows(connection, "extraction/by_key", content_key=content_key(image_sha256, parameters))
+    """The extraction of that picture with those parameters, if the store holds it."""
+    rows = store.rows(connection, "extraction/by_key", content_key=content_key(picture, parameters))
     return RecordedExtraction(int(rows[0].id), int(rows[0].unit_set_id)) if rows else None
 
 
@@ -54,12 +57,12 @@ def record_extraction(
     run: Run,
     connection: "Connection",
     image_id: int,
-    image_sha256: str,
+    picture: "Picture",
     parameters: ExtractionParameters,
     tables: Tables,
 ) -> RecordedExtraction:
     """Append all rows of an extraction of image `image_id`; where the store holds the same already, its identities."""
-    found = find_extraction(run.store, connection, image_sha256, parameters)
+    found = find_extraction(run.store, connection, picture, parameters)
     if found:
         return found
     extraction_id = int(run.store.new_ids(connection, "extraction", 1)[0])
@@ -67,7 +70,9 @@ def record_extraction(
     head: Columns = {
         "id": [extraction_id],
         "image_id": image_id,
-        "content_key": content_key(image_sha256, parameters),
+        "content_key": content_key(picture, parameters),
+        "bits": picture.bits,
+        "bits_from": picture.bits_from,
         "parameters": parameters.to_json(),
         "version": VERSION,
         **tables["extraction"],

@@ -19,7 +19,7 @@ from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
-from vision.cameras.images import read_picture
+from vision.cameras.images import read_pictures, tell_bits
 from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
 from vision.extraction import extract as extraction
@@ -78,6 +78,7 @@ class Inspection:
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
     selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
+    notes: what was taken of the pictures that they may not say themselves, a sentence each.
     """
 
     run: int
@@ -99,6 +100,7 @@ class Inspection:
     variants: list[VariantEvidence]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
+    notes: list[str]
     timings_s: dict[str, float] = field(compare=False)
 
     def to_json(self) -> dict[str, Any]:
@@ -129,6 +131,7 @@ class Inspection:
             "variants": [variant.to_json() for variant in self.variants],
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
+            "notes": self.notes,
             "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
         }
 
@@ -218,10 +221,7 @@ def _inspect(
         check_method(parameters.stereo.method)
     believed = read_prior(prior)
     needs = needs or read_needs(prior) or DEFAULT_NEEDS
-    pictures = {
-        name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
-        for name, path in paths.items()
-    }
+    pictures = read_pictures(paths, cameras)
     run.step("read")
     mounted = _mounted(store, call.world_id, whole, call.carrier)
     selection = select_in_view(store, cameras, believed, parameters.selection, world=call.world)
@@ -266,6 +266,7 @@ def _inspect(
             stored,
             cameras,
             primitives,
+            found.edge_indexes,
             found.best,
             {name: view.arcs for name, view in found.views.items()},
             parts,
@@ -312,8 +313,8 @@ def _inspect(
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
-    outcome = read_outcome(store, run.id)
-    return _answer(run, cameras, needs, found, outcome, correction, parts, presence, ranked, selection)
+    outcome, notes = read_outcome(store, run.id), tell_bits(pictures.values())
+    return _answer(run, cameras, needs, found, outcome, correction, parts, presence, ranked, selection, notes)
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -369,6 +370,7 @@ def _answer(
     presence: Presence | None,
     variants: list[VariantEvidence],
     selection: Selection,
+    notes: list[str],
 ) -> Inspection:
     best, verdict = found.best, found.verdict
     rows = [] if parts is None else parts.rows()
@@ -394,5 +396,6 @@ def _answer(
         variants=variants,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
+        notes=notes,
         timings_s=run.seconds,
     )

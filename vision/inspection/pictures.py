@@ -37,7 +37,7 @@ def extract_pictures(
         known = {
             name: found
             for name, picture in pictures.items()
-            if (found := find_extraction(store, connection, picture.sha256, parameters))
+            if (found := find_extraction(store, connection, picture, parameters))
         }
         read = {name: read_primitives(store, connection, it.extraction_id) for name, it in known.items()}
     store.release()
@@ -48,7 +48,7 @@ def extract_pictures(
         for name, picture in pictures.items():
             image_id = record_picture(run, connection, picture, keep_bytes=keep_images)
             if name in made:
-                recorded = record_extraction(run, connection, image_id, picture.sha256, parameters, made[name])
+                recorded = record_extraction(run, connection, image_id, picture, parameters, made[name])
                 primitives = Primitives.of((picture.height, picture.width), made[name])
             else:
                 recorded, primitives = known[name], read[name]

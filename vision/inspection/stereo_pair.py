@@ -15,7 +15,7 @@ from relmodel.labelling.problem import NONE
 from relmodel.store import Run, Store, digest_inputs
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_prior, read_rig, rig_inputs
-from vision.cameras.images import read_picture
+from vision.cameras.images import read_pictures, tell_bits
 from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import select_in_view
 from vision.extraction import extract as extraction
@@ -35,10 +35,11 @@ PACKAGES = ("duckdb", "numba", "numpy", "opencv-python-headless", "scipy", "sqla
 
 @dataclass(frozen=True)
 class StereoAnswer:
-    """The run and what it matched."""
+    """The run, what it matched, and what was taken of the pictures, a sentence each."""
 
     run: int
     matches: StereoMatches
+    notes: list[str]
 
     def rows(self) -> list[dict[str, Any]]:
         """The matched arcs, then the matched regions: kind, left, right, and of arcs the curve, both ends in the rig's
@@ -96,10 +97,7 @@ def match_pair(
     with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
         cameras = read_rig(rig).only(*paths)
         rectify(cameras, *paths)
-        pictures = {
-            name: read_picture(path, size=(cameras.cameras[name].width, cameras.cameras[name].height))
-            for name, path in paths.items()
-        }
+        pictures = read_pictures(paths, cameras)
         run.step("read")
         depths = None if prior is None else _depths(store, cameras, prior, world_name, left[0], parameters)
         run.step("select")
@@ -115,7 +113,7 @@ def match_pair(
             run.finish(connection=connection, last="record")
 
         run.transact(record)
-    return StereoAnswer(run.id, matches)
+    return StereoAnswer(run.id, matches, tell_bits(pictures.values()))
 
 
 def _world(store: Store, world: str | None) -> str:

@@ -47,5 +47,9 @@ def weigh_variants(
         with store.read() as connection:
             scene = read_variant_scene(store, connection, stored.world_id, among, row)
         store.release()
-        out.append(assess_variant(row, scene, rig, pictures, found.best, parameters.localisation, parameters.presence))
+        out.append(
+            assess_variant(
+                row, scene, rig, pictures, found.edge_indexes, found.best, parameters.localisation, parameters.presence
+            )
+        )
     return rank(out)

@@ -48,15 +48,11 @@ def collect_edge_points(picture: Primitives, camera: Camera, p: EvidenceParamete
     bounds = np.array([p.border_px, p.border_px]), np.array([camera.width, camera.height]) - 1.0 - p.border_px
     low, high, sigma = *bounds, elements.sigma
     if not camera.is_pinhole:
-        # Edges turn as their tangents do; sigma grows or shrinks with the scale across.
-        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-        ahead, across = (camera.undistort(position + 0.5 * d) for d in (tangent, normal))
-        back, beside = (camera.undistort(position - 0.5 * d) for d in (tangent, normal))
-        turned = ahead - back
-        turned /= np.linalg.norm(turned, axis=1)[:, None]
-        normal = np.stack([turned[:, 1], -turned[:, 0]], axis=1)
-        sigma = sigma * np.abs(np.einsum("ni,ni->n", across - beside, normal))
-        position = camera.undistort(position)
+        # Normals turn as gradients do; the scale across is one over how the gradient grows.
+        position, jacobian = camera.undistort_with_jacobians(position)
+        normal = np.einsum("nij,ni->nj", jacobian, normal)
+        growth = np.linalg.norm(normal, axis=1)
+        normal, sigma = normal / growth[:, None], sigma / growth
         x, y = (np.linspace(low[i], high[i], 65) for i in (0, 1))
         border = [np.stack(np.meshgrid(x, border_y), axis=-1).reshape(-1, 2) for border_y in (low[1], high[1])]
         border += [np.stack(np.meshgrid(border_x, y), axis=-1).reshape(-1, 2) for border_x in (low[0], high[0])]

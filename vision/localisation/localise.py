@@ -53,8 +53,9 @@ class Localisation:
 
     verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
     hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.  alone:
-    the pose each camera gives by itself, in the rig's order (where there are several).  views: by camera, what is seen
-    at the best pose.  timings_s by step.  stages: what the search kept, and what became of it.
+    the pose each camera gives by itself, in the rig's order (where there are several).  edge_indexes: by
+    camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.  timings_s by step.
+    stages: what the search kept, and what became of it.
     """
 
     verdict: Verdict
@@ -62,6 +63,7 @@ class Localisation:
     hypotheses: list[Refined]
     rivals: list[Refined]
     alone: list[Refined]
+    edge_indexes: dict[str, EdgeIndex]
     views: dict[str, View]
     timings_s: dict[str, float]
     stages: list[Stage] = field(default_factory=list)
@@ -93,7 +95,7 @@ def localise(
     if not len(found.score):
         nothing = "no arc of the model is in view near the prior"
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
-        return Localisation(unknown, None, [], [], [], {}, clock.laps)
+        return Localisation(unknown, None, [], [], [], indexes, {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
     hypotheses, stages = solver.hypotheses(found)
     clock.lap("refine")
@@ -108,7 +110,8 @@ def localise(
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
-    return Localisation(verdict, best, hypotheses, hypotheses[1 : len(standing)], alone, views, clock.laps, stages)
+    rivals = hypotheses[1 : len(standing)]
+    return Localisation(verdict, best, hypotheses, rivals, alone, indexes, views, clock.laps, stages)
 
 
 def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:

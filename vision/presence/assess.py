@@ -9,7 +9,6 @@ import numpy as np
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import map_surfaces
-from vision.localisation.evidence import collect_edge_points
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parts_in_view import PartsInView
@@ -39,6 +38,7 @@ def assess(
     stored: StoredScene,
     rig: Rig,
     pictures: Mapping[str, Primitives],
+    edge_indexes: Mapping[str, EdgeIndex],
     pose: Refined,
     views: Mapping[str, ViewArcs],
     parts: PartsInView,
@@ -48,13 +48,10 @@ def assess(
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at a pose.
 
-    pictures, views: by camera; matched: likewise, what relational matching made of them, or nothing: regions then say
-    nothing.
+    pictures, edge_indexes, views: by camera; matched: likewise, what relational matching made of them, or nothing: then
+    regions say nothing.
     """
-    indexes = [
-        EdgeIndex(collect_edge_points(pictures[name], camera, localisation.evidence))
-        for name, camera in rig.cameras.items()
-    ]
+    indexes = [edge_indexes[name] for name in rig.cameras]
     samples = collect_samples(stored, rig, indexes, pose, views, p.samples)
     beside = find_beside(samples, indexes, pose.own[:, 0], p.samples)
     support = measure_support(samples, beside, p.support)

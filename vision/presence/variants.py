@@ -11,6 +11,7 @@ import numpy as np
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.localisation_parameters import LocalisationParameters
+from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parts_in_view import find_parts_in_view
 from vision.localisation.refine import Refined
 from vision.localisation.views import find_view_arcs
@@ -55,6 +56,7 @@ def assess_variant(
     stored: StoredScene,
     rig: Rig,
     pictures: Mapping[str, Primitives],
+    edge_indexes: Mapping[str, EdgeIndex],
     pose: Refined,
     localisation: LocalisationParameters,
     p: PresenceParameters,
@@ -65,7 +67,7 @@ def assess_variant(
         for name, camera in rig.cameras.items()
     }
     parts = find_parts_in_view(stored, rig, pose.world_from_rig, localisation)
-    return weigh_variant(variant, assess(stored, rig, pictures, pose, views, parts, {}, localisation, p))
+    return weigh_variant(variant, assess(stored, rig, pictures, edge_indexes, pose, views, parts, {}, localisation, p))
 
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:

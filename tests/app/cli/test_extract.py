@@ -41,14 +41,15 @@ def counts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, int
     return {row["stage"]: row["found"] for row in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.parametrize("kind", ["tiff16", "png16", "rgb", "rgba", "palette", "jpeg"])
+@pytest.mark.parametrize("kind", ["tiff16", "png16", "tiff12", "png10", "rgb", "rgba", "palette", "jpeg"])
 def test_depth_and_colour_change_nothing(
     kind: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     grey = np.asarray(Image.open(square))
-    other = tmp_path / ("other.jpg" if kind == "jpeg" else "other.tif" if kind == "tiff16" else "other.png")
-    if kind.endswith("16"):
-        Image.fromarray(grey.astype(np.uint16) * 257).save(other)
+    other = tmp_path / ("other.jpg" if kind == "jpeg" else "other.tif" if kind.startswith("tiff") else "other.png")
+    if kind[-2:].isdigit():
+        most = 2 ** int(kind[-2:]) - 1
+        Image.fromarray(np.rint(grey / 200 * most).astype(np.uint16)).save(other)
     elif kind == "jpeg":
         Image.fromarray(grey).save(other, quality=100)
     else:
@@ -154,3 +155,20 @@ def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixtu
     with pytest.raises(SystemExit, match="2"):
         main(["extract", str(square), "--scales", "fine"])
     assert "'fine' is no list of numbers" in capsys.readouterr().err
+
+
+def test_bits_of_a_camera_are_said_and_stored(
+    square: Path, fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grey = np.asarray(Image.open(square))
+    Image.fromarray(grey.astype(np.uint16) * 16).save(tmp_path / "twelve.png")
+    pictures = [str(square), str(tmp_path / "twelve.png")]
+    assert main(["extract", *pictures, "--store", fresh_store]) == 0
+    said = capsys.readouterr().err
+    assert said.count(" bits are used") == 1
+    assert "twelve.png: 12 of 16 bits are used, as the values show\n" in said
+    with Store.open(fresh_store) as store, store.read() as connection:
+        image, extraction = store.table("image"), store.table("extraction")
+        asked = sa.select(image.c.depth, extraction.c.bits, extraction.c.bits_from)
+        rows = connection.execute(asked.join(image, image.c.id == extraction.c.image_id).order_by(image.c.id)).all()
+    assert [tuple(row) for row in rows] == [(8, 8, "file"), (16, 12, "values")]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sqlalchemy as sa
+from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
@@ -30,7 +31,7 @@ TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
     "run", "verdict", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
     "world_from_camera", "covariance", "base_correction", "parts_in_view", "presence", "variants", "selection",
-    "hypotheses", "timings_s",
+    "hypotheses", "notes", "timings_s",
 ]  # fmt: skip
 
 WRITTEN = [
@@ -245,6 +246,23 @@ def test_same_inspection_gives_same_rows(
             first = rows(answer["run"])
             assert first, name
             assert rows(again["run"]) == first, name
+
+
+def test_a_camera_of_twelve_bits_sees_the_same(
+    answer: dict[str, Any], store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    twelve = {}
+    for name, file in (("left", pair.left), ("right", pair.right)):
+        grey = np.asarray(Image.open(file).convert("L"), float)
+        twelve[name] = tmp_path / f"{name}.png"
+        Image.fromarray(np.rint(grey / 255 * 4095).astype(np.uint16)).save(twelve[name])
+    capsys.readouterr()
+    found = inspected(store, *pair.options(**twelve))
+    notes = [f"{name}.png: 12 of 16 bits are used, as the values show" for name in twelve]
+    assert found["notes"] == notes
+    assert answer["notes"] == []
+    assert found["verdict"] == answer["verdict"] == "accepted"
+    np.testing.assert_allclose(found["world_from_rig"], answer["world_from_rig"], atol=0.1)
 
 
 def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: Pair) -> None:

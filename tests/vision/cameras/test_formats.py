@@ -319,13 +319,15 @@ def test_the_own_file_holds_all(tmp_path: Path) -> None:
     truths = draw(1, 3, 8, one_size=False, own_frame=True)
     rig = make_rig(truths, ["a", "b", "c"])
     matrix = rig.cameras["b"].matrix + np.array([[0, 0.7, 0], [0, 0, 0], [0, 0, 0]])
-    cameras = rig.cameras | {"b": Camera(700, 500, matrix, np.append(rig.cameras["b"].distortion, np.full(6, 1e-3)))}
+    distortion = np.append(rig.cameras["b"].distortion, np.full(6, 1e-3))
+    cameras = rig.cameras | {"b": Camera(700, 500, matrix, distortion, 12)}
     sigma = {"a": CalibrationSigma(0.001, 0.2, 0.3, 0.004)}
     write_rig(Rig(cameras, rig.rig_from_camera, sigma), tmp_path / "rig", "rig")
     again = read_rig(tmp_path / "rig")
     for name, camera in cameras.items():
         assert np.array_equal(again.cameras[name].matrix, camera.matrix)
         assert np.array_equal(again.cameras[name].distortion, camera.distortion)
+        assert again.cameras[name].bits == camera.bits
         np.testing.assert_allclose(again.rig_from_camera[name], rig.rig_from_camera[name], rtol=0, atol=1e-12)
     assert again.sigma.keys() == sigma.keys()
     assert again.sigma["a"].focal == pytest.approx(0.001, rel=1e-14)
@@ -392,6 +394,10 @@ SKEWED = np.array([[700, 0.5, 320], [0, 700, 240], [0, 0, 1]])
         ("colmap", make_rig(draw(0, 2, 4), ["a/b", "c"]), "cannot name"),
         *(
             (form, Rig({"left": Camera(640, 480, SKEWED)}, {"left": np.eye(4)}), "skew")
+            for form in GET
+        ),
+        *(
+            (form, Rig({"left": Camera(640, 480, np.eye(3), bits=12)}, {"left": np.eye(4)}), "no place for bits")
             for form in GET
         ),
         *(

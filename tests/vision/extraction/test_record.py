@@ -32,8 +32,8 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
-            first = record_extraction(run, connection, image, "ab", found.parameters, make_rows(found))
-            assert record_extraction(run, connection, image, "ab", found.parameters, make_rows(found)) == first
+            first = record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
+            assert record_extraction(run, connection, image, picture, found.parameters, make_rows(found)) == first
         with store.read() as connection:
 
             def count(table: str) -> int:
@@ -72,7 +72,7 @@ def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
-            record_extraction(run, connection, image, "ab", found.parameters, make_rows(found))
+            record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
         with store.read() as connection:
 
             def rows(table: str) -> list[sa.Row[tuple[object, ...]]]:
@@ -96,7 +96,7 @@ def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
-            record_extraction(run, connection, image, "ab", found.parameters, make_rows(found))
+            record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
         with store.read() as connection:
             points = connection.execute(sa.select(store.table("image_arc_point")).order_by("point_no")).all()
     assert [point.point_no for point in points] == list(range(len(found.arcs.x)))
@@ -128,7 +128,7 @@ def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
         with Store.open(path) as store, Run.begin(store, "extract", {}) as run, run.write() as connection:
             picture = Picture(f"{number}.png", str(number), data, 8, 1, grey)
             image = record_picture(run, connection, picture, keep_bytes=True)
-            record_extraction(run, connection, image, picture.sha256, found.parameters, make_rows(found))
+            record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
         sizes.append(path.stat().st_size)
     assert not Path(f"{path}.wal").exists()
     grown = np.diff(sizes) / MEGABYTE
@@ -150,11 +150,13 @@ def _changed(parameters: Any) -> Iterator[Any]:
             yield replace(parameters, **{field.name: value / 2})
 
 
-def test_the_key_of_an_extraction_depends_on_each_of_its_parameters() -> None:
+def test_the_key_of_an_extraction_depends_on_the_bits_and_each_parameter() -> None:
     plain = ExtractionParameters()
     others = list(_changed(plain))
     assert len(others) > 100
-    assert len({content_key("ab", p) for p in [plain, *others]}) == 1 + len(others)
+    picture = Picture("a.png", "ab", b"", 16, 1, np.zeros((1, 1)), 16)
+    of_bits = [content_key(replace(picture, bits=bits), plain) for bits in (8, 10, 12, 14)]
+    assert len({*of_bits, *(content_key(picture, p) for p in [plain, *others])}) == 5 + len(others)
     recorded = json.loads(plain.to_json())
     assert recorded["edges"]["scales"] == [1.4]
     assert list(recorded) == sorted(recorded)

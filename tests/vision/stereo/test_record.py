@@ -50,6 +50,8 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                         "id": [n],
                         "image_id": [n],
                         "content_key": [f"{n}"],
+                        "bits": [8],
+                        "bits_from": ["file"],
                         "parameters": ["{}"],
                         "version": ["1"],
                         "noise_sigma": [1.0],

@@ -53,6 +53,8 @@ def check_expressible(rig: Rig, form: str, sizes: tuple[int, ...]) -> dict[str, 
         )
     fitted = {}
     for name, camera in rig.cameras.items():
+        if camera.bits is not None:
+            raise UsageError(f"{form} has no place for bits, and the camera {name} has {camera.bits}: leave them out")
         if camera.matrix[0, 1] != 0:
             raise UsageError(f"{form} has no skew, and the camera {name} has {camera.matrix[0, 1]:g}")
         used = len(np.trim_zeros(camera.distortion, "b"))

@@ -35,7 +35,7 @@ def parse(data: dict[str, Any], path: Path) -> Rig:
         lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
             raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
-        cameras[str(name)] = Camera(width, height, matrix, _distortion(entry, path, where))
+        cameras[str(name)] = Camera(width, height, matrix, _distortion(entry, path, where), _bits(entry, path, where))
         poses[str(name)] = rigid(
             numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
         )
@@ -57,6 +57,8 @@ def write(rig: Rig, path: Path) -> None:
         entry: dict[str, Any] = {"width": camera.width, "height": camera.height, "matrix": camera.matrix.tolist()}
         if len(camera.distortion):
             entry["distortion"] = {"model": "opencv", "coefficients": camera.distortion.tolist()}
+        if camera.bits is not None:
+            entry["bits"] = camera.bits
         entry["rig_from_camera"] = rig.rig_from_camera[name].tolist()
         if name in rig.sigma:
             s = rig.sigma[name]
@@ -91,6 +93,13 @@ def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where:
         values["translation_mm"],
         float(np.radians(values["rotation_deg"])),
     )
+
+
+def _bits(entry: dict[str, Any], path: Path, where: str) -> int | None:
+    bits = entry.get("bits")
+    if bits is not None and (isinstance(bits, bool) or not isinstance(bits, int) or not 8 <= bits <= 16):
+        raise InputError(f"{path}: {where}bits is {bits!r}: give how many of 16 bits its pictures fill, 8 to 16")
+    return bits
 
 
 def _distortion(entry: dict[str, Any], path: Path, where: str) -> Floats:

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from vision.cameras.drawing import check_writable, save_side_by_side
-    from vision.cameras.images import read_mask, read_picture
+    from vision.cameras.images import read_mask, read_picture, tell_bits
     from vision.extraction.extract import KERNELS, extract
     from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
@@ -80,6 +80,8 @@ def run(args: argparse.Namespace) -> int:
     )
     with _run(args, parameters) as stored:
         pictures = [read_picture(path) for path in args.images]
+        for words in tell_bits(pictures):
+            say(words)
         compile_ahead(KERNELS, say)
         found = []
         with shown() as progress:
@@ -128,6 +130,6 @@ def _keep(stored: Run, pictures: list[Picture], extractions: list[Extraction], *
     def write(connection: Connection) -> None:
         for picture, extraction in zip(pictures, extractions, strict=True):
             image = record_picture(stored, connection, picture, keep_bytes=keep_bytes)
-            record_extraction(stored, connection, image, picture.sha256, extraction.parameters, make_rows(extraction))
+            record_extraction(stored, connection, image, picture, extraction.parameters, make_rows(extraction))
 
     stored.transact(write)

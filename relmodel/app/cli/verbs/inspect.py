@@ -152,6 +152,8 @@ def print_answer(answer: Inspection, form: str) -> None:
     if form == "json":
         print(json.dumps(answer.to_json()))
         return
+    for words in answer.notes:
+        say(words)
     say(f"run {answer.run}: {answer.outcome.words}")
     say(f"the pose is {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:

@@ -62,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
             world=args.world,
             keep_images=not args.no_keep_images,
         )
+    for words in answer.notes:
+        say(words)
     result = answer.matches.solved.result
     say(f"run {answer.run}: {result.status}, cost {result.cost}, none below {result.bound}")
     rows = answer.rows()
