@@ -25,22 +25,22 @@ from relmodel.store.engine import (
     reading_engine,
     sentence,
 )
+from relmodel.store.replacing import PATIENCE_S
 
-PATIENCE_S = 60.0  # how long a file is waited for that another process writes: most hold it while they record
 READERS_S = 3.0  # how long those are waited for who only read it
 
 
 class Access:
     """How a database is reached.
 
-    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  readers: who read it when it was
-    last written, so that they see it as it was before.
+    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: who read it when something
+    was written beside it, and sees nothing of that.
     """
 
     def __init__(self, engine: Engine) -> None:
         self.engine = engine
         self.file = duckdb_file(engine.url)
-        self.readers: str | None = None
+        self.passed: str | None = None
 
     def connect(self) -> Connection:
         """A connection, which only reads where others read a DuckDB file.  Raises StoreError where another process goes
@@ -95,12 +95,11 @@ class Access:
         while True:
             try:
                 self._connect_to_file().close()
-                self.readers = None
                 return True
             except Exception as error:
-                waited = self.readers is not None or time.monotonic() > began + READERS_S
+                waited = self.passed is not None or time.monotonic() > began + READERS_S
                 if is_locked(error) and waited and is_readable(self.engine.url):
-                    self.readers = holder(error)
+                    self.passed = holder(error)
                     return False
                 self._wait(error, began + PATIENCE_S)
 

@@ -20,7 +20,7 @@ from typing import BinaryIO
 from relmodel.errors import StoreError
 from relmodel.store.engine import PAUSE_S, no_folder
 
-_PATIENCE_S = 10.0  # for who began to write the file just now
+PATIENCE_S = 60.0  # how long a file is waited for that another process writes: most hold it while they record
 
 
 @contextmanager
@@ -110,7 +110,7 @@ def _put(file: Path) -> None:
 @contextmanager
 def _held_for_reading(file: Path) -> Iterator[BinaryIO]:
     """The bytes of a file that DuckDB lets nobody write, as if one of its readers had it open."""
-    given_up = time.monotonic() + _PATIENCE_S
+    given_up = time.monotonic() + PATIENCE_S
     with file.open("rb") as source:
         while True:
             try:
@@ -126,10 +126,10 @@ def _held_for_reading(file: Path) -> Iterator[BinaryIO]:
 def _copy(source: BinaryIO, file: Path, new: Path) -> None:
     """Copy by what is open of the file: to close it once more would give up the lock."""
     with new.open("wb") as copy:
+        shutil.copymode(file, new)
+        with suppress(PermissionError):
+            os.chown(new, file.stat().st_uid, file.stat().st_gid)
         shutil.copyfileobj(source, copy, 1 << 24)
-    shutil.copymode(file, new)
-    with suppress(PermissionError):
-        os.chown(new, file.stat().st_uid, file.stat().st_gid)
 
 
 def _remove(new: Path) -> None:

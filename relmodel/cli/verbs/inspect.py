@@ -129,8 +129,8 @@ def run(args: argparse.Namespace) -> int:
             ),
         )
     print_answer(answer, args.format)
-    if store.access.readers is not None:
-        say(f"{store.access.readers} reads the store {store.name}: it sees run {answer.run} when it opens it again")
+    if store.access.passed is not None:
+        say(f"{store.access.passed} had the store open meanwhile: it sees run {answer.run} when it opens it again")
     return 0 if answer.verdict == "accepted" else 1
 
 
