@@ -83,7 +83,7 @@ def test_a_reader_is_no_reason_to_refuse_a_verb(
 ) -> None:
     monkeypatch.setattr(access, "READERS_S", 0.0)
     store = str(tmp_path / "cell.duckdb")
-    more = ("init", "set box finish raw --variant A", "prune runs --state killed --yes")
+    more = ("init", "set box batch 7 --variant A", "prune runs --state killed --yes")
     for call in (*calls.values(), *([*words.split(), "--store", store] for words in more)):
         with held(store, read_only=True):
             assert main(call) == 0, call[0]
