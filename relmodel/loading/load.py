@@ -164,6 +164,7 @@ def _load(store: Store, request: Request, reading: _Reading | InputError, storin
             run.step("read")
             storing()
 
+            @store.one_thread()
             def store_model(connection: Connection) -> LoadReport:
                 nonlocal findings
                 derived = derive(model, store, connection)
@@ -175,8 +176,7 @@ def _load(store: Store, request: Request, reading: _Reading | InputError, storin
                 run.finish(connection=connection, last="store")
                 return report
 
-            with store.one_thread():
-                return run.transact(store_model)
+            return run.transact(store_model)
         except Exception as error:
             _note_refusal(run, error, files or digest_inputs({"model": request.path}), findings)
             raise

@@ -79,10 +79,7 @@ class Pulse:
 
 
 def _lock_file(store: Database, run_id: int) -> Path | None:
-    database = store.engine.url.database
-    if store.dialect != "duckdb" or not database or database.startswith(":"):
-        return None
-    return Path(f"{database}.run-{run_id}")
+    return None if store.file is None else Path(f"{store.file}.run-{run_id}")
 
 
 def _is_alive(store: Database, run_id: int) -> bool:
@@ -118,6 +115,10 @@ def name_dead_runs(store: Database) -> None:
 
 def mark_dead_runs(store: Database) -> None:
     """Append found_dead to the runs that neither ended nor have a living process."""
+    if store.dialect == "duckdb":
+        with store.read() as connection:  # to write would be to wait for who reads the file
+            if not find_dead_runs(store, connection):
+                return
     with store.write() as connection:
         found = find_dead_runs(store, connection)
         if not found:

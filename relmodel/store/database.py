@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from functools import cached_property
 from graphlib import TopologicalSorter
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -20,10 +21,7 @@ from relmodel.arrays import Ints
 from relmodel.columns import Columns
 from relmodel.errors import StoreError, TransientError
 from relmodel.store import bulk, sql
-from relmodel.store.engine import is_locked
-
-PATIENCE_S = 60.0  # how long a store that was let go of waits for its file: others hold it while they record
-_PAUSE_S = 0.05
+from relmodel.store.access import Access
 
 # Types of columns by the names that DuckDB and PostgreSQL have for them.
 _TYPES: dict[str, type[TypeEngine[Any]]] = {
@@ -57,23 +55,36 @@ T = TypeVar("T")
 class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` give.
 
-    dead_runs: those that its connections to a DuckDB file are told of, where it is open for reading only.
+    access: how it is reached, and shared with others.  dead_runs: those that its connections to a DuckDB file are told
+    of, where it is open for reading only.
     """
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
-        self.engine = engine
+        self.access = Access(engine)
         self.name = name
         self._read_only = read_only
         self._closed = False
         self.dead_runs: list[int] = []
 
     @property
+    def engine(self) -> Engine:
+        """What connects to the database."""
+        return self.access.engine
+
+    @property
+    def file(self) -> Path | None:
+        """The file of a DuckDB store."""
+        return self.access.file
+
+    @property
     def revision(self) -> str | None:
-        """Revision of the schema that the store has; None where it is no relmodel store."""
+        """Revision of the schema that the store has; None where it is no relmodel store, or not there."""
         self._refuse_closed()
-        if not {"sds_relation", "alembic_version"} <= set(inspect(self.engine).get_table_names()):
+        if self.file is not None and not self.file.exists():
             return None
         with self.read() as connection:
+            if not {"sds_relation", "alembic_version"} <= set(inspect(connection).get_table_names()):
+                return None
             return str(self.rows(connection, "revision")[0].version_num)
 
     def release(self) -> None:
@@ -83,28 +94,18 @@ class Database:
             self.engine.dispose()
 
     def connect(self) -> Connection:
-        """A connection that the caller closes; waited for while another process holds the file, as one does that
+        """A connection that the caller closes; waited for while another process writes the file, as one does that
         records, or the server restarts."""
 
         def once() -> Connection:
             with self.failures():
-                connection = self._connect()
+                connection = self.access.connect()
                 if self.dead_runs:
                     connection.execute(sql.query("run/name_dead.duckdb"), {"dead": self.array(self.dead_runs)})
                     connection.commit()
                 return connection
 
         return self.patiently(once)
-
-    def _connect(self) -> Connection:
-        given_up = time.monotonic() + PATIENCE_S
-        while True:
-            try:
-                return self.engine.connect()
-            except Exception as error:
-                if not is_locked(error) or time.monotonic() > given_up:
-                    raise
-            time.sleep(_PAUSE_S)
 
     def close(self) -> None:
         """Let go of the database; what is asked of it from here on raises StoreError."""
@@ -185,7 +186,13 @@ class Database:
         self._refuse_closed()
         if self._read_only:
             raise StoreError(f"the store {self.name} is open for reading only: open it without read_only to write")
-        with self.failures(), self.connect() as connection, connection.begin(), self._interrupts(connection):
+        with (
+            self.failures(),
+            self.access.writable(),
+            self.connect() as connection,
+            connection.begin(),
+            self._interrupts(connection),
+        ):
             yield connection
 
     @contextmanager
@@ -222,7 +229,7 @@ class Database:
             yield
             return
         self._refuse_closed()
-        with self._connect() as settings:  # a transaction that failed refuses whatever comes after
+        with self.access.connect() as settings:  # a transaction that failed refuses whatever comes after
             settings.execute(sql.query("run/one_thread.duckdb"))
             try:
                 yield

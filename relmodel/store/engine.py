@@ -6,7 +6,7 @@ import re
 import time
 from pathlib import Path
 
-from sqlalchemy import URL, Engine, create_engine, make_url
+from sqlalchemy import URL, Engine, NullPool, create_engine, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
 from relmodel.errors import StoreError
@@ -30,8 +30,8 @@ def store_url(target: str | Path) -> URL:
     return url
 
 
-PATIENCE_S = 3.0  # how long a store that another process holds is tried to be opened
-_PAUSE_S = 0.05
+PATIENCE_S = 3.0  # how long a store that another process writes is tried to be opened
+PAUSE_S = 0.05
 
 DUCKDB_CONFIG = {
     # DuckDB gives every column and index of its own at least one block: of 32 KiB, a store of some hundred tables takes
@@ -51,60 +51,120 @@ def store_name(url: URL) -> str:
     return str(url) if url.get_backend_name() != "duckdb" else str(url.database)
 
 
-def connect(url: URL, *, read_only: bool) -> Engine:
-    """Engine of the store, with its first connection tried.
+def duckdb_file(url: URL) -> Path | None:
+    """The file of a store, wherever links lead; None of one in memory and on PostgreSQL."""
+    if url.get_backend_name() != "duckdb" or not url.database or url.database.startswith(":"):
+        return None
+    return Path(url.database).resolve()
 
-    Raises StoreError where it is locked by another process, no database, or cannot be reached.
-    """
-    options: dict[str, object]
+
+def make_engine(url: URL, *, read_only: bool) -> Engine:
+    """Engine of the store, which connects when it is asked to."""
     if url.get_backend_name() == "postgresql":
         options = {"options": "-c default_transaction_read_only=on"} if read_only else {}
-    else:
-        options = {"config": DUCKDB_CONFIG, "read_only": read_only}
-    try:
         # Connections that a restart of the server broke are told before they are used.
-        engine = create_engine(url, connect_args=options, pool_pre_ping=url.get_backend_name() == "postgresql")
+        return create_engine(url, connect_args=options, pool_pre_ping=True)
+    return create_engine(url, connect_args={"config": DUCKDB_CONFIG, "read_only": read_only})
+
+
+def reading_engine(url: URL) -> Engine:
+    """Engine by which a DuckDB file is read that others read too; it holds the file only while it is asked."""
+    return create_engine(url, connect_args={"config": DUCKDB_CONFIG, "read_only": True}, poolclass=NullPool)
+
+
+def connect(url: URL, *, read_only: bool) -> Engine:
+    """Engine of the store, with its first connection tried where it is there.
+
+    Raises StoreError where another process writes it, it is no database, or cannot be reached.
+    """
+    try:
+        engine = make_engine(url, read_only=read_only)
         _try_connection(engine)
     except ModuleNotFoundError as error:
         raise StoreError(f"the store {url} needs the package {error.name}: install relmodel[postgresql]") from error
     except (DBAPIError, OSError) as error:
-        raise StoreError(_sentence(url, error)) from error
+        raise StoreError(sentence(url, error)) from error
     except Exception as error:  # the DuckDB driver's own errors pass SQLAlchemy by while it connects
         if type(error).__module__.startswith(("duckdb", "_duckdb")):
-            raise StoreError(_sentence(url, error)) from error
+            raise StoreError(sentence(url, error)) from error
         raise
     return engine
 
 
 def is_locked(error: Exception) -> bool:
     """Whether it is a DuckDB file that another process holds which made the error."""
-    return "Could not set lock" in str(getattr(error, "orig", None) or error)
+    return "Could not set lock" in _said(error)
+
+
+def is_open_here(error: Exception) -> bool:
+    """Whether it is a DuckDB file that this process has open in another way which made the error."""
+    return "with a different configuration" in _said(error)
+
+
+def is_readable(url: URL) -> bool:
+    """Whether others do no more than read a DuckDB file."""
+    engine = reading_engine(url)
+    try:
+        engine.connect().close()
+    except Exception as error:
+        if not is_locked(error):
+            raise
+        return False
+    return True
+
+
+def holder(error: Exception) -> str:
+    """Who holds the DuckDB file that is locked."""
+    found = re.search(r"Conflicting lock is held in (\S+) \(PID (\d+)\)", _said(error))
+    return f"process {found[2]} ({Path(found[1]).name})" if found else "another process"
+
+
+def no_folder(file: Path) -> str | None:
+    """What is wrong where the folder of a store is not there."""
+    if file.parent.is_dir():
+        return None
+    return f"there is no folder {file.parent} for the store {file}: make it, or name another place"
+
+
+def _said(error: Exception) -> str:
+    return str(getattr(error, "orig", None) or error)
 
 
 def _try_connection(engine: Engine) -> None:
-    """Connect once; where another process holds the file, again for a while: an inspection does while it records."""
+    """Connect once; where another process writes the file, again for a while: an inspection does while it records."""
+    file = duckdb_file(engine.url)
+    if file is not None and not file.exists():
+        return
     given_up = time.monotonic() + PATIENCE_S
     while True:
         try:
             engine.connect().close()
             return
         except Exception as error:
-            if not is_locked(error) or time.monotonic() > given_up:
+            if not is_locked(error):
                 raise
-        time.sleep(_PAUSE_S)
+            if is_readable(engine.url):
+                return
+            if time.monotonic() > given_up:
+                raise
+        time.sleep(PAUSE_S)
 
 
-def _sentence(url: URL, error: Exception) -> str:
-    said = str(getattr(error, "orig", None) or error)
+def sentence(url: URL, error: Exception) -> str:
+    """What is wrong with a store that could not be opened, and the cure."""
+    said = _said(error)
     if url.get_backend_name() != "duckdb":
         return f"cannot reach the store {url}: {said.strip().splitlines()[0]}"
     if is_locked(error):
-        holder = re.search(r"Conflicting lock is held in (\S+) \(PID (\d+)\)", said)
-        who = f"process {holder[2]} ({Path(holder[1]).name})" if holder else "another process"
-        return f"the store {url.database} is held by {who}: wait until it ends, end it, or keep the store in PostgreSQL"
-    folder = Path(url.database or "").parent
-    if not folder.is_dir():
-        return f"there is no folder {folder} for the store {url.database}: make it, or name another place"
+        return (
+            f"the store {url.database} is held by {holder(error)}: wait until it ends, end it, or keep the store in "
+            "PostgreSQL"
+        )
+    if is_open_here(error):
+        return f"the store {url.database} is open in this process already, in another way: close it there first"
+    missing = no_folder(Path(url.database or ""))
+    if missing:
+        return missing
     newer = re.search(r"database file with version number (\d+)", said)
     if newer:
         return (

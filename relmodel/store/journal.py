@@ -31,10 +31,7 @@ class Commit(NamedTuple):
 
 def journal_file(store: Database) -> Path | None:
     """The side file of a store; None where it has none (PostgreSQL, in memory)."""
-    database = store.engine.url.database
-    if store.dialect != "duckdb" or not database or database.startswith(":"):
-        return None
-    return Path(f"{database}.journal")
+    return None if store.file is None else Path(f"{store.file}.journal")
 
 
 def record(store: Database, relation: str, run_id: int, ordinal: int) -> None:

@@ -21,22 +21,31 @@ if TYPE_CHECKING:
 
 
 def bring_up_to_date(store: Database) -> None:
-    """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.
+    """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.  A
+    DuckDB file is made beside its place, so that it is there whole or as it was.
 
     Raises StoreError where the database holds other tables, or the store is of a newer version.
     """
-    found, known = store.revision, sql.revisions()
-    if found is None:
-        if inspect(store.engine).get_table_names():
+    with store.access.turn():
+        found, known = store.revision, sql.revisions()
+        if found == known[-1]:
+            return
+        if found not in (None, *known):
+            raise newer_store(store)
+        with store.access.beside():
+            if found is None:
+                _make(store)
+            else:
+                upgrade(store, known[-1])
+
+
+def _make(store: Database) -> None:
+    with store.write() as connection:
+        if inspect(connection).get_table_names():
             raise StoreError(f"{store.name} holds tables that are not relmodel's: give relmodel a store of its own")
         journal.forget(store)
-        with store.write() as connection:
-            create_schema(connection)
-            MigrationContext.configure(connection).stamp(ScriptDirectory.from_config(_config(connection)), "head")
-    elif found not in known:
-        raise newer_store(store)
-    elif found != known[-1]:
-        upgrade(store, known[-1])
+        create_schema(connection)
+        MigrationContext.configure(connection).stamp(ScriptDirectory.from_config(_config(connection)), "head")
 
 
 def create_schema(connection: Connection) -> None:

@@ -13,7 +13,8 @@ from relmodel.errors import StoreError
 from relmodel.store import sql
 from relmodel.store.alive import mark_dead_runs, name_dead_runs
 from relmodel.store.database import Database, newer_store
-from relmodel.store.engine import connect, store_name, store_url
+from relmodel.store.engine import connect, duckdb_file, store_name, store_url
+from relmodel.store.replacing import recover
 
 
 class Store(Database):
@@ -73,6 +74,9 @@ class Store(Database):
     @contextmanager
     def _opening(cls, url: URL, *, read_only: bool = False) -> Iterator[Self]:
         """The store at `url`, closed again where what is done with it fails."""
+        file = duckdb_file(url)
+        if file is not None:
+            recover(file)
         store = cls(connect(url, read_only=read_only), store_name(url), read_only=read_only)
         try:
             yield store

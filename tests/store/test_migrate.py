@@ -34,6 +34,7 @@ def migrated(store_target: str) -> Store:
     store = Store(connect(store_url(store_target), read_only=False), store_target)
     for revision in sql.revisions():
         upgrade(store, revision)
+    store.release()  # functions are spelled in another way until they are read from the file
     return store
 
 

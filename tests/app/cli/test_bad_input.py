@@ -7,8 +7,6 @@ import gzip
 import json
 import os
 import shutil
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,6 +23,7 @@ from relmodel.errors import StoreError
 from relmodel.store import Store
 from relmodel.text import visible
 from tests.app.cli.conftest import DEMO, Pair
+from tests.holding import held
 
 Given = dict[str, Any]
 
@@ -421,19 +420,9 @@ def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.Capture
 
 
 def test_store_held_by_another_process(store: str, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
-    code = "import sys, duckdb; held = duckdb.connect(sys.argv[1]); print('held', flush=True); sys.stdin.read()"
-    child = subprocess.Popen(
-        [sys.executable, "-c", code, store], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
-    assert child.stdin
-    assert child.stdout
-    try:
-        assert child.stdout.readline() == "held\n"
+    with held(store, read_only=False) as holder:
         said = refused(capsys, "inspect", "--store", store, *pair.options())
-        assert f"held by process {child.pid}" in said
-    finally:
-        child.stdin.close()
-        child.wait()
+    assert f"held by process {holder.pid}" in said
 
 
 def test_overlay_that_cannot_be_written_is_told_first(

@@ -140,6 +140,8 @@ def run(args: argparse.Namespace) -> int:
             ),
         )
     print_answer(answer, args.format)
+    if store.access.passed is not None:
+        say(f"{store.access.passed} had the store open meanwhile: it sees run {answer.run} when it opens it again")
     if answer.verdict != "accepted":
         return 1
     return DIFFERS if any(answer.outcome.has(what) for what in fail_on) else 0

@@ -1,0 +1,129 @@
+"""How a database is reached, and how the file of a DuckDB store is shared with others who have it open.
+
+DuckDB lets several processes read a file, or one alone write it.  Who finds others reading reads with them, and after a
+while writes beside the file (`replacing`), so that they hold nobody up; who writes it is waited for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+
+from sqlalchemy import Connection, Engine
+
+from relmodel.errors import StoreError
+from relmodel.store import replacing
+from relmodel.store.engine import (
+    PAUSE_S,
+    duckdb_file,
+    holder,
+    is_locked,
+    is_open_here,
+    is_readable,
+    make_engine,
+    reading_engine,
+    sentence,
+)
+from relmodel.store.replacing import PATIENCE_S
+
+READERS_S = 3.0  # how long those are waited for who only read it
+
+
+class Access:
+    """How a database is reached.
+
+    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: who read it when something
+    was written beside it, and sees nothing of that.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        self.file = duckdb_file(engine.url)
+        self.passed: str | None = None
+
+    def connect(self) -> Connection:
+        """A connection, which only reads where others read a DuckDB file.  Raises StoreError where another process goes
+        on writing it."""
+        given_up = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                return self._connect()
+            except Exception as error:
+                self._wait(error, given_up)
+
+    def _connect(self) -> Connection:
+        try:
+            return self._connect_to_file()
+        except Exception as error:
+            if not (is_locked(error) or is_open_here(error)):
+                raise
+        return reading_engine(self.engine.url).connect()
+
+    def _connect_to_file(self) -> Connection:
+        while True:
+            before = self._inode()
+            connection = self.engine.connect()
+            if before == self._inode():
+                return connection
+            connection.close()  # another file was put in its place while it was opened
+            self.engine.dispose()
+
+    def _inode(self) -> int | None:
+        return self.file.stat().st_ino if self.file is not None and self.file.exists() else None
+
+    def _wait(self, error: Exception, given_up: float) -> None:
+        """Wait a moment for who holds the file; raise StoreError where that has lasted too long."""
+        if not (is_locked(error) or is_open_here(error)):
+            raise error
+        if is_open_here(error) or time.monotonic() > given_up:
+            raise StoreError(sentence(self.engine.url, error)) from error
+        time.sleep(PAUSE_S)
+
+    @contextmanager
+    def writable(self) -> Iterator[None]:
+        """Have a DuckDB file for writing while the block lasts; a new one beside it where others go on reading it."""
+        if self.file is None or self._take():
+            yield
+            return
+        with self.turn(), self.beside():
+            yield
+
+    def _take(self) -> bool:
+        """Take the file for writing; False where others go on reading it."""
+        began = time.monotonic()
+        while True:
+            try:
+                self._connect_to_file().close()
+                return True
+            except Exception as error:
+                waited = self.passed is not None or time.monotonic() > began + READERS_S
+                if is_locked(error) and waited and is_readable(self.engine.url):
+                    self.passed = holder(error)
+                    return False
+                self._wait(error, began + PATIENCE_S)
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Let go of a DuckDB file, and be the one who may replace it while the block lasts."""
+        if self.file is not None:
+            self.engine.dispose()
+        with nullcontext() if self.file is None else replacing.turn(self.file):
+            yield
+
+    @contextmanager
+    def beside(self) -> Iterator[None]:
+        """In a `turn`, have all that is written in the block go to a copy of a DuckDB file, which then takes its
+        place."""
+        if self.file is None:
+            yield
+            return
+        own = self.engine
+        own.dispose()
+        with replacing.replacing(self.file) as new:
+            self.engine = make_engine(own.url.set(database=str(new)), read_only=False)
+            try:
+                yield
+            finally:
+                self.engine.dispose()
+                self.engine = own

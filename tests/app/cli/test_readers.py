@@ -1,0 +1,90 @@
+"""Work on a store that somebody has open for reading all the time."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import pytest
+
+from relmodel.app.cli.main import main
+from relmodel.store import access
+from tests.app.cli.conftest import Inspection, Pair, inspected
+from tests.app.cli.test_progress import calls
+from tests.holding import Holder, held
+from vision.inspection import pictures
+
+__all__ = ["calls"]
+
+RUNS = "SELECT count(*) FROM run"
+COMMON = "COLUMNS(c -> c NOT IN ('began_at', 'happened_at', 'seconds', 'process'))"
+
+
+@pytest.fixture
+def store(bulkhead_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A copy of the store in which the bulkhead is placed; nobody waits for who reads it."""
+    monkeypatch.setattr(access, "READERS_S", 0.0)
+    shutil.copy(f"{bulkhead_template}.journal", tmp_path / "cell.duckdb.journal")
+    return str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+
+
+def rows(store: str) -> dict[str, list[str]]:
+    """Rows of all tables, but for what no two runs have in common."""
+    with duckdb.connect(store, read_only=True) as connection:
+        names = [row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
+        return {
+            name: sorted(map(repr, connection.execute(f'SELECT {COMMON} FROM "{name}"').fetchall()))  # noqa: S608
+            for name in names
+        }
+
+
+@pytest.mark.parametrize("when", ["before", "meanwhile"])
+def test_a_reader_costs_an_inspection_nothing(
+    when: str,
+    store: str,
+    pair: Pair,
+    inspection: Inspection,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """The answer and all rows, with their identities, are those of an inspection that nobody looked at."""
+    readers = []
+    if when == "before":
+        readers.append(Holder(store, read_only=True))
+    else:
+        extract = pictures._extract
+
+        def read_and_extract(*given: Any) -> Any:
+            readers.append(Holder(store, read_only=True))
+            return extract(*given)
+
+        monkeypatch.setattr(pictures, "_extract", read_and_extract)
+    try:
+        answer = inspected(store, *pair.options())
+        (reader,) = readers
+        (told,) = (line for line in capsys.readouterr().err.splitlines() if "had the store open" in line)
+        assert told.startswith(f"process {reader.pid} ")
+        assert f"run {answer['run']} " in told
+        assert reader.ask(RUNS) == f"[({answer['run'] - (when == 'before')},)]"
+        assert answer | {"timings_s": None} == inspection.answer | {"timings_s": None}
+        assert rows(store) == rows(inspection.store)
+    finally:
+        for one in readers:
+            one.let_go()
+    assert main(["check", "--store", store]) == 0
+    assert {path.name for path in Path(store).parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
+
+
+@pytest.mark.usefixtures("reads_here")
+def test_a_reader_is_no_reason_to_refuse_a_verb(
+    calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(access, "READERS_S", 0.0)
+    store = str(tmp_path / "cell.duckdb")
+    more = ("init", "set box batch 7 --variant A", "prune runs --state killed --yes")
+    for call in (*calls.values(), *([*words.split(), "--store", store] for words in more)):
+        with held(store, read_only=True):
+            assert main(call) == 0, call[0]
+    assert main(["check", "--store", store]) == 0

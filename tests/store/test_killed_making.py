@@ -1,0 +1,142 @@
+"""A store that is made or migrated by a process that is killed: it is there whole, or as it was."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+
+import duckdb
+import numpy as np
+import pytest
+
+from relmodel.app.cli.main import main
+from relmodel.resources import resource_dir
+from relmodel.store import Store
+from tests.holding import held
+from tests.store.children import CHILDREN, extract_and_die, make, migrate_by, tell_and_do
+
+KILLS = 14
+ADDED = 200_000
+
+
+def begun(work: Callable[..., None], *given: object) -> BaseProcess:
+    """A process that has begun to work."""
+    here, there = CHILDREN.Pipe()
+    child = CHILDREN.Process(target=tell_and_do, args=(there, work, *given))
+    child.start()
+    here.recv()
+    return child
+
+
+def ended(child: BaseProcess) -> float:
+    """How long, s, a process works on that does what it was asked."""
+    began = time.perf_counter()
+    child.join()
+    assert child.exitcode == 0
+    return time.perf_counter() - began
+
+
+def kill_over(seconds: float, begin: Callable[[], BaseProcess], look: Callable[[], None]) -> None:
+    """Kill a process, begun anew each time, at moments all over what it takes; look each time at what that leaves."""
+    random = np.random.default_rng(6)
+    for delay in ((np.arange(KILLS) + random.uniform(size=KILLS)) / KILLS * seconds).tolist():
+        child = begin()
+        time.sleep(delay)
+        child.kill()
+        child.join()
+        look()
+
+
+def test_a_killed_init_leaves_no_store_or_a_whole_one(tmp_path: Path) -> None:
+    target = tmp_path / "cell.duckdb"
+
+    def begin() -> BaseProcess:
+        return begun(make, str(target))
+
+    def look() -> None:
+        if target.exists():
+            assert not Path(f"{target}.wal").exists()
+            Store.open(target).close()
+            target.unlink()
+
+    seconds = ended(begin())
+    look()
+    kill_over(seconds, begin, look)
+    assert main(["init", "--store", str(target)]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == [target.name]
+    assert main(["check", "--store", str(target)]) == 0
+
+
+def test_of_some_that_make_a_store_one_does_and_the_others_open_it(tmp_path: Path) -> None:
+    target = tmp_path / "cell.duckdb"
+    for child in [begun(make, str(target)) for _ in range(3)]:
+        ended(child)
+    assert [path.name for path in tmp_path.iterdir()] == [target.name]
+    Store.open(target).close()
+
+
+@pytest.fixture
+def migrations(tmp_path: Path) -> Path:
+    """Those of this version, and one that takes its time."""
+    folder = tmp_path / "migrations"
+    shutil.copytree(resource_dir("migrations"), folder)
+    (folder / "versions" / "0002_next.py").write_text(
+        "revision, down_revision = '0002', '0001'\n"
+        "def upgrade():\n"
+        "    from alembic import op\n"
+        f"    op.get_bind().exec_driver_sql('CREATE TABLE added AS FROM range({ADDED})')\n"
+    )
+    return folder
+
+
+@pytest.fixture
+def older(duckdb_file: Path, tmp_path: Path) -> Path:
+    """A store of a version before that, in a folder of its own, with rows in the log of a writer that was killed."""
+    target = tmp_path / "of_old" / "cell.duckdb"
+    target.parent.mkdir()
+    duckdb_file.rename(target)
+    begun(extract_and_die, str(target)).join()
+    assert Path(f"{target}.wal").exists()
+    return target
+
+
+def migrated(target: Path) -> bool:
+    """Whether a store is of the new version: it has then all of that, and else nothing; its images in any case."""
+    with duckdb.connect(str(target), read_only=True) as connection:
+        (version,) = connection.sql("SELECT version_num FROM alembic_version").fetchone() or ("",)
+        tables = {name for (name,) in connection.sql("SELECT table_name FROM duckdb_tables()").fetchall()}
+        assert connection.sql("SELECT count(*) FROM image").fetchone() == (7,)
+        assert ("added" in tables) == (version == "0002")
+        if version == "0002":
+            assert connection.sql("SELECT count(*) FROM added").fetchone() == (ADDED,)
+    return bool(version == "0002")
+
+
+def test_a_killed_migration_leaves_the_store_as_it_was_or_whole(older: Path, migrations: Path, tmp_path: Path) -> None:
+    before = tmp_path / "before"
+    shutil.copytree(older.parent, before)
+
+    def begin() -> BaseProcess:
+        return begun(migrate_by, str(older), migrations)
+
+    def look() -> None:
+        if migrated(older):
+            shutil.rmtree(older.parent)
+            shutil.copytree(before, older.parent)
+
+    seconds = ended(begin())
+    look()
+    kill_over(seconds, begin, look)
+    ended(begin())
+    assert migrated(older)
+    assert {path.name for path in older.parent.iterdir()} == {older.name, f"{older.name}.journal"}
+
+
+def test_a_store_is_migrated_while_it_is_read(older: Path, migrations: Path) -> None:
+    with held(older, read_only=True) as reader:
+        ended(begun(migrate_by, str(older), migrations))
+        assert reader.ask("SELECT version_num FROM alembic_version") == "[('0001',)]"
+    assert migrated(older)
