@@ -431,7 +431,7 @@ COMMENT ON COLUMN occurrence.x1 IS 'greatest x of the box of the transformed sha
 COMMENT ON COLUMN occurrence.y1 IS 'greatest y of the box of the transformed shape box in the world, mm; null of objects';
 COMMENT ON COLUMN occurrence.z1 IS 'greatest z of the box of the transformed shape box in the world, mm; null of objects';
 
-CREATE VIEW mount_pose AS
+CREATE VIEW placed_mount AS
 SELECT w.id AS world_id, m.mount_no, m.name, m.rig_id, m.mounted_no, c.path AS carrier,
     c.m00 * m.m00 + c.m01 * m.m10 + c.m02 * m.m20 AS m00,
     c.m00 * m.m01 + c.m01 * m.m11 + c.m02 * m.m21 AS m01,
@@ -451,25 +451,25 @@ JOIN world_mount AS m ON m.world = w.name
 JOIN placed_object AS p ON p.object_no = m.object_no
 JOIN occurrence AS c ON c.world_id = w.id AND c.object_no = m.object_no
     AND c.path = CASE WHEN m.object_path IS NULL THEN p.name ELSE p.name || '/' || m.object_path END;
-COMMENT ON VIEW mount_pose IS 'Where rigs and mounted objects are in their world, by the occurrence that carries them.';
-COMMENT ON COLUMN mount_pose.world_id IS 'the world';
-COMMENT ON COLUMN mount_pose.mount_no IS 'the mount in the world';
-COMMENT ON COLUMN mount_pose.name IS 'name of what is mounted';
-COMMENT ON COLUMN mount_pose.rig_id IS 'the rig, where it is one';
-COMMENT ON COLUMN mount_pose.mounted_no IS 'object_no of what is mounted, where it is an object';
-COMMENT ON COLUMN mount_pose.carrier IS 'path of the object or link that carries it';
-COMMENT ON COLUMN mount_pose.m00 IS 'world_from_mounted: row 0, column 0 of the rotation';
-COMMENT ON COLUMN mount_pose.m01 IS 'world_from_mounted: row 0, column 1 of the rotation';
-COMMENT ON COLUMN mount_pose.m02 IS 'world_from_mounted: row 0, column 2 of the rotation';
-COMMENT ON COLUMN mount_pose.m03 IS 'world_from_mounted: row 0 of the translation, mm';
-COMMENT ON COLUMN mount_pose.m10 IS 'world_from_mounted: row 1, column 0 of the rotation';
-COMMENT ON COLUMN mount_pose.m11 IS 'world_from_mounted: row 1, column 1 of the rotation';
-COMMENT ON COLUMN mount_pose.m12 IS 'world_from_mounted: row 1, column 2 of the rotation';
-COMMENT ON COLUMN mount_pose.m13 IS 'world_from_mounted: row 1 of the translation, mm';
-COMMENT ON COLUMN mount_pose.m20 IS 'world_from_mounted: row 2, column 0 of the rotation';
-COMMENT ON COLUMN mount_pose.m21 IS 'world_from_mounted: row 2, column 1 of the rotation';
-COMMENT ON COLUMN mount_pose.m22 IS 'world_from_mounted: row 2, column 2 of the rotation';
-COMMENT ON COLUMN mount_pose.m23 IS 'world_from_mounted: row 2 of the translation, mm';
+COMMENT ON VIEW placed_mount IS 'Where rigs and mounted objects are in their world, by the occurrence that carries them.';
+COMMENT ON COLUMN placed_mount.world_id IS 'the world';
+COMMENT ON COLUMN placed_mount.mount_no IS 'the mount in the world';
+COMMENT ON COLUMN placed_mount.name IS 'name of what is mounted';
+COMMENT ON COLUMN placed_mount.rig_id IS 'the rig, where it is one';
+COMMENT ON COLUMN placed_mount.mounted_no IS 'object_no of what is mounted, where it is an object';
+COMMENT ON COLUMN placed_mount.carrier IS 'path of the object or link that carries it';
+COMMENT ON COLUMN placed_mount.m00 IS 'world_from_mounted: row 0, column 0 of the rotation';
+COMMENT ON COLUMN placed_mount.m01 IS 'world_from_mounted: row 0, column 1 of the rotation';
+COMMENT ON COLUMN placed_mount.m02 IS 'world_from_mounted: row 0, column 2 of the rotation';
+COMMENT ON COLUMN placed_mount.m03 IS 'world_from_mounted: row 0 of the translation, mm';
+COMMENT ON COLUMN placed_mount.m10 IS 'world_from_mounted: row 1, column 0 of the rotation';
+COMMENT ON COLUMN placed_mount.m11 IS 'world_from_mounted: row 1, column 1 of the rotation';
+COMMENT ON COLUMN placed_mount.m12 IS 'world_from_mounted: row 1, column 2 of the rotation';
+COMMENT ON COLUMN placed_mount.m13 IS 'world_from_mounted: row 1 of the translation, mm';
+COMMENT ON COLUMN placed_mount.m20 IS 'world_from_mounted: row 2, column 0 of the rotation';
+COMMENT ON COLUMN placed_mount.m21 IS 'world_from_mounted: row 2, column 1 of the rotation';
+COMMENT ON COLUMN placed_mount.m22 IS 'world_from_mounted: row 2, column 2 of the rotation';
+COMMENT ON COLUMN placed_mount.m23 IS 'world_from_mounted: row 2 of the translation, mm';
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world', 'world', 'primary'),
@@ -486,7 +486,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world_mount', 'world', 'primary'),
     ('placed_node', 'world', 'view'),
     ('occurrence', 'world', 'view'),
-    ('mount_pose', 'world', 'view');
+    ('placed_mount', 'world', 'view');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('world_attribute', 0, ARRAY['world_id'], 'world', ARRAY['id']),
