@@ -147,7 +147,8 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
                 if key in keys[:i]:  # yaml would keep the last
                     line = node.value[i][0].start_mark.line + 1
                     raise InputError(f"the world file {path} has the key {key!r} twice, at line {line}: remove one")
-            return super().construct_mapping(node, deep)
+            mapping: dict[Any, Any] = super().construct_mapping(node, deep)
+            return mapping
 
     try:
         raw = path.read_bytes()
@@ -304,7 +305,7 @@ def _off_rigid(matrices: Floats) -> Floats:
     rotation = matrices[..., :3, :3]
     squared = np.abs(np.swapaxes(rotation, -1, -2) @ rotation - np.eye(3)).max(axis=(-1, -2))
     last = np.abs(matrices[..., 3, :] - [0, 0, 0, 1]).max(axis=-1)
-    return np.maximum(np.maximum(squared, np.abs(np.linalg.det(rotation) - 1)), last)
+    return np.asarray(np.maximum(np.maximum(squared, np.abs(np.linalg.det(rotation) - 1)), last))
 
 
 def _sound(entries: list[Any]) -> None:
