@@ -1,5 +1,7 @@
 """The world file: YAML that says which objects stand in a cell, in which role and where, and what is mounted on them.
 
+Where a program writes one of a thousand objects, as JSON it is read much faster.
+
 world: cell
 objects:
   - object: bulkhead            # name it was loaded under
@@ -133,7 +135,7 @@ def _json(raw: bytes) -> dict[str, Any] | None:
 def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
     import yaml
 
-    class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    class Loader(yaml.SafeLoader):
         """YAML without booleans: the file has none, and YAML 1.1 would read the key `on` as one."""
 
         yaml_implicit_resolvers = {  # noqa: RUF012
@@ -147,8 +149,7 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
                 if key in keys[:i]:  # yaml would keep the last
                     line = node.value[i][0].start_mark.line + 1
                     raise InputError(f"the world file {path} has the key {key!r} twice, at line {line}: remove one")
-            mapping: dict[Any, Any] = super().construct_mapping(node, deep)
-            return mapping
+            return super().construct_mapping(node, deep)
 
     try:
         raw = path.read_bytes()
