@@ -1,16 +1,20 @@
-"""How long a world of many placed parts takes: expanded by the store's query, and placed as `relmodel world` does it.
+"""How long a world of many placed parts takes: an object expanded, as its load does it, and placed and moved.
 
-    python benchmarks/expansion.py [--parts 1000000] [--shapes wide shared deep] [--postgresql URL]
+    python benchmarks/expansion.py [--parts 1000000] [--shapes wide shared deep] [--objects 1000]
 
 `wide`: one object that lists every part; `shared`: sub-assemblies a hundred times each, three levels; `deep`: objects
 of two objects each, as many levels as that takes.  Every world is compared with a walk in NumPy before it is printed.
-The design's figure for the query alone is 2 s for 1e6 placed parts.
+The design's figure for the expansion is 2 s for 1e6 placed parts.
+
+A second table is of a world of `--objects` objects that share the parts: what it takes to place it, to move one of them
+(mean of 20 moves, the run's own rows counted) and to ask one box in SQL.
 """
 
 from __future__ import annotations
 
 import argparse
 import cProfile
+import json
 import pstats
 import tempfile
 import time
@@ -132,7 +136,9 @@ def poses(rng: np.random.Generator, count: int, spread: float) -> Floats:
 
 def measured(store: Store, tree: Tree, folder: Path, profile: bool) -> dict[str, float]:
     """Seconds by step."""
+    began, began_cpu = time.perf_counter(), time.process_time()
     tree.write(store)
+    writing, writing_cpu = time.perf_counter() - began, time.process_time() - began_cpu
     truth = tree.walk()
     file = folder / "world.yaml"
     file.write_text("world: cell\nobjects: [{object: thing}]\n")
@@ -146,29 +152,61 @@ def measured(store: Store, tree: Tree, folder: Path, profile: bool) -> dict[str,
         pstats.Stats(profiler).sort_stats("cumulative").print_stats(35)
     placing, placing_cpu = time.perf_counter() - began, time.process_time() - began_cpu
     assert report.parts == len(truth), (report.parts, len(truth))
+    names = ", ".join(MATRIX_COLUMNS)
     with store.read() as connection:
-        began, began_cpu = time.perf_counter(), time.process_time()
-        columns = store.columns(connection, "world_expansion", world_id=report.world_id, object_nos=store.array([0]))
-        expanding, expanding_cpu = time.perf_counter() - began, time.process_time() - began_cpu
-        is_part = np.flatnonzero(columns["part_id"] >= 0)
-        in_order = is_part[np.lexsort((columns["child_no"][is_part], columns["number"][is_part]))]
-        rows = {name: columns[name][in_order] for name in MATRIX_COLUMNS}
-        expanded_off = off(matrices(rows), truth)
-        occurrence = store.table("occurrence")
-        placed = connection.execute(
-            sa.select(*(occurrence.c[name] for name in MATRIX_COLUMNS)).where(occurrence.c.kind == "part")
-        )
+        placed = connection.execute(sa.text(f"SELECT {names} FROM occurrence WHERE kind = 'part'"))  # noqa: S608
         values: Any = np.array(placed.all())
     stored = matrices(dict(zip(MATRIX_COLUMNS, values.T, strict=True)))
-    placed_off = off(stored[key(stored)], truth[key(truth)])
     return {
         "parts": len(truth),
-        "query, s": expanding,
-        "cpu, s": expanding_cpu,
-        "query / design": expanding / DESIGN_S * 1e6 / len(truth),
+        "write and expand, s": writing,
+        "its cpu, s": writing_cpu,
+        "cpu / design": writing_cpu / DESIGN_S * 1e6 / len(truth),
         "relmodel world, s": placing,
-        "its cpu, s": placing_cpu,
-        "off by, mm": max(expanded_off, placed_off),
+        "cpu of it, s": placing_cpu,
+        "off by, mm": off(stored[key(stored)], truth[key(truth)]),
+    }
+
+
+def changed(target: Path, objects: int, parts: int, moves: int = 20) -> dict[str, float]:
+    """Processor seconds and bytes of placing objects that share the parts, and of moving one of them."""
+    rng = np.random.default_rng(1)
+    tree = Tree([(np.empty(0, np.int64), np.empty((0, 4, 4)), poses(rng, parts // objects, 500))])
+    places = poses(rng, objects, 30_000)
+    file = target.with_suffix(".json")
+
+    def place(store: Store) -> tuple[float, int]:
+        rows = [{"object": "thing", "name": f"o{i}", "world_from_object": p.tolist()} for i, p in enumerate(places)]
+        file.write_text(json.dumps({"world": "cell", "objects": rows}))
+        before, began = target.stat().st_size, time.process_time()
+        place_world(store, file)
+        took = time.process_time() - began
+        with store.engine.connect() as connection:
+            connection.exec_driver_sql("CHECKPOINT")
+        return took, target.stat().st_size - before
+
+    with Store.create(target) as store:
+        tree.write(store)
+        placing, placed_bytes = place(store)
+        moved = []
+        for i in range(moves):
+            places[i * 7 % objects, 0, 3] += 5
+            moved.append(place(store))
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        asked = []
+        for x, y, z in places[:30, :3, 3].tolist():
+            bounds = ", ".join(map(repr, (x - 100, y - 100, z - 100, x + 100, y + 100, z + 100)))
+            began = time.process_time()
+            connection.exec_driver_sql(f"SELECT path, x0 FROM parts_in_box({bounds})").all()  # noqa: S608
+            asked.append(time.process_time() - began)
+    return {
+        "objects": objects,
+        "parts": parts // objects * objects,
+        "place, cpu s": placing,
+        "place, MB": placed_bytes / 1e6,
+        "move, cpu s": float(np.mean([took for took, _ in moved])),
+        "move, kB": float(np.mean([size for _, size in moved])) / 1e3,
+        "one box in SQL, cpu ms": 1e3 * float(np.median(asked)),
     }
 
 
@@ -184,7 +222,8 @@ def off(found: Floats, truth: Floats) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--parts", type=int, default=1_000_000)
-    parser.add_argument("--shapes", nargs="+", default=list(SHAPES), choices=SHAPES)
+    parser.add_argument("--shapes", nargs="*", default=list(SHAPES), choices=SHAPES)
+    parser.add_argument("--objects", type=int, default=1000, help="of the second table")
     parser.add_argument("--profile", action="store_true", help="where the time of placing goes")
     arguments = parser.parse_args()
     rows = []
@@ -192,7 +231,11 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder, Store.create(Path(folder) / "store.duckdb") as store:
             tree = Tree.of(shape, arguments.parts)
             rows.append({"hierarchy": shape, **measured(store, tree, Path(folder), arguments.profile)})
-    print(tabulate(rows, headers="keys", floatfmt=".3g"))
+    if rows:
+        print(tabulate(rows, headers="keys", floatfmt=".3g"), end="\n\n")
+    with tempfile.TemporaryDirectory() as name:
+        row = changed(Path(name) / "store.duckdb", arguments.objects, arguments.parts)
+    print(tabulate([row], headers="keys", floatfmt=".3g"))
 
 
 if __name__ == "__main__":

@@ -91,7 +91,7 @@ class Models:
                     (self.folder / f"{name}.yaml").write_text(yaml.safe_dump(world))
                     place_world(store, self.folder / f"{name}.yaml")
                 with store.read() as connection:
-                    world_id = int(store.columns(connection, "current_worlds")["id"][0])
+                    world_id = int(store.columns(connection, "current_worlds")["world_id"][0])
                     self._stored[name] = read_scene(store, connection, world_id)
         return self._stored[name]
 

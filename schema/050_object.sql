@@ -166,18 +166,9 @@ CREATE VIEW object_child (  -- Objects and parts placed directly in an object, w
     object_id,  -- the object contained; null for a part
     part_id,  -- the part contained; null for an object
     segment,  -- piece of a path: the name with / made _; with # and its ordinal where siblings share it, it is empty or holds a #
-    m00,  -- parent_from_child: row 0, column 0 of the rotation
-    m01,  -- parent_from_child: row 0, column 1 of the rotation
-    m02,  -- parent_from_child: row 0, column 2 of the rotation
-    m03,  -- parent_from_child: row 0 of the translation, mm
-    m10,  -- parent_from_child: row 1, column 0 of the rotation
-    m11,  -- parent_from_child: row 1, column 1 of the rotation
-    m12,  -- parent_from_child: row 1, column 2 of the rotation
-    m13,  -- parent_from_child: row 1 of the translation, mm
-    m20,  -- parent_from_child: row 2, column 0 of the rotation
-    m21,  -- parent_from_child: row 2, column 1 of the rotation
-    m22,  -- parent_from_child: row 2, column 2 of the rotation
-    m23  -- parent_from_child: row 2 of the translation, mm
+    m00, m01, m02, m03,  -- parent_from_child
+    m10, m11, m12, m13,
+    m20, m21, m22, m23
 ) AS
 WITH instance AS (
     SELECT parent_id, child_no, replace(name, '/', '_') AS name, child_id AS object_id, CAST(NULL AS BIGINT) AS part_id,

@@ -90,18 +90,9 @@ CREATE VIEW world_object (  -- Objects placed in each revision of a world.
     object_id,  -- the object
     role,  -- inspected (the reference), fixture, robot or tool (these occlude but are no reference)
     tolerance_mm,  -- standard deviation of where the object's edges are from where the model has them, across an edge, mm
-    m00,  -- world_from_object: row 0, column 0 of the rotation
-    m01,  -- world_from_object: row 0, column 1 of the rotation
-    m02,  -- world_from_object: row 0, column 2 of the rotation
-    m03,  -- world_from_object: row 0 of the translation, mm
-    m10,  -- world_from_object: row 1, column 0 of the rotation
-    m11,  -- world_from_object: row 1, column 1 of the rotation
-    m12,  -- world_from_object: row 1, column 2 of the rotation
-    m13,  -- world_from_object: row 1 of the translation, mm
-    m20,  -- world_from_object: row 2, column 0 of the rotation
-    m21,  -- world_from_object: row 2, column 1 of the rotation
-    m22,  -- world_from_object: row 2, column 2 of the rotation
-    m23  -- world_from_object: row 2 of the translation, mm
+    m00, m01, m02, m03,  -- world_from_object
+    m10, m11, m12, m13,
+    m20, m21, m22, m23
 ) AS
 SELECT w.id AS world_id, p.object_no, p.name, b.object_variant_id, p.object_id, b.role, b.tolerance_mm,
     b.m00, b.m01, b.m02, b.m03,
@@ -225,18 +216,9 @@ CREATE VIEW occurrence (  -- Every object and part as placed in a revision of a 
     part_id,  -- the part, where it is one
     shape_id,  -- the part's geometry
     page,  -- page of object_page that it lies in, in its object; null of objects
-    m00,  -- world_from_occurrence: row 0, column 0 of the rotation
-    m01,  -- world_from_occurrence: row 0, column 1 of the rotation
-    m02,  -- world_from_occurrence: row 0, column 2 of the rotation
-    m03,  -- world_from_occurrence: row 0 of the translation, mm
-    m10,  -- world_from_occurrence: row 1, column 0 of the rotation
-    m11,  -- world_from_occurrence: row 1, column 1 of the rotation
-    m12,  -- world_from_occurrence: row 1, column 2 of the rotation
-    m13,  -- world_from_occurrence: row 1 of the translation, mm
-    m20,  -- world_from_occurrence: row 2, column 0 of the rotation
-    m21,  -- world_from_occurrence: row 2, column 1 of the rotation
-    m22,  -- world_from_occurrence: row 2, column 2 of the rotation
-    m23,  -- world_from_occurrence: row 2 of the translation, mm
+    m00, m01, m02, m03,  -- world_from_occurrence
+    m10, m11, m12, m13,
+    m20, m21, m22, m23,
     x0, y0, z0,  -- least x, y and z of the box of the transformed shape box in the world, mm; null of objects
     x1, y1, z1  -- greatest x, y and z of the box of the transformed shape box in the world, mm; null of objects
 ) AS
@@ -281,25 +263,16 @@ FROM (
 ) AS o
 LEFT JOIN shape AS s ON s.id = o.shape_id;
 
-CREATE VIEW mount_pose (  -- Where rigs and mounted objects are in their world, by the occurrence that carries them.
+CREATE VIEW placed_mount (  -- Where rigs and mounted objects are in their world, by the occurrence that carries them.
     world_id,  -- the world
     mount_no,  -- the mount in the world
     name,  -- name of what is mounted
     rig_id,  -- the rig, where it is one
     mounted_no,  -- object_no of what is mounted, where it is an object
     carrier,  -- path of the object or link that carries it
-    m00,  -- world_from_mounted: row 0, column 0 of the rotation
-    m01,  -- world_from_mounted: row 0, column 1 of the rotation
-    m02,  -- world_from_mounted: row 0, column 2 of the rotation
-    m03,  -- world_from_mounted: row 0 of the translation, mm
-    m10,  -- world_from_mounted: row 1, column 0 of the rotation
-    m11,  -- world_from_mounted: row 1, column 1 of the rotation
-    m12,  -- world_from_mounted: row 1, column 2 of the rotation
-    m13,  -- world_from_mounted: row 1 of the translation, mm
-    m20,  -- world_from_mounted: row 2, column 0 of the rotation
-    m21,  -- world_from_mounted: row 2, column 1 of the rotation
-    m22,  -- world_from_mounted: row 2, column 2 of the rotation
-    m23  -- world_from_mounted: row 2 of the translation, mm
+    m00, m01, m02, m03,  -- world_from_mounted
+    m10, m11, m12, m13,
+    m20, m21, m22, m23
 ) AS
 SELECT w.id AS world_id, m.mount_no, m.name, m.rig_id, m.mounted_no, c.path AS carrier,
     c.m00 * m.m00 + c.m01 * m.m10 + c.m02 * m.m20 AS m00,
@@ -336,7 +309,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world_mount', 'world', 'primary'),
     ('placed_node', 'world', 'view'),
     ('occurrence', 'world', 'view'),
-    ('mount_pose', 'world', 'view');
+    ('placed_mount', 'world', 'view');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('world_attribute', 0, ARRAY['world_id'], 'world', ARRAY['id']),

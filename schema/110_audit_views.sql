@@ -168,12 +168,13 @@ CREATE VIEW matched_arc (  -- Pairs of model arc and image arc that the best hyp
     overlap  -- share of the image arc that lies beside the model arc, 0 to 1
 ) AS
 SELECT
-    c.run_id, v.camera, o.path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,
+    c.run_id, v.camera, o.name || n.path AS path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,
     c.view_arc_no, c.image_arc_no, c.residual, c.angle, c.overlap
 FROM correspondence AS c
 JOIN view_arc AS a ON a.run_id = c.run_id AND a.view_no = c.view_no AND a.view_arc_no = c.view_arc_no
 JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
-JOIN placed_node AS o ON o.id = a.occurrence_id
+JOIN placed_object AS o ON o.object_no = a.occurrence_id >> 28  -- as placed_node, whose name comes after this view's
+JOIN object_node AS n ON n.object_id = o.object_id AND n.node_no = a.occurrence_id & 268435455
 WHERE c.hypothesis_no = 0 AND c.accepted;
 
 CREATE VIEW camera_residual (  -- How far the edge points that measured a pose lie from the model at it, by camera: the mean of edge_measurement, in

@@ -4,7 +4,7 @@ SELECT v.id AS world_id, m.name
 FROM world AS v
 JOIN world_mount AS m ON m.world = v.name
     AND v.revision BETWEEN m.first_revision AND coalesce(m.last_revision, v.revision)
-LEFT JOIN mount_pose AS p ON p.world_id = v.id AND p.mount_no = m.mount_no
+LEFT JOIN placed_mount AS p ON p.world_id = v.id AND p.mount_no = m.mount_no
 LEFT JOIN world_object AS w ON w.world_id = v.id AND w.object_no = m.mounted_no
 WHERE p.mount_no IS NULL
     OR abs(w.m00 - p.m00) + abs(w.m01 - p.m01) + abs(w.m02 - p.m02) + abs(w.m10 - p.m10) + abs(w.m11 - p.m11)

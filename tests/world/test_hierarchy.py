@@ -91,8 +91,8 @@ def test_hundreds_of_objects_deep(fresh_store: str, tmp_path: Path) -> None:
         assert (report.objects, report.parts) == (depth, 1)
         assert counts(store) == before
         with store.read() as connection:
-            part = sa.text("SELECT * FROM occurrence WHERE kind = 'part'")
-            found = connection.execute(part).mappings().one()
+            placed = sa.text("SELECT * FROM occurrence WHERE kind = 'part'")
+            found = connection.execute(placed).mappings().one()
         truth = np.eye(4)
         for pose in poses:
             truth = truth @ pose

@@ -76,7 +76,7 @@ def poses(store: Store, query: str) -> dict[str, Array]:
 
 
 PLACED = "SELECT o.path AS name, o.* FROM occurrence AS o JOIN current_world AS w ON w.world_id = o.world_id"
-MOUNTED = "SELECT m.* FROM mount_pose AS m JOIN current_world AS w ON w.world_id = m.world_id"
+MOUNTED = "SELECT m.* FROM placed_mount AS m JOIN current_world AS w ON w.world_id = m.world_id"
 
 
 def test_mounted_objects_go_where_their_links_go(fresh_store: str, tmp_path: Path) -> None:

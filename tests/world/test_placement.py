@@ -47,8 +47,8 @@ def test_expansion_equals_walk(fresh_store: str, tmp_path: Path) -> None:
         truth = {p.path: p for p in model.placed("a", first) + model.placed("b", second)}
         assert (report.status, report.revision, report.parts) == ("added", 1, len(truth))
         with store.read() as connection:
-            placed = connection.execute(sa.text("SELECT * FROM occurrence ORDER BY id")).mappings()
-            everything = {r["id"]: r for r in placed}
+            in_world = connection.execute(sa.text("SELECT * FROM occurrence ORDER BY id")).mappings()
+            everything = {r["id"]: r for r in in_world}
             rows = [r for r in everything.values() if r["kind"] == "part"]
             pages = connection.execute(sa.select(store.table("object_page"))).mappings().all()
             nodes = connection.execute(sa.select(store.table("object_node")).order_by("node_no")).mappings().all()
