@@ -78,7 +78,7 @@ def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: Callable[...
     """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
 
     def place(folder: Path) -> None:
-        fill(shutil.copy(duckdb_template, folder / "cell.duckdb"), pair, folder)
+        fill(str(shutil.copy(duckdb_template, folder / "cell.duckdb")), pair, folder)
 
     return make_once("bulkhead", place) / "cell.duckdb"
 
