@@ -16,7 +16,11 @@ from relmodel.text import spreadsheet_text, visible
 
 _DIGITS = 6  # of numbers in tables; JSON and CSV have all
 _BATCH = 1000  # rows of a table that are laid out at once
-_LONGEST = {str: 100_000, bytes: 25_000, list: 10_000}  # what a table shows of a value: some 100 kB
+_LONGEST: dict[type[Any], int] = {
+    str: 100_000,
+    bytes: 25_000,
+    list: 10_000,
+}  # what a table shows of a value: some 100 kB
 
 
 def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str, out: TextIO | None = None) -> None:

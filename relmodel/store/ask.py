@@ -6,7 +6,7 @@ import os
 import re
 import socket
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from functools import partial
 from threading import Timer
@@ -107,7 +107,9 @@ def stopped(time_limit_s: float) -> InputError:
 def _printable(row: Row) -> Row:
     for value in row:
         if isinstance(value, str | bytes) and len(value) > LARGEST_VALUE:
-            raise InputError(f"a value of {len(value):,} characters or bytes is too large to print: ask for parts of it")
+            raise InputError(
+                f"a value of {len(value):,} characters or bytes is too large to print: ask for parts of it"
+            )
     return row
 
 
@@ -121,7 +123,7 @@ def lock_down(store: Store, connection: Connection) -> None:
 @contextmanager
 def _begin_on_duckdb(
     store: Store, connection: Connection, statement: str, time_limit_s: float, confined: bool
-) -> Iterator[tuple[Any, Iterator[Row]]]:
+) -> Iterator[tuple[Any, Generator[Row]]]:
     if confined:
         lock_down(store, connection)
     driver: Any = connection.connection.driver_connection
@@ -138,7 +140,7 @@ def _begin_on_duckdb(
 @contextmanager
 def _begin_on_postgresql(
     store: Store, connection: Connection, statement: str, time_limit_s: float, confined: bool
-) -> Iterator[tuple[Any, Iterator[Row]]]:
+) -> Iterator[tuple[Any, Generator[Row]]]:
     connection = connection.execution_options(postgresql_readonly=True)
     driver: Any = connection.connection.driver_connection
     try:
@@ -152,7 +154,7 @@ def _begin_on_postgresql(
         connection.invalidate()  # closed: what outlives a rollback, as advisory locks do, ends with it
 
 
-def _answered_by_postgresql(driver: Any, statement: str) -> tuple[Any, Iterator[Row]]:
+def _answered_by_postgresql(driver: Any, statement: str) -> tuple[Any, Generator[Row]]:
     """All is prepared or streamed, since what is so is one statement."""
     if _EXPLAIN.match(statement):
         cursor = driver.execute(statement, prepare=True)

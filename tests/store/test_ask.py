@@ -133,15 +133,12 @@ ENDLESS = "SELECT CAST(a AS BIGINT) AS a FROM generate_series(1, 1000000) AS t(a
 
 
 def test_rows_come_before_the_statement_ends_and_no_more_after_the_limit(asked: Store) -> None:
-    with (
-        pytest.raises(InputError, match=r"^the statement was stopped after 2 s: ask for less"),
-        ask(asked, ENDLESS, time_limit_s=2.0) as (names, rows),
-    ):
+    with ask(asked, ENDLESS, time_limit_s=2.0) as (names, rows):
         assert names == ["a"]
         assert isinstance(next(rows)[0], int)
         time.sleep(2.1)  # what is done with the rows counts too
-        next(rows)
-        pytest.fail("a row came after the limit")
+        with pytest.raises(InputError, match=r"^the statement was stopped after 2 s: ask for less"):
+            next(rows)
     assert answered(asked, "SELECT 1 AS a, 2 AS b WHERE 1 = 0") == (["a", "b"], [])
 
 
@@ -158,7 +155,7 @@ def test_a_server_that_does_not_end_the_statement_is_let_go(
     rows = Store.rows
 
     def with_another_limit(self: Store, connection: sa.Connection, name: str, /, **parameters: Any) -> Any:
-        return rows(self, connection, name, **{key: "60000" for key in parameters})
+        return rows(self, connection, name, **dict.fromkeys(parameters, "60000"))
 
     with Store.open(make_reader(new_store("postgresql")), read_only=True) as store:
         monkeypatch.setattr(Store, "rows", with_another_limit)
