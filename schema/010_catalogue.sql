@@ -48,6 +48,17 @@ COMMENT ON COLUMN store_schema.created_at IS 'when the schema was made in this s
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('store_schema', 'catalogue', 'primary');
 
+CREATE TABLE store_identity (
+    id TEXT PRIMARY KEY,
+    cell TEXT NOT NULL
+);
+COMMENT ON TABLE store_identity IS 'Which store this is, so that rows of several stores can lie side by side: one row, random, of no matter to what is computed.';
+COMMENT ON COLUMN store_identity.id IS 'a UUID that the store got when it was made or was named as another cell''s; a copy of the file has it too';
+COMMENT ON COLUMN store_identity.cell IS 'the cell that the store is of, as relmodel init --cell names it; else what its file or database is called';
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('store_identity', 'catalogue', 'primary');
+
 CREATE TABLE unit_of_measure (
     symbol TEXT PRIMARY KEY,
     dimension TEXT NOT NULL,
