@@ -27,7 +27,7 @@ from tabulate import tabulate
 
 from benchmarks.bulk_writing import postgresql
 from relmodel.find.find import BOX_COLUMNS, in_volumes
-from relmodel.find.parquet import export_parts, volume_tables
+from relmodel.find.parquet import TABLES, export_parts, volume_tables
 from relmodel.find.volumes import Box
 from relmodel.store import Store, sql
 from relmodel.world import place_world
@@ -118,9 +118,8 @@ def ask_files(_: str, __: int, folder: str) -> tuple[Figures, int]:
     import duckdb
 
     database = duckdb.connect()
-    for name in ("world", "page", "element"):
-        database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/*.parquet')")
-    database.execute(f"CREATE VIEW occurrence AS FROM read_parquet('{folder}/parts/occurrence/*/*/*.parquet')")
+    for name in TABLES:
+        database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/**/*.parquet')")
     return _asked(folder, lambda name, file: database.execute(f"CREATE OR REPLACE VIEW {name} AS FROM '{file}'"),
                   lambda: len(database.execute(QUERY).fetchall()))  # fmt: skip
 
@@ -132,7 +131,7 @@ def ask_spark(_: str, __: int, folder: str) -> tuple[Figures, int]:
     builder = SparkSession.builder.master("local-cluster[2,1,1024]").config("spark.ui.enabled", "false")
     session: Any = builder.config("spark.sql.shuffle.partitions", "2").getOrCreate()
     session.sparkContext.setLogLevel("ERROR")
-    for name in ("world", "page", "element", "occurrence"):
+    for name in TABLES:
         session.read.parquet(f"{folder}/parts/{name}").createOrReplaceTempView(name)
     answer = _asked(folder, lambda name, file: session.read.parquet(file).createOrReplaceTempView(name),
                     lambda: len(session.sql(QUERY).collect()))  # fmt: skip

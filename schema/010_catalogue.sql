@@ -36,6 +36,15 @@ CREATE TABLE store_schema (  -- The schema that the store was made with, or brou
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('store_schema', 'catalogue', 'primary');
 
+CREATE TABLE store_identity (  -- Which store this is, so that rows of several stores can lie side by side: one row, random, of no matter to what is
+    -- computed.
+    id TEXT PRIMARY KEY,  -- a UUID that the store got when it was made or was named as another cell's; a copy of the file has it too
+    cell TEXT NOT NULL  -- the cell that the store is of, as relmodel init --cell names it; else what its file or database is called
+);
+
+INSERT INTO sds_relation (relation, level, standing) VALUES
+    ('store_identity', 'catalogue', 'primary');
+
 CREATE TABLE unit_of_measure (  -- The units that relmodel set takes and that views convert by.
     symbol TEXT PRIMARY KEY,  -- how the unit is written
     dimension TEXT NOT NULL,  -- what it measures: length, mass, density ...

@@ -1,4 +1,4 @@
-"""Placed parts as Parquet files, and volumes as tables, for engines that take a volume query to many machines.
+"""Placed parts of stores as Parquet, and volumes as tables, for engines that take a volume query to many machines.
 
 `queries/parquet/find_in_volumes.sql` asks the files as it stands on DuckDB and Spark SQL.
 """
@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +28,7 @@ PAGES_PER_RANGE = 1024
 # Parts in a row group: what a reader skips by the bounds that Parquet keeps of each column.
 _ROW_GROUP = 4096
 
+TABLES = ("world", "page", "element", "occurrence")
 _BOX = dict.fromkeys(BOX_COLUMNS, "double")
 _WORLD = {"world_id": "int64", "name": "string", "revision": "int32"}
 _PAGE = {"world_id": "int64", "page_range": "int32", "page": "int32", "box_count": "int32", **_BOX}
@@ -47,14 +50,17 @@ def export_parts(
 ) -> int:
     """Write the placed parts of the newest revision of a world, or of every world; returns how many.
 
-    `folder` gets four folders: occurrence, in folders world_id=W/page_range=R that hold `pages_per_range` pages each;
-    page, the pages' boxes; element, the boxes of shapes, features, surfaces and arcs in the shapes' frames; and world.
-    One page range is in memory at a time.  Raises UsageError where the world is unknown, nothing is placed, or the
-    folder holds something.
+    `folder` gets a folder for each of `TABLES`, and in it store_id=S: world; page, the pages' boxes; element, the boxes
+    of shapes, features, surfaces and arcs in the shapes' frames; and occurrence, in folders world_id=W/page_range=R of
+    `pages_per_range` pages each.  What it holds of other stores stays, what it holds of this one is replaced when all
+    is written.  One page range is in memory at a time.  Raises UsageError where the world is unknown, nothing is
+    placed, or the folder holds something else.
     """
     folder = Path(folder)
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UsageError(f"{folder} is there and not empty: name a new folder")
+    if not _takes_exports(folder):
+        raise UsageError(
+            f"{folder} holds something else than placed parts of stores: name another folder, or a new one"
+        )
     if world is not None:
         world_named(store, connection, world)
     worlds = [row for row in store.rows(connection, "current_worlds") if world in (None, row.name)]
@@ -62,25 +68,47 @@ def export_parts(
     pages = {i: store.columns(connection, "parquet/pages", world_id=i) for i in ids}
     if not any(len(columns["page"]) for columns in pages.values()):
         raise UsageError("no part is placed: place the objects with relmodel world FILE")
-    _write(folder / "world/world.parquet", _WORLD, {
-        "world_id": ids, "name": [row.name for row in worlds], "revision": [row.revision for row in worlds]
-    })  # fmt: skip
-    _write(folder / "element/element.parquet", _ELEMENT, store.columns(connection, "parquet/elements", world_ids=ids))
-    parts = 0
-    for world_id, columns in pages.items():
-        page = columns["page"].astype(np.int64)
-        page_range = page // pages_per_range
-        _write(
-            folder / f"page/world_{world_id}.parquet",
-            _PAGE,
-            {"world_id": np.full(len(page), world_id), "page_range": page_range, **columns},
-        )
-        for number in np.unique(page_range).tolist():
-            bounds = {"first_page": number * pages_per_range, "last_page": (number + 1) * pages_per_range - 1}
-            rows = store.columns(connection, "parquet/occurrences", world_id=world_id, **bounds)
-            _write(folder / f"occurrence/world_id={world_id}/page_range={number}/occurrence.parquet", _OCCURRENCE, rows)
-            parts += len(rows["page"])
+    identity = store.rows(connection, "store_identity")[0]
+    folder.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".", dir=folder) as name:
+        new = Path(name)
+
+        def write(file: str, types: Mapping[str, str], columns: Mapping[str, Any]) -> int:
+            """Write rows of a table; returns how many."""
+            count = len(next(iter(columns.values())))
+            _write(new / file, {"cell": "string", **types}, {"cell": [identity.cell] * count, **columns})
+            return count
+
+        write("world/world.parquet", _WORLD, {
+            "world_id": ids, "name": [row.name for row in worlds], "revision": [row.revision for row in worlds]
+        })  # fmt: skip
+        write("element/element.parquet", _ELEMENT, store.columns(connection, "parquet/elements", world_ids=ids))
+        parts = 0
+        for world_id, columns in pages.items():
+            page_range = columns["page"].astype(np.int64) // pages_per_range
+            numbers = np.full(len(page_range), world_id)
+            write(f"page/world_{world_id}.parquet", _PAGE, {"world_id": numbers, "page_range": page_range, **columns})
+            for number in np.unique(page_range).tolist():
+                bounds = {"first_page": number * pages_per_range, "last_page": (number + 1) * pages_per_range - 1}
+                rows = store.columns(connection, "parquet/occurrences", world_id=world_id, **bounds)
+                file = f"occurrence/world_id={world_id}/page_range={number}/occurrence.parquet"
+                parts += write(file, _OCCURRENCE, rows)
+        for table in TABLES:
+            own = folder / table / f"store_id={identity.store_id}"
+            own.parent.mkdir(exist_ok=True)
+            if own.exists():
+                rmtree(own)
+            (new / table).rename(own)
     return parts
+
+
+def _takes_exports(folder: Path) -> bool:
+    """Whether a folder is not there, or holds nothing but placed parts of stores; hidden files are of no matter."""
+    if not folder.exists():
+        return True
+    held = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else [folder]
+    inner = [file.name for table in held if table.is_dir() for file in table.iterdir()]
+    return {file.name for file in held} <= set(TABLES) and all(name.startswith("store_id=") for name in inner)
 
 
 def volume_tables(volumes: Sequence[Volume], level: str = "part") -> tuple[pa.Table, pa.Table]:

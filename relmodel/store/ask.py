@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import socket
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
+from functools import partial
 from threading import Timer
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
@@ -19,10 +23,14 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 TIME_LIMIT_S = 30.0
+GRACE_S = 0.5
+"""s beyond the limit at which that is cut off which does not end by itself"""
+LARGEST_VALUE = 2**25
+"""characters or bytes of one value: to print one takes some times its size"""
 _LONGEST_S = 86_400.0
 
-Answer = tuple[list[str], Sequence[Sequence[Any]]]
-Result = TypeVar("Result")
+Row = Sequence[Any]
+Answer = tuple[list[str], Iterator[Row]]
 
 # EXPLAIN after white space and comments as PostgreSQL reads them; comments within comments are left to the server,
 # which then takes a query only.
@@ -33,16 +41,19 @@ _HINTS = ("Did you mean", "Candidate ", "HINT:")
 _ONE_QUERY = "give one SELECT, WITH, VALUES, TABLE or EXPLAIN that only reads"
 
 
-def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Answer:
-    """Names of the columns and rows of a statement's result.
+@contextmanager
+def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Iterator[Answer]:
+    """Names of the columns and rows of a statement's result; rows come as they are taken, while the block lasts.
 
-    `store` is open read-only.  Taken is one SELECT, WITH, VALUES, TABLE or EXPLAIN, which is stopped after
-    `time_limit_s`.  On DuckDB external access is off and the configuration locked from here on; on PostgreSQL the
-    transaction is read-only and rolled back.  Raises InputError with the database's words where the statement is
-    wrong, would write or takes too long; StoreError where PostgreSQL's role may reach beyond the database, as a
-    superuser may: the server would not hold a statement back from its files and programs.
+    `store` is open read-only.  Taken is one SELECT, WITH, VALUES, TABLE or EXPLAIN; `time_limit_s` after it began it is
+    stopped, and gives no more rows.  On DuckDB external access is off and the configuration locked from here on; on
+    PostgreSQL the transaction is read-only and rolled back.  Raises InputError with the database's words where the
+    statement is wrong, would write or takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where
+    PostgreSQL's role may reach beyond the database, as a superuser may: the server would not hold a statement back from
+    its files and programs.
     """
-    return _ask(store, statement, time_limit_s, _fetched, confined=True)
+    with _asking(store, statement, time_limit_s, confined=True) as (_, names, rows):
+        yield names, map(_printable, rows)
 
 
 def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> pa.Table:
@@ -51,25 +62,40 @@ def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_
     As `ask`, but the store may be open for writing, and what the statement reaches beyond the database is not looked
     at: whoever runs a program reads files without it.
     """
-    return _ask(store, statement, time_limit_s, _fetched_arrow, confined=False)
+    with _asking(store, statement, time_limit_s, confined=False) as (cursor, names, rows):
+        if store.dialect == "duckdb":
+            return cursor.to_arrow_table()
+        import pyarrow as pa
+
+        all_rows = list(rows)
+        return pa.table({name: pa.array([row[i] for row in all_rows]) for i, name in enumerate(names)})
 
 
-def _ask(
-    store: Store, statement: str, time_limit_s: float, fetch: Callable[[Any], Result], *, confined: bool
-) -> Result:
+@contextmanager
+def _asking(
+    store: Store, statement: str, time_limit_s: float, *, confined: bool
+) -> Iterator[tuple[Any, list[str], Iterator[Row]]]:
+    """The driver's cursor, names and rows of a statement's result."""
     if not 0 < time_limit_s <= _LONGEST_S:
         raise UsageError(f"the time limit is {time_limit_s:g} s: give seconds above 0, a day at most")
-    answered = _answered_by_duckdb if store.dialect == "duckdb" else _answered_by_postgresql
+    begin = _begin_on_duckdb if store.dialect == "duckdb" else _begin_on_postgresql
+    ends = time.monotonic() + time_limit_s
+
+    def in_time(rows: Iterator[Row]) -> Iterator[Row]:
+        for row in rows:
+            if time.monotonic() > ends:
+                raise stopped(time_limit_s)
+            yield row
+
     with store.read() as connection:
         try:
-            return answered(store, connection, statement, time_limit_s, fetch, confined)
+            with begin(store, connection, statement, time_limit_s, confined) as (cursor, rows), closing(rows):
+                yield cursor, [column[0] for column in cursor.description or ()], in_time(rows)
         except Exception as error:
             said = getattr(error, "orig", None) or error
             if isinstance(error, DBAPIError) or type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg")):
-                if type(said).__name__ in ("InterruptException", "QueryCanceled"):
-                    raise InputError(
-                        f"the statement was stopped after {time_limit_s:g} s: ask for less, or give it more time"
-                    ) from error
+                if time.monotonic() > ends or type(said).__name__ in ("InterruptException", "QueryCanceled"):
+                    raise stopped(time_limit_s) from error
                 raise InputError(f"the statement was refused: {_sentence(said)}") from error
             raise
 
@@ -82,6 +108,20 @@ def _sentence(said: BaseException) -> str:
     return " ".join([first if first.endswith(("!", ".")) or not hints else f"{first}:", *hints]).rstrip(".")
 
 
+def stopped(time_limit_s: float) -> InputError:
+    """The error for an answer that takes longer than it may."""
+    return InputError(f"the statement was stopped after {time_limit_s:g} s: ask for less, or give it more time")
+
+
+def _printable(row: Row) -> Row:
+    for value in row:
+        if isinstance(value, str | bytes) and len(value) > LARGEST_VALUE:
+            raise InputError(
+                f"a value of {len(value):,} characters or bytes is too large to print: ask for parts of it"
+            )
+    return row
+
+
 def lock_down(store: Store, connection: Connection) -> None:
     """From here on no statement on this DuckDB store reaches anything beyond it, nor changes a setting."""
     if not store.rows(connection, "ask/is_locked.duckdb")[0].locked:
@@ -89,14 +129,10 @@ def lock_down(store: Store, connection: Connection) -> None:
         connection.execute(sql.query("ask/lock_configuration.duckdb"))
 
 
-def _answered_by_duckdb(
-    store: Store,
-    connection: Connection,
-    statement: str,
-    time_limit_s: float,
-    fetch: Callable[[Any], Result],
-    confined: bool,
-) -> Result:
+@contextmanager
+def _begin_on_duckdb(
+    store: Store, connection: Connection, statement: str, time_limit_s: float, confined: bool
+) -> Iterator[tuple[Any, Generator[Row]]]:
     if confined:
         lock_down(store, connection)
     driver: Any = connection.connection.driver_connection
@@ -105,15 +141,48 @@ def _answered_by_duckdb(
     kinds = [kind for kind, text in found if kind != "CREATE" or text]
     if kinds not in (["SELECT"], ["EXPLAIN"]):
         raise InputError(f"the statement was refused: {_ONE_QUERY}")
-    with _interrupting(driver, time_limit_s):
+    with _after(time_limit_s, driver.interrupt):
         cursor: Any = connection.exec_driver_sql(statement, execution_options={"no_parameters": True}).cursor
-        return fetch(cursor)
+        yield cursor, (row for row in iter(cursor.fetchone, None))
 
 
 @contextmanager
-def _interrupting(driver: Any, time_limit_s: float) -> Iterator[None]:
-    """Interrupt what a DuckDB connection does when the block takes too long."""
-    timer = Timer(time_limit_s, driver.interrupt)
+def _begin_on_postgresql(
+    store: Store, connection: Connection, statement: str, time_limit_s: float, confined: bool
+) -> Iterator[tuple[Any, Generator[Row]]]:
+    connection = connection.execution_options(postgresql_readonly=True)
+    driver: Any = connection.connection.driver_connection
+    try:
+        if confined:
+            _refuse_reaching_roles(store, connection)
+        store.rows(connection, "ask/time_limit.postgresql", milliseconds=str(max(1, round(1e3 * time_limit_s))))
+        # The server ends the statement, but not the sending of a value that is ready, which may have 1 GB.
+        with _after(time_limit_s + GRACE_S, partial(_cut, driver)):
+            yield _answered_by_postgresql(driver, statement)
+    finally:
+        connection.invalidate()  # closed: what outlives a rollback, as advisory locks do, ends with it
+
+
+def _answered_by_postgresql(driver: Any, statement: str) -> tuple[Any, Generator[Row]]:
+    """All is prepared or streamed, since what is so is one statement."""
+    if _EXPLAIN.match(statement):
+        cursor = driver.execute(statement, prepare=True)
+        return cursor, (row for row in cursor)
+    # The server says whether it is a query: a cursor is declared for nothing else, nor for a WITH that writes.
+    try:
+        driver.execute(f"DECLARE question CURSOR FOR {statement}", prepare=True)
+    except Exception as error:
+        if type(error).__name__ != "SyntaxError":
+            raise
+        raise InputError(f"the statement was refused ({_sentence(error)}): {_ONE_QUERY}") from error
+    # The cursor has the names, of an answer without rows too; without it the server may use all its processors.
+    return driver.execute("FETCH 0 FROM question"), driver.cursor().stream(statement)
+
+
+@contextmanager
+def _after(seconds: float, stop: Callable[[], object]) -> Iterator[None]:
+    """Call `stop` from another thread when the block takes longer."""
+    timer = Timer(seconds, stop)
     timer.start()
     try:
         yield
@@ -121,31 +190,10 @@ def _interrupting(driver: Any, time_limit_s: float) -> Iterator[None]:
         timer.cancel()
 
 
-def _answered_by_postgresql(
-    store: Store,
-    connection: Connection,
-    statement: str,
-    time_limit_s: float,
-    fetch: Callable[[Any], Result],
-    confined: bool,
-) -> Result:
-    connection = connection.execution_options(postgresql_readonly=True)
-    driver: Any = connection.connection.driver_connection
-    # A connection of its own that is closed afterwards: what outlives a rollback, as advisory locks do, ends with it.
-    connection.detach()
-    if confined:
-        _refuse_reaching_roles(store, connection)
-    store.rows(connection, "ask/time_limit.postgresql", milliseconds=str(max(1, round(1e3 * time_limit_s))))
-    # All is prepared, since what is prepared is one statement.
-    if not _EXPLAIN.match(statement):
-        # The server says whether it is a query: a cursor is declared for nothing else, nor for a WITH that writes.
-        try:
-            driver.execute(f"DECLARE question CURSOR FOR {statement}", prepare=True)
-        except Exception as error:
-            if type(error).__name__ != "SyntaxError":
-                raise
-            raise InputError(f"the statement was refused ({_sentence(error)}): {_ONE_QUERY}") from error
-    return fetch(driver.execute(statement, prepare=True))
+def _cut(driver: Any) -> None:
+    """End a PostgreSQL connection while it is waited for."""
+    with suppress(Exception), socket.socket(fileno=os.dup(driver.fileno())) as one:  # it may have just been closed
+        one.shutdown(socket.SHUT_RDWR)
 
 
 def _refuse_reaching_roles(store: Store, connection: Connection) -> None:
@@ -159,18 +207,3 @@ def _refuse_reaching_roles(store: Store, connection: Connection) -> None:
             "to the server's files and programs: ask by a role that only reads, made with CREATE ROLE reader LOGIN "
             "PASSWORD '...'; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader"
         )
-
-
-def _fetched(cursor: Any) -> Answer:
-    if cursor is None or cursor.description is None:
-        return [], []
-    return [column[0] for column in cursor.description], cursor.fetchall()
-
-
-def _fetched_arrow(cursor: Any) -> pa.Table:
-    if hasattr(cursor, "to_arrow_table"):
-        return cursor.to_arrow_table()
-    import pyarrow as pa
-
-    names, rows = _fetched(cursor)
-    return pa.table({name: pa.array([row[i] for row in rows]) for i, name in enumerate(names)})

@@ -1,13 +1,17 @@
-"""Integrity of a store: SELECTs that return the rows that offend, and the references of the catalogue, the ledger, the
-seals of inspections and the journal held against what is there."""
+"""Integrity of a store: every table read whole, SELECTs that return the rows that offend, and the references of the
+catalogue, the ledger, the seals of inspections and the journal held against what is there."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import sqlalchemy as sa
 from sqlalchemy import Connection
+from sqlalchemy.exc import DBAPIError
 
+from relmodel.errors import StoreError
 from relmodel.store import journal, sql
 from relmodel.store.seal import broken_seals
 from relmodel.store.store import Store
@@ -22,28 +26,62 @@ class Finding(NamedTuple):
 
 
 def check(store: Store) -> list[Finding]:
-    """Run every query of `queries/check`, and hold references, ledger, seals and journal against the tables."""
+    """Read every table whole, run those of `queries/check`, and hold references, ledger, seals and journal against
+    the rest.
+
+    Where the database fails in one of these, as it does where its file is damaged, what it says is what was found, and
+    the others are looked at all the same.
+    """
+    searches = [
+        (name, sql.description(name), partial(_offending, store, name=name)) for name in sql.query_names("check")
+    ]
+    searches += [
+        ("references", "Rows whose reference leads nowhere.", partial(_references, store)),
+        ("ledger", "Relations whose number of rows is not what runs committed.", partial(_ledger, store)),
+        ("seals", "Rows of an inspection that are not what it wrote.", partial(broken_seals, store)),
+        (
+            "journal",
+            "Commits that the journal beside the file knows of and the store has lost; where an older copy of the "
+            "store was put back on purpose, remove the journal.",
+            partial(_journal, store),
+        ),
+    ]
+    return [
+        Finding("tables", "Tables that cannot be read whole: the file is damaged.", _unreadable(store)),
+        *(Finding(name, description, _found(store, search)) for name, description, search in searches),
+    ]
+
+
+def _found(store: Store, search: Callable[[Connection], list[dict[str, Any]]]) -> list[dict[str, Any]]:
+    """What a search finds, or in its place the words with which the database failed."""
+    try:
+        with store.read() as connection:
+            try:
+                return search(connection)
+            except DBAPIError:
+                connection.invalidate()  # after an error within it DuckDB refuses even to roll back
+                raise
+    except (StoreError, DBAPIError) as error:
+        if store.dialect == "postgresql" and isinstance(error, StoreError):
+            raise  # a connection or a privilege, which says nothing of the tables
+        store.release()  # until its file is opened anew
+        said = getattr(error.__cause__ if isinstance(error, StoreError) else error, "orig", None) or error
+        return [{"error": str(said).strip().partition("\n")[0]}]
+
+
+def _unreadable(store: Store) -> list[dict[str, Any]]:
     with store.read() as connection:
-        findings = [
-            Finding(name, sql.description(name), [dict(row._mapping) for row in store.rows(connection, name)])
-            for name in sql.query_names("check")
-        ]
-        findings.append(Finding("references", "Rows whose reference leads nowhere.", _references(store, connection)))
-        findings.append(
-            Finding("ledger", "Relations whose number of rows is not what runs committed.", _ledger(store, connection))
-        )
-        findings.append(
-            Finding("seals", "Rows of an inspection that are not what it wrote.", broken_seals(store, connection))
-        )
-        findings.append(
-            Finding(
-                "journal",
-                "Commits that the journal beside the file knows of and the store has lost; where an older copy of the "
-                "store was put back on purpose, remove the journal.",
-                _journal(store, connection),
-            )
-        )
-    return findings
+        reads = store.rows(connection, f"full_reads.{store.dialect}")
+
+    def read(statement: str, connection: Connection) -> list[dict[str, Any]]:
+        connection.exec_driver_sql(statement).all()
+        return []
+
+    return [{"relation": one.relation, **row} for one in reads for row in _found(store, partial(read, one.statement))]
+
+
+def _offending(store: Store, connection: Connection, name: str) -> list[dict[str, Any]]:
+    return [dict(row._mapping) for row in store.rows(connection, name)]
 
 
 def _references(store: Store, connection: Connection) -> list[dict[str, Any]]:

@@ -46,6 +46,7 @@ _TYPES: dict[str, type[TypeEngine[Any]]] = {
 
 WAITS_S = (0.1, 0.5, 1.0, 2.0, 4.0)
 """s before each further try of what a server refused or lost: a restart takes it a few seconds"""
+_FAILURES = {"OperationalError", "InterfaceError", "InternalException", "FatalException"}  # the last two are DuckDB's
 # Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
 _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
 
@@ -256,7 +257,7 @@ class Database:
                     f"the store {self.name} refuses it ({words}): use a role to which that is granted"
                 ) from error
             ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
-            if not ours or not {"OperationalError", "InterfaceError"} & {kind.__name__ for kind in type(said).__mro__}:
+            if not ours or not _FAILURES & {kind.__name__ for kind in type(said).__mro__}:
                 raise
             # A code 08... is a connection's.
             code = getattr(said, "sqlstate", "") if self.dialect == "postgresql" else ""

@@ -175,4 +175,8 @@ def sentence(url: URL, error: Exception) -> str:
         return f"the file {url.database} is no relmodel store: name another, or make one with relmodel init"
     if "does not exist" in said or "No such file" in said:
         return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
-    return f"cannot open the store {url.database}: {said.strip().splitlines()[0]}"
+    words = said.strip().splitlines()[0]
+    return (
+        f"cannot open the store {url.database} ({words}): see to its permissions, or put a backup in its place "
+        "where it is damaged"
+    )

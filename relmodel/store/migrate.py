@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
+from uuid import uuid4
 
 import duckdb_sqlalchemy.alembic_impl  # noqa: F401  (tells Alembic of DuckDB)
 from alembic import command
@@ -49,11 +51,18 @@ def _make(store: Database) -> None:
 
 
 def create_schema(connection: Connection) -> None:
-    """Make the tables, views and functions of `schema/` in an empty database, and note which schema it is."""
+    """Make the tables, views and functions of `schema/` in an empty database, and note which schema and store it is."""
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
     connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
     connection.execute(sql.query("note_schema"), {"sha256": sql.schema_hash(connection.dialect.name)})
+    cell = Path(connection.engine.url.database or "").stem
+    connection.execute(sql.query("note_identity"), {"store_id": str(uuid4()), "cell": cell})
+
+
+def name_cell(connection: Connection, cell: str) -> None:
+    """Make a store that of a cell; where it was another's, as a copy of its file is, it becomes a store of its own."""
+    connection.execute(sql.query("name_cell"), {"store_id": str(uuid4()), "cell": cell})
 
 
 def upgrade(store: Database, revision: str) -> None:

@@ -28,16 +28,20 @@ class Store(Database):
     """
 
     @classmethod
-    def create(cls, target: str | Path) -> Self:
+    def create(cls, target: str | Path, *, cell: str | None = None) -> Self:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
+        cell: the name of the cell that it is of; a store that had another becomes another store, with an id of its own.
         Raises StoreError where the file is no relmodel store, is of a newer version or is held by another process.
         """
-        from relmodel.store.migrate import bring_up_to_date
+        from relmodel.store.migrate import bring_up_to_date, name_cell
 
         with cls._opening(store_url(target)) as store:
             bring_up_to_date(store)
             _check_schema(store)
+            if cell is not None:
+                with store.write() as connection:
+                    name_cell(connection, cell)
             mark_dead_runs(store)
         return store
 

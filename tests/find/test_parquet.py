@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from uuid import UUID
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ from pyarrow import concat_tables, parquet
 from relmodel.app.cli.main import main
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, in_volumes
-from relmodel.find.parquet import export_parts, volume_tables
+from relmodel.find.parquet import TABLES, export_parts, volume_tables
 from relmodel.find.volumes import Box, Volume
 from relmodel.store import Store, sql
 from relmodel.world import place_world
@@ -23,7 +25,6 @@ from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 QUERY = sql.query("parquet/find_in_volumes").text
 ROW = ("volume_no", "occurrence_id", "element_no", "path", "name", "x0", "y0", "z0", "x1", "y1", "z1")
-FOLDERS = ("world", "page", "element", "occurrence")
 
 
 def questions(oracle: Oracle) -> list[Volume]:
@@ -53,20 +54,26 @@ def expected(store: Store, volumes: list[Volume]) -> list[tuple[Any, ...]]:
 
 
 def duckdb_rows(folder: Path) -> list[tuple[Any, ...]]:
-    """By DuckDB's own client; the world's name is left out."""
+    """What names the store and the world is left out."""
+    return [_row(row) for row in all_rows(folder)]
+
+
+def all_rows(folder: Path) -> list[tuple[Any, ...]]:
+    """By DuckDB's own client."""
     import duckdb
 
     with duckdb.connect() as database:
-        for name in FOLDERS[:3]:
-            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/*.parquet')")
-        database.execute(f"CREATE VIEW occurrence AS FROM read_parquet('{folder}/parts/occurrence/*/*/*.parquet')")
+        for name in TABLES:
+            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/**/*.parquet')")
         for name in ("asked", "asked_half_space"):
             database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/{name}.parquet')")
-        return [_row(row) for row in database.execute(QUERY).fetchall()]
+        return database.execute(QUERY).fetchall()
 
 
 def _row(row: Any) -> tuple[Any, ...]:
-    world, volume_no, *rest = row
+    store_id, cell, world, volume_no, *rest = row
+    assert UUID(store_id)
+    assert cell
     assert world == "cell"
     return (volume_no, *rest)
 
@@ -92,13 +99,15 @@ def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> 
     assert main([*command, str(tmp_path / "both")]) == 0
     assert main([*command, str(tmp_path / "one"), "--world", "other"]) == 0
     for folder, counts in (("both", {"cell": 96, "other": 48}), ("one", {"other": 48})):
-        read = {name: parquet.read_table(tmp_path / folder / name).to_pylist() for name in FOLDERS}
+        read = {name: parquet.read_table(tmp_path / folder / name).to_pylist() for name in TABLES}
         names = {row["world_id"]: row["name"] for row in read["world"]}
         found = [names[row["world_id"]] for row in read["occurrence"]]
         assert {name: found.count(name) for name in set(found)} == counts
         assert len({(row["shape_id"], row["level"], row["element_no"]) for row in read["element"]}) == 5 * 91
         assert len(read["element"]) == 5 * 91
-    assert main([*command, str(tmp_path / "both")]) == 2  # not empty
+    (tmp_path / "one/page/mine.parquet").touch()
+    assert main([*command, str(tmp_path / "one")]) == 2  # not only exports
+    assert main([*command, str(tmp_path / "one/page/mine.parquet")]) == 2
     assert main([*command, str(tmp_path / "third"), "--world", "third"]) == 2
     assert not (tmp_path / "third").exists()
     for wrong in (
@@ -108,6 +117,59 @@ def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> 
         ["thing", "-o", "x", "--world", "w"],
     ):
         assert main(["export", *wrong, "--store", fresh_store]) == 2
+
+
+def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Three of one name and of one origin, whose first worlds, shapes and parts have the same ids."""
+    stores: list[str] = []
+    rows: dict[str, list[tuple[Any, ...]]] = {}
+    volumes: list[Volume] = []
+    for seed, cell in enumerate(("first", "second", "third")):
+        file = Path(shutil.copy(duckdb_template, tmp_path / f"{cell}.duckdb"))
+        assert main(["init", "--cell", cell, "--store", str(file)]) == 0
+        with Store.open(file) as store:
+            oracle = fill(store, tmp_path, seed)
+            volumes = volumes or questions(oracle)
+            rows[cell] = expected(store, volumes)
+        stores.append(str(file))
+    write_questions(volumes, tmp_path)
+    command = ["export", "--parquet", str(tmp_path / "parts"), "--store"]
+    for target in stores:
+        capsys.readouterr()
+        assert main([*command, target]) == 0
+    assert "96 placed parts of the cell third" in capsys.readouterr().err
+
+    def answered() -> dict[str, list[tuple[Any, ...]]]:
+        found: dict[str, list[tuple[Any, ...]]] = {}
+        for store_id, cell, world, *row in all_rows(tmp_path):
+            assert (world, ids.setdefault(cell, store_id)) == ("cell", store_id)
+            found.setdefault(cell, []).append(tuple(row))
+        return found
+
+    ids: dict[str, str] = {}
+    assert answered() == rows
+    assert len(set(ids.values())) == 3
+    for name in TABLES:
+        cells = parquet.read_table(tmp_path / "parts" / name, columns=["store_id", "cell"]).to_pylist()
+        assert {row["cell"]: row["store_id"] for row in cells} == ids
+
+    # Another revision of the second's world, of fewer parts, in other pages.
+    with Store.open(stores[1]) as again:
+        objects: list[dict[str, object]] = [{"object": "thing", "name": "one"}]
+        place_world(again, write_world(tmp_path / "world.yaml", "cell", objects))
+        rows["second"] = expected(again, volumes)
+        with again.read() as connection:
+            export_parts(again, connection, tmp_path / "parts", pages_per_range=1)
+    assert answered() == rows
+    assert main([*command, stores[1]]) == 0
+    assert answered() == rows
+    assert not [file for file in (tmp_path / "parts").iterdir() if file.name not in TABLES]
+
+    # Named anew it is another store; named the same again it stays what it is.
+    for cell, others in (("second", 3), ("fourth", 4)):
+        assert main(["init", "--cell", cell, "--store", stores[1]]) == 0
+        assert main([*command, stores[1]]) == 0
+        assert len(list((tmp_path / "parts/world").iterdir())) == others
 
 
 @pytest.fixture

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import InputError, StoreError, UsageError
 from relmodel.store import Store
-from relmodel.store.ask import ask
+from relmodel.store.ask import LARGEST_VALUE, ask
 from tests.conftest import by_role, make_reader, run_as_owner
 
 QUERIES = (
@@ -74,6 +76,11 @@ def asked(fresh_store: str) -> Iterator[Store]:
         yield store
 
 
+def answered(store: Store, statement: str, time_limit_s: float = 30.0) -> tuple[list[str], list[Any]]:
+    with ask(store, statement, time_limit_s=time_limit_s) as (names, rows):
+        return names, [tuple(row) for row in rows]
+
+
 def relations(store: Store) -> int:
     with store.read() as connection:
         return len(store.rows(connection, "relations"))
@@ -81,16 +88,16 @@ def relations(store: Store) -> int:
 
 def test_queries_are_answered(asked: Store) -> None:
     for statement in QUERIES:
-        assert [tuple(row) for row in ask(asked, statement)[1]] == [(1,)], statement
-    assert ask(asked, "EXPLAIN SELECT 1")[1]
-    assert ask(asked, "-- why?\n/* * / */ explain SELECT 1")[1]
-    assert len(ask(asked, "TABLE sds_relation")[1]) == relations(asked)
+        assert answered(asked, statement)[1] == [(1,)], statement
+    assert answered(asked, "EXPLAIN SELECT 1")[1]
+    assert answered(asked, "-- why?\n/* * / */ explain SELECT 1")[1]
+    assert len(answered(asked, "TABLE sds_relation")[1]) == relations(asked)
 
 
 def test_duckdb_pivots(duckdb_file: Path) -> None:
     """A SELECT that DuckDB takes apart into two statements."""
     with Store.open(duckdb_file, read_only=True) as store:
-        names, rows = ask(store, "PIVOT sds_relation ON standing USING count(*) GROUP BY level")
+        names, rows = answered(store, "PIVOT sds_relation ON standing USING count(*) GROUP BY level")
     assert names[0] == "level"
     assert rows
 
@@ -104,7 +111,7 @@ def test_whatever_else_is_refused_in_a_sentence(asked: Store, tmp_path: Path) ->
     ]
     for statement in statements:
         with pytest.raises(InputError, match=r"^the statement was refused[^\n]*$"):
-            pytest.fail(f"{statement} was answered: {ask(asked, statement)}")
+            pytest.fail(f"{statement} was answered: {answered(asked, statement)}")
     assert not escaped.exists()
     assert not Path("/tmp/relmodel-escaped").exists()
     assert relations(asked) == before
@@ -143,10 +150,45 @@ def test_statements_that_take_too_long_are_stopped(asked: Store) -> None:
         endless += ["SELECT pg_sleep(600)", "SELECT set_config('statement_timeout', '0', false), pg_sleep(600)"]
     for statement in endless:
         with pytest.raises(InputError, match=r"^the statement was stopped after 0\.3 s: ask for less"):
-            ask(asked, statement, time_limit_s=0.3)
+            answered(asked, statement, 0.3)
     for limit in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(UsageError, match="give seconds above 0"):
-            ask(asked, "SELECT 1", time_limit_s=limit)
+            answered(asked, "SELECT 1", limit)
+
+
+ENDLESS = "SELECT CAST(a AS BIGINT) AS a FROM generate_series(1, 1000000) AS t(a), generate_series(1, 1000000) AS u(b)"
+
+
+def test_rows_come_before_the_statement_ends_and_no_more_after_the_limit(asked: Store) -> None:
+    with ask(asked, ENDLESS, time_limit_s=2.0) as (names, rows):
+        assert names == ["a"]
+        assert isinstance(next(rows)[0], int)
+        time.sleep(2.1)  # what is done with the rows counts too
+        with pytest.raises(InputError, match=r"^the statement was stopped after 2 s: ask for less"):
+            next(rows)
+    assert answered(asked, "SELECT 1 AS a, 2 AS b WHERE 1 = 0") == (["a", "b"], [])
+
+
+def test_a_value_that_is_too_large_is_refused(asked: Store) -> None:
+    assert len(answered(asked, f"SELECT repeat('x', {LARGEST_VALUE})")[1][0][0]) == LARGEST_VALUE
+    with pytest.raises(InputError, match=r"^a value of 33,554,433 characters or bytes is too large"):
+        answered(asked, f"SELECT repeat('x', {LARGEST_VALUE + 1})")
+
+
+def test_a_server_that_does_not_end_the_statement_is_let_go(
+    new_store: Callable[[str], str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As while it sends a value: here it is told another limit."""
+    rows = Store.rows
+
+    def with_another_limit(self: Store, connection: sa.Connection, name: str, /, **parameters: Any) -> Any:
+        return rows(self, connection, name, **dict.fromkeys(parameters, "60000"))
+
+    with Store.open(make_reader(new_store("postgresql")), read_only=True) as store:
+        monkeypatch.setattr(Store, "rows", with_another_limit)
+        with pytest.raises(InputError, match=r"^the statement was stopped after 0\.3 s"):
+            answered(store, "SELECT pg_sleep(600)", 0.3)
+        assert answered(store, "SELECT 1")[1] == [(1,)]
 
 
 # Roles that reach beyond the database, and one that may become such a role.
@@ -170,7 +212,7 @@ def test_roles_that_reach_beyond_the_database_are_refused(postgresql_template: s
                 with pytest.raises(
                     StoreError, match=f"^the role {name} .*reaches beyond the database.* CREATE ROLE reader"
                 ) as refused:
-                    ask(store, "SELECT 1")
+                    answered(store, "SELECT 1")
                 assert refused.value.exit_status == 3
                 assert "\n" not in str(refused.value)
         finally:
@@ -183,7 +225,7 @@ def test_roles_put_on_for_the_session_alone_are_refused(postgresql_template: str
     reader = sa.make_url(make_reader(store_url.render_as_string(hide_password=False))).username
     lesser = store_url.update_query_dict({"options": f"-c role={reader}"}).render_as_string(hide_password=False)
     with Store.open(lesser) as store, pytest.raises(StoreError, match=r"^the role postgres reaches beyond"):
-        ask(store, "SELECT 1")
+        answered(store, "SELECT 1")
 
 
 def test_a_store_that_is_open_for_writing_is_asked_read_only(fresh_store: str) -> None:
@@ -193,8 +235,8 @@ def test_a_store_that_is_open_for_writing_is_asked_read_only(fresh_store: str) -
         if store.dialect == "postgresql":
             run_as_owner(fresh_store, ["GRANT ALL ON ALL TABLES IN SCHEMA public TO reader"])
             with pytest.raises(InputError, match="read-only transaction"):
-                ask(store, "EXPLAIN ANALYZE DELETE FROM sds_relation")
-            ask(store, "SELECT pg_advisory_lock(7)")
+                answered(store, "EXPLAIN ANALYZE DELETE FROM sds_relation")
+            answered(store, "SELECT pg_advisory_lock(7)")
             with store.read() as connection:
                 held = connection.execute(sa.text("SELECT count(*) FROM pg_locks WHERE locktype = 'advisory'"))
                 assert held.scalar() == 0

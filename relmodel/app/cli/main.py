@@ -21,6 +21,7 @@ from types import FrameType, ModuleType
 
 from relmodel import __version__
 from relmodel.app.cli import output
+from relmodel.app.cli.bounds import drop_output
 from relmodel.app.cli.options import add_debug, add_quiet, add_store
 from relmodel.errors import RelmodelError
 from relmodel.text import visible
@@ -108,8 +109,7 @@ def _tell(args: argparse.Namespace, error: Exception) -> int:
         print(f"relmodel {args.verb}: {visible(str(error))}", file=sys.stderr)
         return error.exit_status
     if isinstance(error, BrokenPipeError):
-        # The reader (head, less) has gone.  Point stdout at nothing, or Python complains when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        drop_output()  # the reader (head, less) has gone
         return 0
     if args.debug:
         sys.stderr.write(visible("".join(traceback.format_exception(error)), keep="\n"))

@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.export.glb import Painted, in_metres, painted_meshes
+from relmodel.app.export.tables import of_store
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
@@ -29,6 +30,8 @@ _TRANSFORMS = {
     "camera": "rig_from_camera",
     "base_correction": "world_from_base",
 }
+# What every row says of its origin.
+_CARRIED = ("store_id", "cell", "run")
 # Tables of one row, which are objects in JSON.
 _SINGLE = ("inspection", "prior", "base_correction")
 # glTF's cameras look along -z with y up, OpenCV's along z with y down.
@@ -37,7 +40,8 @@ _NEAR_M = 0.01
 
 
 def read_results(store: Store, connection: Connection, run_id: int) -> dict[str, pa.Table]:
-    """The tables of an inspection's results, by name: those of `queries/result`, `inspection` first.
+    """The tables of an inspection's results, by name: those of `queries/result`, `inspection` first; every row says of
+    which store and run.
 
     Raises UsageError where the run is no inspection that ended.
     """
@@ -45,14 +49,14 @@ def read_results(store: Store, connection: Connection, run_id: int) -> dict[str,
     tables = {name.partition("/")[2]: store.arrow(connection, name, run_id=run_id) for name in names}
     if not tables["inspection"].num_rows:
         raise UsageError(f"the run {run_id} is no inspection with an answer: relmodel runs --kind inspect lists them")
-    return tables
+    return of_store(store, connection, tables, run=run_id)
 
 
 def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     """The tables as plain numbers, texts and lists.
 
-    What was answered stands on top (a file of it is read as a prior), the other tables are under their names: lists
-    of rows, or one object of what there is one of.  Transforms are 4x4, covariances 6x6.
+    What was answered, of which store, and when stands on top (a file of it is read as a prior), the other tables are
+    under their names: lists of rows, or one object of what there is one of.  Transforms are 4x4, covariances 6x6.
     """
     rows = {name: [_plain_row(name, row) for row in table.to_pylist()] for name, table in tables.items()}
     single = {name: next(iter(rows[name]), None) for name in _SINGLE}
@@ -90,7 +94,8 @@ def write_scene(
         geometry = names[key] if names[key] in scene.geometry else None
         seen = {"in_view": bool(part["in_view"])}
         scene.graph.update(part["path"], "world", matrix=in_metres(pose), geometry=geometry, metadata=seen)
-    found = {name: answer[name] for name in ("run", "verdict", "outcome", "reason", "posterior", "covariance")}
+    said = (*_CARRIED, "began_at", "verdict", "outcome", "reason", "posterior", "covariance")
+    found = {name: answer[name] for name in said}
     cameras: dict[str, dict[str, Any]] = {}
     for name, pose, extras in (
         ("rig", answer["world_from_rig"], found),
@@ -126,8 +131,9 @@ def _calibration(camera: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain_row(table: str, row: dict[str, Any]) -> dict[str, Any]:
-    """A row with its transform as 4x4 and covariance as 6x6, and times as text."""
-    out = {name: _plain(value) for name, value in row.items() if name not in MATRIX_COLUMNS}
+    """A row with its transform as 4x4 and covariance as 6x6, and times as text; what each carries is said on top."""
+    above = () if table == "inspection" else _CARRIED
+    out = {name: _plain(value) for name, value in row.items() if name not in (*MATRIX_COLUMNS, *above)}
     if table in _TRANSFORMS:
         pose: Floats = matrices({name: np.array([row[name]]) for name in MATRIX_COLUMNS})[0]
         out[_TRANSFORMS[table]] = pose.tolist()

@@ -290,7 +290,8 @@ def test_python_of_scale_out_runs() -> None:
     exec(for_duckdb, said)
     with Store.open("demo/cell.duckdb", read_only=True) as store:
         found = in_volumes(store, said["volumes"], level="feature")
-    assert [row[1:6] for row in said["rows"]] == list(
+    assert [row[3:8] for row in said["rows"]] == list(
         zip(*(found[n].tolist() for n in ("volume_no", "occurrence_id", "element_no", "path", "name")), strict=True)
     )
-    assert {row[1] for row in said["rows"]} == {0, 1}
+    assert {row[3] for row in said["rows"]} == {0, 1}
+    assert {row[1] for row in said["rows"]} == {"cell"}

@@ -7,6 +7,7 @@ import io
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
@@ -52,6 +53,43 @@ def test_tables_round_to_what_numbers_mean_and_programs_get_all(capsys: pytest.C
         assert "9.87654321e-06" in said
     print_rows(names, [], "table")
     assert capsys.readouterr().out.split()[:5] == names
+
+
+def test_rows_are_printed_as_they_come() -> None:
+    names, count = ["number", "name", "eighth"], 3500
+    kept = [(i, f"name {i:04}", i / 8) for i in range(count)]
+    for form in ("table", "csv", "json"):
+        out = io.StringIO()
+        printed: list[int] = []
+
+        def rows(out: io.StringIO = out, printed: list[int] = printed) -> Iterator[tuple[int, str, float]]:
+            for row in kept:
+                printed.append(out.getvalue().count("name "))
+                yield row
+
+        print_rows(names, rows(), form, out)
+        assert all(row - before <= 1000 for row, before in enumerate(printed)), form
+        lines = out.getvalue().splitlines()
+        if form == "json":
+            assert out.getvalue() == json.dumps([dict(zip(names, row, strict=True)) for row in kept], indent=1) + "\n"
+        elif form == "table":
+            assert len({len(line) for line in lines[1:]}) == 1
+            assert [line.split()[0] for line in lines[2:]] == [str(i) for i in range(count)]
+            assert [float(line.split()[-1]) for line in lines[2:]] == [row[2] for row in kept]
+        else:
+            assert cells(out.getvalue())[1:] == [[str(v) for v in row] for row in kept]
+
+
+def test_tables_show_the_beginning_of_what_is_long(capsys: pytest.CaptureFixture[str]) -> None:
+    row = ("x" * 100_001, b"y" * 1_000_000, [7] * 1_000_000, "x" * 100_000)
+    print_rows(["text", "bytes", "list", "short"], [row], "table")
+    said = capsys.readouterr().out
+    assert len(said) < 2_000_000
+    assert "x... (100,001 in all)" in said
+    assert said.count("(1,000,000 in all)") == 2
+    assert said.rstrip().endswith("x")
+    print_rows(["text"], [row[:1]], "csv")
+    assert len(capsys.readouterr().out) > 100_001
 
 
 def test_control_characters_are_seen_and_do_nothing(capsys: pytest.CaptureFixture[str]) -> None:

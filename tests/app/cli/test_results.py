@@ -6,6 +6,8 @@ from __future__ import annotations
 import csv
 import json
 import struct
+from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +30,23 @@ def inspected(request: pytest.FixtureRequest) -> Inspection:
     return found
 
 
-def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path) -> None:
+def identity_of(target: str) -> tuple[str, str]:
+    """The id of a store and its cell."""
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        store_id, cell = connection.exec_driver_sql("SELECT id, cell FROM store_identity").one()
+    return store_id, cell
+
+
+def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "run.json"
     assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
     said, answer = json.loads(out.read_text()), inspected.answer
+    words = capsys.readouterr().err
+    store_id, cell = identity_of(inspected.store)
+    assert (said["store_id"], said["cell"]) == (store_id, cell)
+    began = datetime.fromisoformat(said["began_at"])
+    assert f"run {answer['run']} of {began:%Y-%m-%d %H:%M:%S}" in words
+    assert f"of the cell {cell} (store {store_id})" in words
     for name in ("run", "verdict", "reason", "posterior", "world_from_rig", "covariance"):
         assert said[name] == answer[name], name
     assert [h["world_from_rig"] for h in said["hypothesis"]] == [h["world_from_rig"] for h in answer["hypotheses"]]
@@ -59,6 +74,8 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
             rows = list(csv.reader(file))
         assert rows[0] == table.column_names
         assert len(rows) - 1 == table.num_rows
+        carried = {(row["store_id"], row["cell"], str(row["run"])) for row in table.to_pylist()}
+        assert carried <= {(*identity_of(inspected.store), run)}
     matched = pyarrow.parquet.read_table(tmp_path / "parquet/matched_arc.parquet")
     with Store.open(inspected.store, read_only=True) as store, store.read() as connection:
         found = connection.exec_driver_sql("SELECT count(*), sum(residual), count(arc_no) FROM matched_arc").one()
@@ -66,6 +83,21 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
     assert (len(residuals), matched.num_rows - matched["arc_no"].null_count) == (found[0], found[2])
     assert sum(residuals) == pytest.approx(found[1], rel=1e-12)
     assert str(matched.schema.field("arc_no").type).startswith("int")
+
+
+def test_tables_of_another_store_are_not_replaced(
+    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = copy_store(inspection.store)
+    assert main(["init", "--cell", "other", "--store", other]) == 0
+    for form in ("csv", "parquet"):
+        folder = tmp_path / form
+        words = ["export", "--run", "last", "-o", str(folder), "--tables", form, "--store"]
+        for store, status in ((inspection.store, 0), (other, 2), (inspection.store, 0)):
+            before = {file.name: file.read_bytes() for file in folder.glob("*")}
+            assert main([*words, store]) == status
+            assert not before or {file.name: file.read_bytes() for file in folder.glob("*")} == before
+        assert "holds tables of another store" in capsys.readouterr().err
 
 
 def nodes_of(file: Path) -> tuple[dict[str, Any], dict[str, Floats]]:
@@ -97,6 +129,7 @@ def test_glb_has_world_rig_and_cameras(inspected: Inspection, tmp_path: Path) ->
     np.testing.assert_allclose(rig[:3, 3] * 1000, np.array(answer["world_from_rig"])[:3, 3], atol=1e-6)
     np.testing.assert_allclose(rig[:3, :3], np.array(answer["world_from_rig"])[:3, :3], atol=1e-9)
     assert by_name["rig"]["extras"]["verdict"] == answer["verdict"]
+    assert by_name["rig"]["extras"]["store_id"] == identity_of(inspected.store)[0]
     assert np.linalg.norm(nodes["prior"][:3, 3] - rig[:3, 3]) < 0.3
     seen = {part["path"] for part in answer["parts_in_view"] if part["level"] == "part"}
     assert seen

@@ -5,6 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import json
+import resource
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -126,6 +129,38 @@ def test_values_are_printed_as_they_are(asked_store: str, capsys: pytest.Capture
 def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
     assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]
+
+
+LONG = "SELECT i, repeat('x', 50) AS text FROM generate_series(1, 20000) AS t(i)"  # more than a pipe holds
+
+
+def test_sql_ends_at_its_limit_though_nobody_reads(asked_store: str) -> None:
+    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", asked_store, LONG]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.read() == (
+            "relmodel sql: the statement was stopped after 1 s: ask for less, or give it more time\n"
+        )
+        assert process.wait(60) == 3
+
+
+def test_sql_takes_no_more_memory_than_it_may(
+    postgresql_template: str,
+    postgresql_server: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("relmodel.app.cli.verbs.sql._MEMORY", 2**24)
+    store = make_reader(
+        sa.make_url(postgresql_server).set(database=postgresql_template).render_as_string(hide_password=False)
+    )
+    command = ["sql", "--format", "json", "--store", store]
+    assert main([*command, "SELECT repeat('x', 30000000) AS text"]) == 3
+    said = capsys.readouterr()
+    assert "memory" in said.err
+    assert said.err.count("\n") == 1
+    assert main([*command, "SELECT repeat('x', 300000) AS text"]) == 0
+    assert resource.getrlimit(resource.RLIMIT_DATA)[0] == resource.RLIM_INFINITY
 
 
 REFUSED = (

@@ -1,6 +1,6 @@
-"""Check the store: integrity of the model, and that nothing that was committed has vanished.
+"""Check the store: that all of it can be read, integrity of the model, and that nothing committed has vanished.
 
-Prints the rows that offend, and ends with status 1 where there are any.
+Prints the rows that offend and the tables that cannot be read, and ends with status 1 where there are any.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 An object: a file that ends in .glb is written in metres, with shared geometry; any other name is a folder for the
 tables placed_part, part, feature, surface and arc.  An inspection (--run): .json has all its results, .glb the placed
 world with rig and cameras, any other name is a folder for the tables.  With --parquet: placed parts with their boxes,
-in folders by ranges of pages, for queries/parquet/find_in_volumes.sql on DuckDB or Spark.
+in folders by stores and ranges of pages, for queries/parquet/find_in_volumes.sql on DuckDB or Spark.  Every row carries
+the id of the store and the name of its cell (relmodel init --cell).
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tables", choices=("parquet", "csv"), default="parquet", help="form of the tables in a folder"
     )
-    parser.add_argument("--parquet", type=Path, metavar="FOLDER", help="a new folder for the placed parts")
+    parser.add_argument(
+        "--parquet", type=Path, metavar="FOLDER", help="a folder for the placed parts, of many stores side by side"
+    )
     parser.add_argument("--world", metavar="NAME", help="with --parquet: this world only")
 
 
@@ -58,12 +61,14 @@ def run(args: argparse.Namespace) -> int:
 
             progress(f"{args.parquet}: placed parts", 0, 1)
             parts = export_parts(store, connection, args.parquet, args.world)
-            written = [f"{args.parquet} is written: {parts} placed parts"]
+            written, what = [args.parquet], f"{parts} placed parts"
+        elif args.number is None:
+            written, what = _export_object(args, store, connection, progress)
         else:
-            export = _export_object if args.number is None else _export_run
-            written = [f"{file} is written" for file in export(args, store, connection, progress)]
-    for words in written:
-        say(words)
+            written, what = _export_run(args, store, connection, progress)
+        identity = store.rows(connection, "store_identity")[0]
+    for file in written:
+        say(f"{file} is written: {what} of the cell {identity.cell} (store {identity.store_id})")
     return 0
 
 
@@ -81,7 +86,10 @@ def _check(args: argparse.Namespace) -> None:
         )
 
 
-def _export_object(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
+def _export_object(
+    args: argparse.Namespace, store: Store, connection: Connection, progress: Progress
+) -> tuple[list[Path], str]:
+    """The files written, and what they hold."""
     from relmodel.app.export.glb import export_glb
     from relmodel.app.export.tables import read_tables, write_tables
     from relmodel.app.show.tree import read_tree
@@ -89,22 +97,26 @@ def _export_object(args: argparse.Namespace, store: Store, connection: Connectio
     tree = read_tree(store, connection, args.object, args.variant)
     if args.out.suffix.lower() == ".glb":
         export_glb(store, connection, tree, args.out, progress)
-        return [args.out]
-    return write_tables(read_tables(store, connection, tree), args.out, args.tables, progress)
+        return [args.out], args.object
+    return write_tables(read_tables(store, connection, tree), args.out, args.tables, progress), args.object
 
 
-def _export_run(args: argparse.Namespace, store: Store, connection: Connection, progress: Progress) -> list[Path]:
+def _export_run(
+    args: argparse.Namespace, store: Store, connection: Connection, progress: Progress
+) -> tuple[list[Path], str]:
+    """The files written, and what they hold."""
     from relmodel.app.audit.newest import run_named
     from relmodel.app.export.results import read_results, write_json, write_scene
     from relmodel.app.export.tables import write_tables
 
     run_id = run_named(store, connection, args.number)
     results = read_results(store, connection, run_id)
+    what = f"run {run_id} of {results['inspection']['began_at'][0].as_py():%Y-%m-%d %H:%M:%S %Z}"
     form = args.out.suffix.lower()
     if form == ".json":
         write_json(results, args.out)
     elif form == ".glb":
         write_scene(store, connection, results, args.out, progress)
     else:
-        return write_tables(results, args.out, args.tables, progress)
-    return [args.out]
+        return write_tables(results, args.out, args.tables, progress), what
+    return [args.out], what

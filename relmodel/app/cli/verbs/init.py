@@ -7,16 +7,21 @@ import argparse
 from relmodel.app.cli.options import store_target
 from relmodel.app.cli.output import say
 
-EXAMPLE = "relmodel init --store cell.duckdb"
+EXAMPLE = "relmodel init --store cell.duckdb --cell 'hall 2, cell 7'"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    pass
+    parser.add_argument(
+        "--cell",
+        metavar="NAME",
+        help="the cell that the store is of, which exported rows carry (default: what its file or database is called); "
+        "a copy of a store that is given another cell's name becomes a store of its own",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
 
-    with Store.create(store_target(args)) as store:
+    with Store.create(store_target(args), cell=args.cell) as store:
         say(f"the store {store.name} is ready")
     return 0

@@ -1,21 +1,24 @@
 """Ask the store in SQL; nothing is written.
 
-Takes one SELECT, WITH, VALUES, TABLE or EXPLAIN, which is stopped after --timeout.  The store is opened read-only; on
-DuckDB statements reach no other file and change no setting; on PostgreSQL the role must not reach the server's files
-or programs, so superusers are refused.  Memory is not bounded, and a PostgreSQL role may do by functions whatever it
-is granted: docs/sql.md says what is promised, and how to make a role that only reads.
+Takes one SELECT, WITH, VALUES, TABLE or EXPLAIN; rows are printed as they come, and end after --timeout.  The store is
+opened read-only; on DuckDB statements reach no other file and change no setting; on PostgreSQL the role must not reach
+the server's files or programs, so superusers are refused, but may do by functions whatever it is granted: docs/sql.md
+says what is promised, and how to make a role that only reads.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 from relmodel.app.cli.options import add_format, store_target
 from relmodel.errors import UsageError
 from relmodel.paths import read_text
 from relmodel.printing import print_rows
+
+_MEMORY = 2**29  # bytes for rows from a server: the largest value that is printed, some times over
 
 EXAMPLE = "relmodel sql --store cell.duckdb 'SELECT kind, count(*) FROM feature_class GROUP BY kind'"
 
@@ -28,19 +31,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=30.0,
         metavar="SECONDS",
-        help="how long the statement may take (default: 30)",
+        help="how long the statement and the printing of its rows may take (default: 30)",
     )
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.app.cli.bounds import bounded_memory, ended_after
     from relmodel.store import Store
-    from relmodel.store.ask import ask
+    from relmodel.store.ask import GRACE_S, ask, stopped
 
     query = _query(args)
-    with Store.open(store_target(args), read_only=True) as store:
-        names, rows = ask(store, query, time_limit_s=args.timeout)
-    print_rows(names, rows, args.format)
+    with Store.open(store_target(args), read_only=True) as store, ExitStack() as bounds:
+        if store.dialect == "postgresql":  # DuckDB works in this process, and bounds its memory itself
+            bounds.enter_context(bounded_memory(_MEMORY))
+        with ask(store, query, time_limit_s=args.timeout) as (names, rows):
+            # The rows end at the limit; this ends what waits for somebody to read them.
+            bounds.enter_context(ended_after(args.timeout + 2 * GRACE_S, stopped(args.timeout)))
+            print_rows(names, rows, args.format)
+            sys.stdout.flush()
     return 0
 
 

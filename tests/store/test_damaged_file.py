@@ -1,0 +1,99 @@
+"""`relmodel check` of DuckDB files in which a block was overwritten, against a plain script that reads all there is."""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+
+import duckdb
+import numpy as np
+import pytest
+
+from relmodel.app.cli.main import main
+from relmodel.columns import ColumnValues, Ragged
+from relmodel.store import Store, sql
+
+HEADERS, BLOCK = 3 * 4096, 32768
+
+
+@pytest.fixture(scope="module")
+def filled(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The file of a store with bytes, lists, texts and numbers, of each more than a block."""
+    file = tmp_path_factory.mktemp("filled") / "cell.duckdb"
+    file.write_bytes(duckdb_template.read_bytes())
+    made = np.random.default_rng(1)
+    lists = Ragged(made.random(40_000), np.arange(0, 40_001, 10_000))
+    corners = Ragged(made.integers(99, size=4), np.arange(5))
+    texts = [made.bytes(20).hex() for _ in range(3000)]
+    columns: dict[str, dict[str, ColumnValues]] = {
+        "image_blob": {"image_id": np.arange(4), "bytes": [made.bytes(70_000) for _ in range(4)]},
+        "shape_mesh": {
+            "shape_id": np.arange(4),
+            "chord_mm": 1.0,
+            "chord_rad": 1.0,
+            "vertices": lists,
+            "normals": lists,
+            "triangles": corners,
+            "triangle_surfaces": corners,
+        },
+        "source": {
+            "id": np.arange(3000),
+            "file_name": texts,
+            "sha256": texts,
+            "format": "step",
+            "unit": "mm",
+            "unit_mm": made.random(3000) + 1,
+            "loader_version": texts,
+        },
+    }
+    with Store.open(file) as store, store.write() as connection:
+        for table, values in columns.items():
+            store.append(connection, table, values)
+    return file.read_bytes()
+
+
+def unreadable(file: Path) -> set[str] | None:
+    """Tables that a program which knows nothing of relmodel does not read whole; None where the file does not open."""
+    broken = set()
+    try:
+        with duckdb.connect(str(file), read_only=True) as opened:
+            for (name,) in opened.execute("SELECT table_name FROM duckdb_tables()").fetchall():
+                try:
+                    opened.execute(f'SELECT * FROM "{name}"').fetchall()  # noqa: S608
+                except duckdb.Error:
+                    broken.add(name)
+    except duckdb.Error:
+        return None
+    return broken
+
+
+def test_whatever_cannot_be_read_is_found(
+    filled: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = sql.query_names("check")
+    file, broken, closed = tmp_path / "cell.duckdb", set[str](), 0
+    blocks = range(HEADERS, len(filled), BLOCK)
+    for seed, place in enumerate([*random.Random(0).sample(blocks, 10), blocks[0]]):
+        content = bytearray(filled)
+        content[place : place + BLOCK] = random.Random(seed).randbytes(BLOCK)
+        file.write_bytes(content)
+        expected = unreadable(file)
+        # All queries once; else some, as each takes its time.
+        monkeypatch.setattr(sql, "query_names", lambda _, n=3 if broken else None: names[:n])
+        status = main(["check", "--store", str(file), "--format", "json"])
+        said = capsys.readouterr()
+        if expected is None:
+            closed += 1
+            assert status == 3, place
+            assert said.err.count("\n") == 1
+            assert "put a backup in its place" in said.err
+            continue
+        rows = json.loads(said.out)
+        found = {row["row"].split()[1].rstrip(",") for row in rows if row["check"] == "tables"}
+        assert found == expected, place
+        assert status == (1 if rows else 0)
+        assert all("Corrupt database file" in row["row"] for row in rows if row["check"] == "tables")
+        broken |= expected
+    assert {"image_blob", "shape_mesh", "source"} <= broken
+    assert closed
