@@ -362,10 +362,10 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     assert sum(r["seconds"] for r in answers["where_the_time_goes"]) == pytest.approx(ended["seconds"])
 
     for camera in view.values():
-        seen = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
+        points = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
         weight, residual, sigma = (np.array([r[c] for r in own]) for c in ("weight", "residual", "sigma"))
         (mean,) = (r for r in view_rows(store, "camera_residual") if (r["run_id"], r["camera"]) == (run, camera))
-        assert (mean["points"], mean["weight"]) == (len(seen), pytest.approx(weight.sum()))
+        assert (mean["points"], mean["weight"]) == (len(points), pytest.approx(weight.sum()))
         assert mean["rms_px"] == pytest.approx(np.sqrt(np.average(residual**2, weights=weight)))
         assert mean["rms_sigmas"] == pytest.approx(np.sqrt(np.average((residual / sigma) ** 2, weights=weight)))
         assert mean["rms_px"] < 0.5 * np.sqrt(np.mean(residual**2))  # outliers, which weigh little, are most of that
@@ -441,4 +441,5 @@ def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path
             assert "?" in text.splitlines()[0]
             assert ":" not in text  # nothing to bind: a person edits the literals
     with Store.open(duckdb_template, read_only=True) as store:
-        assert ask(store, (resource_dir("queries") / "examples/thin_ribs.sql").read_text())[1] == []
+        with ask(store, (resource_dir("queries") / "examples/thin_ribs.sql").read_text()) as (_, rows):
+            assert list(rows) == []
