@@ -363,7 +363,7 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
 
     for camera in view.values():
         points = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
-        weight, residual, sigma = (np.array([r[c] for r in own]) for c in ("weight", "residual", "sigma"))
+        weight, residual, sigma = (np.array([r[c] for r in points]) for c in ("weight", "residual", "sigma"))
         (mean,) = (r for r in view_rows(store, "camera_residual") if (r["run_id"], r["camera"]) == (run, camera))
         assert (mean["points"], mean["weight"]) == (len(points), pytest.approx(weight.sum()))
         assert mean["rms_px"] == pytest.approx(np.sqrt(np.average(residual**2, weights=weight)))
@@ -440,6 +440,6 @@ def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path
             text = (resource_dir("queries") / f"{name}.sql").read_text()
             assert "?" in text.splitlines()[0]
             assert ":" not in text  # nothing to bind: a person edits the literals
-    with Store.open(duckdb_template, read_only=True) as store:
-        with ask(store, (resource_dir("queries") / "examples/thin_ribs.sql").read_text()) as (_, rows):
-            assert list(rows) == []
+    question = (resource_dir("queries") / "examples/thin_ribs.sql").read_text()
+    with Store.open(duckdb_template, read_only=True) as store, ask(store, question) as (_, rows):
+        assert list(rows) == []
