@@ -96,7 +96,7 @@ CREATE TABLE image_arc_point (  -- The course of a free arc, which no formula gi
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_arc_covariance (  -- What its elements leave open of an arc.
+CREATE TABLE image_arc_covariance (  -- Covariance of an arc's parameters.
     extraction_id BIGINT NOT NULL,  -- the extraction
     image_arc_no INTEGER NOT NULL,  -- the arc
     covariance DOUBLE PRECISION[] NOT NULL  -- covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a

@@ -8,7 +8,7 @@ CREATE INDEX object_node_page ON object_node (object_id, page);
 CREATE INDEX object_node_node_no ON object_node (object_id, node_no);
 CREATE INDEX placed_body_object_no ON placed_body (object_no);
 
-CREATE FUNCTION sound_box(
+CREATE FUNCTION checked_box(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
@@ -20,7 +20,7 @@ BEGIN
     RAISE 'the box is inverted or not finite: give x0 y0 z0 x1 y1 z1 in mm, least first';
 END
 $$;
-COMMENT ON FUNCTION sound_box IS
+COMMENT ON FUNCTION checked_box IS
     'True where a box is one, else an error.';
 
 CREATE FUNCTION all_in_bounds(
@@ -46,7 +46,7 @@ WITH near AS MATERIALIZED (
     JOIN placed_object AS p ON p.object_no = b.object_no
     WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
         AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-        AND sound_box(from_x, from_y, from_z, to_x, to_y, to_z)
+        AND checked_box(from_x, from_y, from_z, to_x, to_y, to_z)
 ),
 posed AS MATERIALIZED (
     SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,

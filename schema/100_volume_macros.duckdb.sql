@@ -7,11 +7,11 @@
 -- EXPORT DATABASE writes macros of tables in the order of their names, and IMPORT DATABASE binds each as it comes: one
 -- that others ask comes before them in the alphabet, as all_in_bounds, all_in_box and, in the next file, aimed_view do.
 
-CREATE MACRO sound_box(x0, y0, z0, x1, y1, z1) AS
+CREATE MACRO checked_box(x0, y0, z0, x1, y1, z1) AS
     CASE WHEN x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE)
             AND greatest(x1, y1, z1) < CAST('infinity' AS DOUBLE) THEN 1
         ELSE error('the box is inverted or not finite: give x0 y0 z0 x1 y1 z1 in mm, least first') END;
-COMMENT ON MACRO sound_box IS
+COMMENT ON MACRO checked_box IS
     '1 where a box is one, else an error; as the argument of a table function, which is worked out before all else.';
 
 CREATE MACRO all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
@@ -83,7 +83,7 @@ CREATE MACRO parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := 
 SELECT o.world, o.id AS occurrence_id, o.path, part.name,
     o.x - o.half_x AS x0, o.y - o.half_y AS y0, o.z - o.half_z AS z0,
     o.x + o.half_x AS x1, o.y + o.half_y AS y1, o.z + o.half_z AS z1
-FROM range(sound_box(from_x, from_y, from_z, to_x, to_y, to_z))
+FROM range(checked_box(from_x, from_y, from_z, to_x, to_y, to_z))
 CROSS JOIN (
     SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
         array_inner_product(b.row_0, n.middle) + b.m03 AS x,
@@ -124,7 +124,7 @@ COMMENT ON MACRO TABLE parts_in_box IS
 CREATE MACRO all_in_box(in_level, from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
     SELECT o.*
-    FROM range(sound_box(from_x, from_y, from_z, to_x, to_y, to_z))
+    FROM range(checked_box(from_x, from_y, from_z, to_x, to_y, to_z))
     CROSS JOIN all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
 ),
 carried AS (

@@ -154,9 +154,7 @@ def _owner(
 def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, str]) -> None:
     """Raise UsageError where name, value and unit of an attribute do not fit together."""
     if not name.strip() or name != name.strip() or len(name) > _LONGEST or not name.isprintable():
-        raise UsageError(
-            f"{name!r} is no name of an attribute: give 1 to {_LONGEST} characters without spaces at the ends"
-        )
+        raise UsageError(f"invalid attribute name {name!r}: give 1 to {_LONGEST} characters without spaces at the ends")
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if isinstance(value, str) and (not value.strip() or "\0" in value):
         raise UsageError(f"the value of {name} is empty: give a number, a text, true or false")

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from relmodel.store.database import Database
 
 
-class Pulse:
-    """The sign that the process of a run lives, from `hold` to `release`."""
+class LivenessLock:
+    """A lock that shows that the process of a run lives, from `hold` to `release`."""
 
     def __init__(self, store: Database, run_id: int) -> None:
         self._store = store
@@ -33,7 +33,7 @@ class Pulse:
         self._descriptor: int | None = None
 
     def hold(self) -> None:
-        """Give the sign; give it anew where a restart of the server ended it.  Raises StoreError where the file beside
+        """Acquire the lock; acquire it again after a restart of the server.  Raises StoreError where the file beside
         the store cannot be written."""
         if self._store.dialect == "duckdb":
             self._lock()
@@ -43,7 +43,7 @@ class Pulse:
             self._asked("run/hold.postgresql", run=self._run_id)
 
     def release(self) -> None:
-        """Take the sign back."""
+        """Release the lock."""
         if self._descriptor is not None and self._file is not None:
             self._file.unlink(missing_ok=True)
             os.close(self._descriptor)

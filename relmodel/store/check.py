@@ -1,5 +1,5 @@
 """Integrity of a store: every table read whole, SELECTs that return the rows that offend, and the references of the
-catalogue, the ledger, the seals of inspections and the journal held against what is there."""
+catalogue, the ledger, the digests of inspections and the journal held against what is there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sqlalchemy.exc import DBAPIError
 
 from relmodel.errors import StoreError
 from relmodel.store import journal, sql
-from relmodel.store.seal import broken_seals
+from relmodel.store.digests import find_altered_rows
 from relmodel.store.store import Store
 
 
@@ -26,7 +26,7 @@ class Finding(NamedTuple):
 
 
 def check(store: Store) -> list[Finding]:
-    """Read every table whole, run those of `queries/check`, and hold references, ledger, seals and journal against
+    """Read every table whole, run those of `queries/check`, and hold references, ledger, digests and journal against
     the rest.
 
     Where the database fails in one of these, as it does where its file is damaged, what it says is what was found, and
@@ -38,7 +38,7 @@ def check(store: Store) -> list[Finding]:
     searches += [
         ("references", "Rows whose reference leads nowhere.", partial(_references, store)),
         ("ledger", "Relations whose number of rows is not what runs committed.", partial(_ledger, store)),
-        ("seals", "Rows of an inspection that are not what it wrote.", partial(broken_seals, store)),
+        ("digests", "Rows of an inspection that are not what it wrote.", partial(find_altered_rows, store)),
         (
             "journal",
             "Commits that the journal beside the file knows of and the store has lost; where an older copy of the "

@@ -243,7 +243,7 @@ class Database:
 
     @contextmanager
     def failures(self) -> Iterator[None]:
-        """What befalls a database in use (connection lost, disk full, memory out, no privilege) as a sentence.
+        """Turn failures of the database (connection lost, disk full, out of memory, no privilege) into a sentence.
 
         Errors of statements stay as they are: they are mistakes of the program.
         """

@@ -24,7 +24,7 @@ from relmodel.errors import InputError
 from relmodel.identity import code_commit, code_sha256
 from relmodel.paths import check_readable
 from relmodel.store import bulk, journal, sql
-from relmodel.store.alive import Pulse
+from relmodel.store.alive import LivenessLock
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -107,7 +107,7 @@ class Run:
     def __init__(self, store: Database, run_id: int) -> None:
         self.store = store
         self.id = run_id
-        self._pulse = Pulse(store, run_id)
+        self._liveness = LivenessLock(store, run_id)
         self._writes = 0
         self._began = time.perf_counter()
         self._count = _Count(0, 0, False, self._began, (), 0)
@@ -137,7 +137,7 @@ class Run:
             if not run._count.ended:
                 run.finish()
         finally:
-            run._pulse.release()
+            run._liveness.release()
 
     @classmethod
     def _begun(
@@ -150,8 +150,8 @@ class Run:
     ) -> Run:
         with ExitStack() as failed, store.write() as connection:
             run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
-            failed.callback(run._pulse.release)
-            run._pulse.hold()
+            failed.callback(run._liveness.release)
+            run._liveness.hold()
             store.append(
                 connection,
                 "run",
@@ -219,7 +219,7 @@ class Run:
             self._writes += 1
 
     def transact(self, work: Callable[[Connection], T]) -> T:
-        """Do `work` in a transaction as `write` gives, and give what it gives.
+        """Run `work` in a transaction; return its result.
 
         Where a server refuses to serialise it, or restarts, it is done again, some seconds long; so what it does but
         for the transaction may be done twice.
@@ -246,7 +246,7 @@ class Run:
     @contextmanager
     def _transaction(self) -> Iterator[Connection]:
         """A transaction that leaves what the run counts as it was where it fails."""
-        self._pulse.hold()
+        self._liveness.hold()
         before = self._count
         try:
             with self.store.write() as connection:

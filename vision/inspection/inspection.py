@@ -13,7 +13,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store, digest_inputs
-from relmodel.store.seal import seal
+from relmodel.store.digests import record_digests
 from relmodel.world.correction import Carrier, Correction, correct_base
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
@@ -309,7 +309,7 @@ def _inspect(
             full=call.full_audit,
         )
         record_decisions(run, connection, cameras, believed, needs, found, parameters)
-        seal(run, connection)
+        record_digests(run, connection)
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)

@@ -87,16 +87,16 @@ def record_decisions(
         },
     )
     _record_refinement(run, connection, found.best, last)
-    if found.alone:
+    if found.single_cameras:
         run.append(
             connection,
             "camera_alone",
             {
                 "run_id": run.id,
                 "camera": cameras,
-                **matrix_columns([h.world_from_rig for h in found.alone]),
-                "covariance": Ragged.pack([h.covariance for h in found.alone]),
-                "evidence": np.array([h.evidence for h in found.alone]),
+                **matrix_columns([h.world_from_rig for h in found.single_cameras]),
+                "covariance": Ragged.pack([h.covariance for h in found.single_cameras]),
+                "evidence": np.array([h.evidence for h in found.single_cameras]),
             },
         )
 

@@ -52,9 +52,9 @@ class Localisation:
     """What localisation found.
 
     verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
-    hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.  alone:
-    the pose each camera gives by itself, in the rig's order (where there are several).  edge_indexes: by
-    camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.  timings_s by step.
+    hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.
+    single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
+    edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.  timings_s by step.
     stages: what the search kept, and what became of it.
     """
 
@@ -62,7 +62,7 @@ class Localisation:
     best: Refined | None
     hypotheses: list[Refined]
     rivals: list[Refined]
-    alone: list[Refined]
+    single_cameras: list[Refined]
     edge_indexes: dict[str, EdgeIndex]
     views: dict[str, View]
     timings_s: dict[str, float]
@@ -105,13 +105,14 @@ def localise(
     hypotheses = [hypotheses[h] for h in (*standing, *rest)]
     standing = np.arange(len(standing))
     best = hypotheses[0]
-    alone = [solver.alone(name, best.world_from_rig) for name in rig.cameras] if len(rig.cameras) > 1 else []
-    verdict = decide(hypotheses, standing, alone, needs, p.verdict)
+    names = rig.cameras if len(rig.cameras) > 1 else ()
+    single = [solver.solve_single_camera(name, best.world_from_rig) for name in names]
+    verdict = decide(hypotheses, standing, single, needs, p.verdict)
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
     rivals = hypotheses[1 : len(standing)]
-    return Localisation(verdict, best, hypotheses, rivals, alone, indexes, views, clock.laps, stages)
+    return Localisation(verdict, best, hypotheses, rivals, single, indexes, views, clock.laps, stages)
 
 
 def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:
@@ -177,7 +178,7 @@ class _Solver:
             stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
         return done, stages
 
-    def alone(self, name: str, pose: Floats) -> Refined:
+    def solve_single_camera(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
         return refine(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
 

@@ -17,7 +17,7 @@ from vision.scene.scene import Scene
 
 NEAREST = 6  # elements looked at beside a sample: more lie within a few px only in dense texture
 BESIDE_PX = 1.0  # along the edge, between a sample and the element on its normal
-ENOUGH = 150  # samples of a piece in a camera: more say the same
+ENOUGH = 150  # samples of a piece in a camera: more samples add no information
 MIN_COSINE = np.cos(np.radians(20))  # of the angle between their normals
 
 

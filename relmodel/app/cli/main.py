@@ -64,7 +64,7 @@ _INTERRUPTED = "interrupted: what was finished before is kept, and the store is 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
-    input, 4 an error that nobody foresaw, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
+    input, 4 an internal error, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     args = parser(words[0] if words else "").parse_args(words)
     # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
@@ -115,7 +115,7 @@ def _tell(args: argparse.Namespace, error: Exception) -> int:
         sys.stderr.write(visible("".join(traceback.format_exception(error)), keep="\n"))
     said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
     cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
-    print(f"relmodel {args.verb}: an error that nobody foresaw ({said}): {cure}", file=sys.stderr)
+    print(f"relmodel {args.verb}: an internal error ({said}): {cure}", file=sys.stderr)
     return UNFORESEEN
 
 
@@ -126,7 +126,7 @@ def parser(verb: str = "") -> argparse.ArgumentParser:
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
         epilog="exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad input, "
-        "4 an error that nobody foresaw (--debug shows where), 5 accepted with something that inspect --fail-on names, "
+        "4 an internal error (--debug shows where), 5 accepted with something that inspect --fail-on names, "
         "130 interrupted",
     )
     top.add_argument("--version", action="version", version=f"relmodel {__version__}")

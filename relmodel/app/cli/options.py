@@ -19,7 +19,7 @@ def add_store(parser: argparse.ArgumentParser) -> None:
 
 def add_debug(parser: argparse.ArgumentParser) -> None:
     """`--debug`, which every verb has."""
-    parser.add_argument("--debug", action="store_true", help="print the traceback of an error that nobody foresaw")
+    parser.add_argument("--debug", action="store_true", help="print the traceback of an internal error")
 
 
 def add_quiet(parser: argparse.ArgumentParser) -> None:

@@ -171,7 +171,7 @@ def test_what_nobody_foresaw_is_a_sentence_and_4(
     assert main(call) == 4
     said = capsys.readouterr().err
     assert said == (
-        f"relmodel init: an error that nobody foresaw (RuntimeError: a bug at {SEEN}): "
+        f"relmodel init: an internal error (RuntimeError: a bug at {SEEN}): "
         "run it again with --debug and report what that prints\n"
     )
     assert main([*call, "--debug"]) == 4
@@ -179,7 +179,7 @@ def test_what_nobody_foresaw_is_a_sentence_and_4(
     assert "Traceback (most recent call last)" in said
     assert "in broken" in said
     assert "\x1b" not in said
-    assert said.splitlines()[-1].startswith("relmodel init: an error that nobody foresaw (RuntimeError")
+    assert said.splitlines()[-1].startswith("relmodel init: an internal error (RuntimeError")
     with pytest.raises(SystemExit):
         main(["--help"])
-    assert "4 an error that nobody foresaw" in " ".join(capsys.readouterr().out.split())
+    assert "4 an internal error" in " ".join(capsys.readouterr().out.split())

@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--state", choices=("finished", "failed", "killed"), help="those in this state")
     parser.add_argument("--verdict", choices=("accepted", "ambiguous", "refused"), help="those of this verdict")
     parser.add_argument("--older-than", type=float, metavar="DAYS", help="those that began longer ago")
-    parser.add_argument("--yes", action="store_true", help="do it")
+    parser.add_argument("--yes", action="store_true", help="remove it; else only list what would go")
     add_format(parser)
 
 

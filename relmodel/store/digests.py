@@ -10,15 +10,15 @@ from sqlalchemy import Connection, Table
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
 
-# What a run still writes when it is sealed, and bytes, which another run may add to a picture or a prune take from it.
+# What a run still writes when its digests are made, and bytes, which another run may add to a picture or a prune take from it.
 _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blob"})
 
 
-def seal(run: Run, connection: Connection) -> None:
+def record_digests(run: Run, connection: Connection) -> None:
     """Append digests of what an inspection wrote and of the extractions it read: the last but its end."""
     digests = {
         relation: digest
-        for relation in _sealed(run.store, connection)
+        for relation in _digested(run.store, connection)
         for _, digest in _digests(run.store, connection, relation, run.id)
     }
     run.append(
@@ -28,24 +28,24 @@ def seal(run: Run, connection: Connection) -> None:
     )
 
 
-def broken_seals(store: Database, connection: Connection) -> list[dict[str, Any]]:
-    """Relations of runs whose rows are not those that were sealed; what was pruned may be gone."""
+def find_altered_rows(store: Database, connection: Connection) -> list[dict[str, Any]]:
+    """Relations of runs whose rows are not those whose digests were recorded; what was pruned may be gone."""
     kept, pruned = store.table("row_digest"), store.table("pruned_run")
-    sealed = {(row.run_id, row.relation): row.digest for row in connection.execute(sa.select(kept))}
+    recorded = {(row.run_id, row.relation): row.digest for row in connection.execute(sa.select(kept))}
     gone = set(connection.scalars(sa.select(pruned.c.run_id).where(pruned.c.what == "runs")))
     found = {
         (run, relation): digest
-        for relation in {relation for _, relation in sealed}
+        for relation in {relation for _, relation in recorded}
         for run, digest in _digests(store, connection, relation)
     }
     return [
         {"run_id": run, "relation": relation}
-        for (run, relation), digest in sorted(sealed.items())
+        for (run, relation), digest in sorted(recorded.items())
         if found.get((run, relation), digest if run in gone else None) != digest
     ]
 
 
-def _sealed(store: Database, connection: Connection) -> list[str]:
+def _digested(store: Database, connection: Connection) -> list[str]:
     return [
         row.relation
         for row in store.rows(connection, "relations")
