@@ -10,7 +10,7 @@ from sqlalchemy import Connection, Table
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
 
-# What a run still writes when its digests are made, and bytes, which another run may add to a picture or a prune take from it.
+# What a run still writes when its digests are made; and bytes, which another run may add to a picture or a prune take.
 _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blob"})
 
 

@@ -54,8 +54,8 @@ class Localisation:
     verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
     hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.
     single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
-    edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.  timings_s by step.
-    stages: what the search kept, and what became of it.
+    edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.
+    timings_s by step.  stages: what the search kept, and what became of it.
     """
 
     verdict: Verdict
