@@ -16,11 +16,8 @@ from relmodel.text import spreadsheet_text, visible
 
 _DIGITS = 6  # of numbers in tables; JSON and CSV have all
 _BATCH = 1000  # rows of a table that are laid out at once
-_LONGEST: dict[type[Any], int] = {
-    str: 100_000,
-    bytes: 25_000,
-    list: 10_000,
-}  # what a table shows of a value: some 100 kB
+# What a table shows of a value, some 100 kB.
+_LONGEST: dict[type[Any], int] = {str: 100_000, bytes: 25_000, list: 10_000}
 
 
 def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str, out: TextIO | None = None) -> None:
@@ -94,7 +91,8 @@ def _print_table(names: Sequence[str], rows: Iterator[Sequence[Any]], form: str,
         )
         print(text.split("\n", printed)[-1], file=out)
         # What follows has a heading too, which is not printed but keeps the columns as wide as the rule below it.
-        heading, printed = ["x" * (len(rule) - 2) for rule in text.split("\n", 2)[1].split("  ")], 2
+        rules = text.partition("\n")[2].partition("\n")[0].split("  ")
+        heading, printed = ["x" * (len(rule) - 2) for rule in rules], 2
         batch = list(islice(rows, at_once))
 
 

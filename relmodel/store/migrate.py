@@ -60,11 +60,6 @@ def create_schema(connection: Connection) -> None:
     connection.execute(sql.query("note_identity"), {"store_id": str(uuid4()), "cell": cell})
 
 
-def name_cell(connection: Connection, cell: str) -> None:
-    """Make a store that of a cell; where it was another's, as a copy of its file is, it becomes a store of its own."""
-    connection.execute(sql.query("name_cell"), {"store_id": str(uuid4()), "cell": cell})
-
-
 def upgrade(store: Database, revision: str) -> None:
     """Run the migrations that lead to `revision`, from nothing or from an older revision, in one transaction."""
     with store.write() as connection:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
+from uuid import uuid4
 
 from sqlalchemy import URL, inspect
 
@@ -28,20 +29,16 @@ class Store(Database):
     """
 
     @classmethod
-    def create(cls, target: str | Path, *, cell: str | None = None) -> Self:
+    def create(cls, target: str | Path) -> Self:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
-        cell: the name of the cell that it is of; a store that had another becomes another store, with an id of its own.
         Raises StoreError where the file is no relmodel store, is of a newer version or is held by another process.
         """
-        from relmodel.store.migrate import bring_up_to_date, name_cell
+        from relmodel.store.migrate import bring_up_to_date
 
         with cls._opening(store_url(target)) as store:
             bring_up_to_date(store)
             _check_schema(store)
-            if cell is not None:
-                with store.write() as connection:
-                    name_cell(connection, cell)
             mark_dead_runs(store)
         return store
 
@@ -73,6 +70,11 @@ class Store(Database):
             _check_schema(store)
             (name_dead_runs if read_only else mark_dead_runs)(store)
         return store
+
+    def name_cell(self, cell: str) -> None:
+        """Make it that of a cell; where it was another's, as a copy of its file is, it becomes a store of its own."""
+        with self.write() as connection:
+            connection.execute(sql.query("name_cell"), {"store_id": str(uuid4()), "cell": cell})
 
     @classmethod
     @contextmanager

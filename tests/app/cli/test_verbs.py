@@ -138,11 +138,14 @@ LONG = "SELECT i, repeat('x', 50) AS text FROM generate_series(1, 20000) AS t(i)
 def test_sql_ends_at_its_limit_though_nobody_reads(asked_store: str) -> None:
     command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", asked_store, LONG]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.wait(60) == 3
+        finally:
+            process.kill()
         assert process.stderr is not None
         assert process.stderr.read() == (
             "relmodel sql: the statement was stopped after 1 s: ask for less, or give it more time\n"
         )
-        assert process.wait(60) == 3
 
 
 def test_sql_takes_no_more_memory_than_it_may(

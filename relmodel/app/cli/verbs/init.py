@@ -22,6 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
 
-    with Store.create(store_target(args), cell=args.cell) as store:
+    with Store.create(store_target(args)) as store:
+        if args.cell is not None:
+            store.name_cell(args.cell)
         say(f"the store {store.name} is ready")
     return 0
