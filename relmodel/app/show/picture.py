@@ -51,7 +51,7 @@ COLOURS: dict[str, Colour] = {
 _PLAIN: Colour = (196, 200, 204)  # what belongs to no feature
 _OTHERS: tuple[Colour, ...] = ((160, 160, 60), (110, 110, 200), (200, 130, 200), (100, 140, 60))
 _INK = 40
-_FINE = 2  # rays a pixel and direction of an SVG, whose outlines are traced
+_FINE = 2  # pixels a pixel and direction of an SVG, whose outlines are traced
 _LEGEND = 26  # px: height of a line of it
 _ENTRY = 190  # px: width of an entry
 
@@ -87,7 +87,7 @@ def write_picture(
     scene = _scene(store, connection, tree, _axes(view))
     colours = colours_of(scene.kinds)
     vector = path.suffix.lower() == ".svg"
-    hit = _rays(scene, width * (_FINE if vector else 1))
+    hit = _draw(scene, width * (_FINE if vector else 1))
     shown = np.unique(scene.colour[np.unique(hit[hit >= 0])])
     legend = {scene.kinds[row - 1]: colours[row - 1] for row in shown.tolist() if row}
     rgb = np.array([_PLAIN, *colours], float)[scene.colour] * scene.shade[:, None]
@@ -158,31 +158,35 @@ def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _S
     return _Scene(corner, np.concatenate(surface), np.concatenate(colour), shade, kinds)
 
 
-def _rays(scene: _Scene, width: int) -> Ints:
+def _draw(scene: _Scene, width: int) -> Ints:
     """The triangle that each pixel shows, -1 where none."""
-    from embreex.mesh_construction import TriangleMesh
-    from embreex.rtcore_scene import EmbreeScene
+    from relmodel.app.show.picture_kernels import draw
 
     low, high = scene.corners.min((0, 1)), scene.corners.max((0, 1))
     margin = 0.02 * (high - low)[:2].max()
     step = ((high - low)[0] + 2 * margin) / width
     height = max(1, int(np.ceil(((high - low)[1] + 2 * margin) / step)))
-    embree = EmbreeScene()
-    # Embree counts in single precision: keep numbers small and far planes near.
-    middle = (low + high) / 2
-    TriangleMesh(embree, np.ascontiguousarray(scene.corners - middle, np.float32))
-    x = low[0] - margin + (np.arange(width) + 0.5) * step - middle[0]
-    y = high[1] + margin - (np.arange(height) + 0.5) * step - middle[1]
-    origins, directions = np.empty((height, width, 3), np.float32), np.zeros((height, width, 3), np.float32)
-    origins[..., 0], origins[..., 1], origins[..., 2] = x, y[:, None], low[2] - middle[2] - 1.0
-    directions[..., 2] = 1.0
-    hit = embree.run(origins.reshape(-1, 3), directions.reshape(-1, 3))
-    return np.asarray(hit, np.int64).reshape(height, width)
+    corner = np.array([low[0] - margin, high[1] + margin, 0.0])
+    pixels = (scene.corners - corner) / [step, -step, 1.0] - [0.5, 0.5, 0.0]
+    depth, hit = np.full((height, width), np.inf), np.full((height, width), -1, np.int64)
+    draw(np.ascontiguousarray(pixels), depth, hit)
+    return hit
 
 
-def _seen(scene: _Scene, hit: Ints) -> Ints:
-    """The surface that each pixel shows, 0 where none."""
-    return np.where(hit >= 0, scene.surface[hit], 0)
+def _areas(scene: _Scene, hit: Ints) -> Ints:
+    """The area that each pixel shows, 0 where none: a surface, or all of one colour that are no wider than the lines
+    that would be drawn between them."""
+    from scipy.ndimage import find_objects
+
+    seen = np.where(hit >= 0, scene.surface[hit], 0)
+    most = int(scene.surface.max())
+    size = np.bincount(seen.ravel(), minlength=most + 1)[1:]
+    extent = np.array([max((s.stop - s.start for s in at or ()), default=0) for at in find_objects(seen, most)])
+    area = np.arange(most + 1)
+    colour = np.zeros_like(area)
+    colour[scene.surface] = scene.colour
+    area[1:][size < 2 * extent] = most + 1 + colour[1:][size < 2 * extent]
+    return np.asarray(area[seen])
 
 
 def _entries(legend: dict[str, Colour], width: int, height: int) -> list[tuple[str, Colour, int, int]]:
@@ -199,11 +203,11 @@ def _legend_height(legend: dict[str, Colour], width: int) -> int:
 
 
 def _write_pixels(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour], path: Path) -> None:
-    """Lines are drawn where neighbouring pixels show different surfaces."""
+    """Lines are drawn where neighbouring pixels show different areas."""
     from PIL import Image, ImageDraw, ImageFont
 
     picture = np.where((hit >= 0)[..., None], rgb[hit], 255.0)
-    seen = _seen(scene, hit)
+    seen = _areas(scene, hit)
     line = np.zeros(seen.shape, bool)
     line[:, 1:] |= seen[:, 1:] != seen[:, :-1]
     line[1:] |= seen[1:] != seen[:-1]
@@ -219,11 +223,11 @@ def _write_pixels(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colou
 
 
 def _svg(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour]) -> str:
-    """Outlines of the visible surfaces, traced around the pixels that show them."""
+    """Outlines of the visible areas, traced around the pixels that show them."""
     import cv2
     from scipy.ndimage import find_objects
 
-    seen = _seen(scene, hit)
+    seen = _areas(scene, hit)
     height, width = (n / _FINE for n in seen.shape)
     out = []
     for number, at in enumerate(find_objects(seen), start=1):
