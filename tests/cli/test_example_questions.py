@@ -362,10 +362,10 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     assert sum(r["seconds"] for r in answers["where_the_time_goes"]) == pytest.approx(ended["seconds"])
 
     for camera in view.values():
-        own = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
-        weight, residual, sigma = (np.array([r[c] for r in own]) for c in ("weight", "residual", "sigma"))
+        points = [r for r in plain_rows(store, "edge_measurement", run) if view[r["view_no"]] == camera]
+        weight, residual, sigma = (np.array([r[c] for r in points]) for c in ("weight", "residual", "sigma"))
         (mean,) = (r for r in view_rows(store, "camera_residual") if (r["run_id"], r["camera"]) == (run, camera))
-        assert (mean["points"], mean["weight"]) == (len(own), pytest.approx(weight.sum()))
+        assert (mean["points"], mean["weight"]) == (len(points), pytest.approx(weight.sum()))
         assert mean["rms_px"] == pytest.approx(np.sqrt(np.average(residual**2, weights=weight)))
         assert mean["rms_sigmas"] == pytest.approx(np.sqrt(np.average((residual / sigma) ** 2, weights=weight)))
         assert mean["rms_px"] < 0.5 * np.sqrt(np.mean(residual**2))  # outliers, which weigh little, are most of that
