@@ -195,4 +195,7 @@ class _Search:
             placed = np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
             odds.append(placed + compute_log_odds(share, stretches, by_chance, shows, self.run_parameters))
         whole = np.bincount(group, edges.support.weight[sample], len(groups))
-        return np.where(seen >= p.least_seen * whole[:, None], np.logaddexp.reduce(odds), 0.0)
+        unseen = seen < p.least_seen * whole[:, None]
+        total = np.where(unseen, 0.0, np.logaddexp.reduce(odds))
+        # An edge that is out of sight at a displacement does not speak for it by not being found in place.
+        return np.where(unseen, np.minimum(total[:, cells // 2, None], 0.0), total)

@@ -35,7 +35,7 @@ Answer = dict[str, Any]
 
 @pytest.fixture(scope="module")
 def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, inspection.Inspection]:
-    """A store with variant A where variant B stands, inspected, with crops beside it; and the answer."""
+    """A store with variant A where variant B stands, inspected, with crops and a copy beside it; and the answer."""
     folder = tmp_path_factory.mktemp("presence")
     shutil.copy(bulkhead_template, folder / "cell.duckdb")
     with Store.open(folder / "cell.duckdb") as store:
@@ -55,6 +55,7 @@ def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> t
         patch.setattr("vision.inspection.inspect", inspect)
         said = inspected(str(folder / "cell.duckdb"), *options)
     assert said == json.loads(json.dumps(answers[0].to_json()))
+    shutil.copy(folder / "cell.duckdb", folder / "copy.duckdb")  # one that nobody has open
     return folder, answers[0]
 
 
@@ -245,7 +246,7 @@ def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
 def test_the_outcome_stands_wherever_the_verdict_stands(
     answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    target, run, said = str(folder / "cell.duckdb"), answer["run"], answer["outcome"]
+    target, run, said = str(folder / "copy.duckdb"), answer["run"], answer["outcome"]
     (evidence,) = said["variants"]
     capsys.readouterr()
     print_answer(found, "table")

@@ -118,6 +118,17 @@ def test_no_side_of_a_rib_moves_through_the_other(beside: float, moved: float) -
     assert found.mm == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
 
 
+def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
+    """None of eight edges is found, 3 px a mm: nor 28 px away, where elements are no longer looked for."""
+    line, edges = np.arange(80.0), np.arange(8)
+    x, y = np.tile(line, 8), np.repeat(40.0 * edges, len(line))
+    along = np.tile([1.0, 0.0], (len(x), 1))
+    samples = samples_at(np.stack([x, y], axis=1), along, np.tile([0, 1], (len(x), 1)), np.repeat(edges, len(line)))
+    samples.px_per_mm[:] = [3.0, 0.0]
+    index = EdgeIndex(edge_points(np.full((1, 2), 999.0), np.array([[0.0, 1.0]])))
+    assert not seek_moved(look(samples, index), 2, 1, ALONE, P).mm.any()
+
+
 @pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
 def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
     """A floor, 0, between four walls, 1 to 4, seen obliquely: each wall has an edge on the floor and one on the top, 5.
