@@ -46,17 +46,20 @@ def _make(store: Database) -> None:
         if inspect(connection).get_table_names():
             raise StoreError(f"{store.name} holds tables that are not relmodel's: give relmodel a store of its own")
         journal.forget(store)
-        create_schema(connection)
+        create_schema(connection, "" if store.access.file is None else store.access.file.name)
         MigrationContext.configure(connection).stamp(ScriptDirectory.from_config(_config(connection)), "head")
 
 
-def create_schema(connection: Connection) -> None:
-    """Make the tables, views and functions of `schema/` in an empty database, and note which schema and store it is."""
+def create_schema(connection: Connection, name: str = "") -> None:
+    """Make the tables, views and functions of `schema/` in an empty database, and note which schema and store it is.
+
+    name: of the file or database that the store will be.
+    """
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
     connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
     connection.execute(sql.query("note_schema"), {"sha256": sql.schema_hash(connection.dialect.name)})
-    cell = Path(connection.engine.url.database or "").stem
+    cell = Path(name or connection.engine.url.database or "").stem
     connection.execute(sql.query("note_identity"), {"store_id": str(uuid4()), "cell": cell})
 
 

@@ -28,8 +28,9 @@ QUESTIONS = [
 
 
 def block(language: str) -> str:
-    """The block of the page that is in a language."""
-    (found,) = re.findall(rf"^```{language}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+    """The block of the page's part on backups that is in a language."""
+    part = PAGE[PAGE.index("**Backup.**") :]
+    (found,) = re.findall(rf"^```{language}\n(.*?)^```", part, re.MULTILINE | re.DOTALL)
     return str(found)
 
 

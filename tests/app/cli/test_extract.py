@@ -83,7 +83,7 @@ def test_tiny_and_blank_pictures_are_one_region(
 @pytest.mark.parametrize(
     ("name", "sentence"),
     [
-        ("none.png", "check the name"),
+        ("none.png", "check its name"),
         ("empty.png", "no picture of a kind that is read"),
         ("text.png", "no picture of a kind that is read"),
         ("cut.png", "cannot be read"),

@@ -29,7 +29,7 @@ from vision.matching.stored_match import match_stored
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
-    "run", "verdict", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
+    "run", "verdict", "outcome", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
     "world_from_camera", "covariance", "base_correction", "parts_in_view", "presence", "variants", "selection",
     "hypotheses", "notes", "timings_s",
 ]  # fmt: skip
