@@ -62,7 +62,7 @@ def test_progress_stands_on_a_terminal_alone(
 ) -> None:
     said = {
         "load": "B.stl: storing",
-        "world": "cell.yaml: expanding",
+        "world": "cell.yaml: placing its objects",
         "diff": "comparing parts",
         "export": "box.glb: writing",
         "index": "oct-tree: writing",
