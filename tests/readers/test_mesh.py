@@ -428,6 +428,40 @@ def gltf_of_a_bracket(path: Path, **changed: object) -> Path:
     return path
 
 
+@pytest.mark.parametrize(
+    "changed",
+    [{"accessors": []}, {"accessors": None}, {"bufferViews": [{}]}, {"meshes": 5}, {"nodes": [{"mesh": "L"}]}],
+    ids=str,
+)
+def test_a_gltf_file_that_contradicts_itself_is_told_so(changed: dict[str, object], tmp_path: Path) -> None:
+    """In words about the file, not in those of the parser about itself."""
+    path = gltf_of_a_bracket(tmp_path / "part.gltf", **changed)
+    with pytest.raises(InputError) as refused:
+        read_mesh(path)
+    fault = "what it says of its meshes is incomplete or does not fit together"
+    assert str(refused.value) == f"part.gltf cannot be read as GLTF ({fault}): export it again"
+
+
+def test_the_head_of_a_file_says_what_is_wrong_with_it(tmp_path: Path) -> None:
+    path = gltf_of_a_bracket(tmp_path / "part.gltf")
+    text = path.read_bytes()
+    glb = l_bracket().export(file_type="glb")
+    cases = [
+        ("a.glb", glb[: len(glb) // 2], "it is cut off"),
+        ("a.glb", glb[:4] + b"\1" + glb[5:], "it is of version 1 of glTF, not 2"),
+        ("a.glb", text, "it does not begin as GLB does"),
+        ("a.3mf", glb, "it does not begin as 3MF does"),
+        ("a.ply", glb, "it does not begin as PLY does"),
+        ("a.gltf", text[:80], "its JSON ends or goes wrong at line 1, column"),
+        ("b.gltf", text.replace(b"bracket.bin", b"gone.bin"), "it refers to gone.bin, which does not lie beside it"),
+        ("b.gltf", text.replace(b"bracket.bin", b"../gone.bin"), "it refers to a file outside its folder"),
+    ]
+    for name, content, fault in cases:
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=rf"^{name} cannot be read as [A-Z3]+ \({fault}[^()]*\): export it again$"):
+            read_mesh(tmp_path / name, "mm" if name == "a.ply" else None)
+
+
 def obj_of_brackets(path: Path) -> Path:
     """Two brackets as objects, the first of them in two materials."""
     (path.parent / "paint.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n")
