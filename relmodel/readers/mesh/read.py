@@ -24,7 +24,7 @@ from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
 from relmodel.readers.mesh.build import Node, build_nodes
 from relmodel.readers.mesh.shape import shape_from_triangles
 
-LOADER_VERSION = "mesh 8"
+LOADER_VERSION = "mesh 9"
 _MOST_BYTES = 1 << 30
 # Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
 # that is missing, which the model has no use for.
