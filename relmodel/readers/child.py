@@ -67,6 +67,8 @@ def read_in_child(path: Path, options: ReadOptions) -> Model:
             f"or split it where it takes more than {options.memory_limit / _GIB:.3g} GB of memory"
         )
     last = done.stderr.decode(errors="replace").strip().splitlines()
+    if last and last[-1].startswith("MemoryError"):
+        raise InputError(_too_much(path, options))
     raise InputError(f"{path} could not be read ({last[-1] if last else 'no reason given'}): export it again")
 
 
@@ -75,6 +77,10 @@ def _too_long(path: Path, options: ReadOptions) -> InputError:
         f"reading {path} took more than {options.time_limit_s:g} s and was stopped: split the assembly, "
         "or repair the file"
     )
+
+
+def _too_much(path: Path, options: ReadOptions) -> str:
+    return f"reading {path} takes more than {options.memory_limit / _GIB:.3g} GB of memory: split the file"
 
 
 def main(arguments: list[str]) -> int:
@@ -87,7 +93,7 @@ def main(arguments: list[str]) -> int:
     except InputError as error:
         found = str(error).replace(str(path), str(named))
     except MemoryError:
-        found = f"reading {named} takes more than {options.memory_limit / _GIB:.3g} GB of memory: split the assembly"
+        found = _too_much(named, options)
     with os.fdopen(result, "wb") as file:
         pickle.dump(found, file, protocol=5)
     return 0

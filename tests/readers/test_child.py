@@ -42,9 +42,8 @@ def test_a_mesh_that_takes_too_much_memory_is_refused_in_a_sentence(tmp_path: Pa
             file.write(line)
         file.write(b"</vertices><triangles/></mesh></object></resources><build/></model>")
     assert (tmp_path / "bomb.3mf").stat().st_size < 1 << 18
-    with pytest.raises(InputError, match=r"memory|could not be read|cannot be read") as error:
+    with pytest.raises(InputError, match=r"^reading .*bomb\.3mf takes more than 0\.684 GB of memory: split the file$"):
         read(tmp_path / "bomb.3mf", ReadOptions(memory_limit=700 << 20))
-    assert "\n" not in str(error.value)
 
 
 def test_a_child_ends_with_its_parent_and_leaves_nothing(tmp_path: Path) -> None:

@@ -141,7 +141,8 @@ def test_what_contradicts_itself_loads_with_findings(
 FAILURES = [
     ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", r"that read .* crashed \(SIGSEGV\): export it again"),
     ("import os; os.abort()", r"that read .* crashed \(SIGABRT\): export it again"),
-    ("raise MemoryError", r"takes more than 6 GB of memory: split the assembly"),
+    ("raise MemoryError", r"takes more than 6 GB of memory: split the file"),
+    ("import sys; sys.exit('MemoryError')", r"takes more than 6 GB of memory: split the file"),
     ("raise ImportError('libGL.so.1: no such file')", r"kernel does not start \(libGL\.so\.1.*install it again"),
     ("raise ModuleNotFoundError('none', name='OCP')", r"not installed: pip install 'relmodel\[step\]'"),
     ("raise RuntimeError('lost its way')", r"could not be read \(RuntimeError: lost its way\): export it again"),

@@ -74,6 +74,47 @@ def test_inside_out_is_turned() -> None:
     assert shape_of(mesh).volume == pytest.approx(2500)
 
 
+@pytest.mark.parametrize("fit", [True, False])
+def test_triangles_that_run_against_their_neighbours_are_turned(fit: bool) -> None:
+    """A third of an L's, most of a ball's, and some of a cubic void's, whose other triangles face inwards."""
+    cube, void = (trimesh.creation.box([size] * 3) for size in (9, 5))
+    ball, bracket = trimesh.creation.icosphere(), l_bracket()
+    size, most = float(ball.volume), np.arange(len(ball.faces)) % 3 < 2
+    void.faces[3:] = void.faces[3:, ::-1]
+    ball.faces[most] = ball.faces[most][:, ::-1]
+    bracket.faces[::3] = bracket.faces[::3, ::-1]
+    ball.apply_translation([100, 0, 0])
+    bracket.apply_translation([0, 100, 0])
+    cases = [(cube + void, 9.0**3 - 5**3, 3), (ball, size, int(most.sum())), (bracket, 2500.0, 7)]
+    meshes, volumes, counts = zip(*cases, strict=True)
+    for mesh, volume, count in [*cases, (trimesh.util.concatenate(meshes), sum(volumes), sum(counts))]:
+        shape = shape_from_triangles(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64), fit=fit)
+        assert shape is not None
+        assert shape.volume == pytest.approx(volume, rel=1e-9)
+        assert [(f.kind, f.value) for f in shape.findings] == [("mended_winding", count)]
+
+
+def test_an_open_mesh_is_mended_and_stays_open() -> None:
+    box = trimesh.creation.box([5] * 3)
+    lid = box.face_normals[:, 2] > 0.9
+    box.update_faces(~lid)
+    box.faces[:2] = box.faces[:2, ::-1]
+    assert [(f.kind, f.value) for f in shape_of(box).findings] == [("mended_winding", 2.0), ("open_mesh", 4.0)]
+
+
+def test_a_moebius_strip_has_one_side_and_stays_as_it_is() -> None:
+    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    middle = 20 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    across = 3 * (np.cos(turn / 2)[:, None] * middle / 20 + np.sin(turn / 2)[:, None] * [0, 0, 1])
+    i = np.arange(24)
+    a, b = np.stack([i, i + 24]), np.stack([(i + 1) % 24, (i + 1) % 24 + 24])
+    b[:, -1] = b[::-1, -1]
+    strip = np.concatenate([np.stack([a[0], b[0], a[1]], axis=1), np.stack([a[1], b[0], b[1]], axis=1)])
+    shape = shape_from_triangles(np.concatenate([middle + across, middle - across]), strip)
+    assert shape is not None
+    assert [f.kind for f in shape.findings] == ["open_mesh"]
+
+
 def test_a_tessellated_cylinder_is_a_cylinder_between_two_planes() -> None:
     shape = shape_of(trimesh.creation.cylinder(radius=50, height=200, sections=64))
     assert Counter(shape.surfaces["kind"]) == {"plane": 2, "cylinder": 1}
@@ -426,6 +467,40 @@ def gltf_of_a_bracket(path: Path, **changed: object) -> Path:
     }
     path.write_text(json.dumps(tree | changed))
     return path
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"accessors": []}, {"accessors": None}, {"bufferViews": [{}]}, {"meshes": 5}, {"nodes": [{"mesh": "L"}]}],
+    ids=str,
+)
+def test_a_gltf_file_that_contradicts_itself_is_told_so(changed: dict[str, object], tmp_path: Path) -> None:
+    """In words about the file, not in those of the parser about itself."""
+    path = gltf_of_a_bracket(tmp_path / "part.gltf", **changed)
+    with pytest.raises(InputError) as refused:
+        read_mesh(path)
+    fault = "what it says of its meshes is incomplete or does not fit together"
+    assert str(refused.value) == f"part.gltf cannot be read as GLTF ({fault}): export it again"
+
+
+def test_the_head_of_a_file_says_what_is_wrong_with_it(tmp_path: Path) -> None:
+    path = gltf_of_a_bracket(tmp_path / "part.gltf")
+    text = path.read_bytes()
+    glb = l_bracket().export(file_type="glb")
+    cases = [
+        ("a.glb", glb[: len(glb) // 2], "it is cut off"),
+        ("a.glb", glb[:4] + b"\1" + glb[5:], "it is of version 1 of glTF, not 2"),
+        ("a.glb", text, "it does not begin as GLB does"),
+        ("a.3mf", glb, "it does not begin as 3MF does"),
+        ("a.ply", glb, "it does not begin as PLY does"),
+        ("a.gltf", text[:80], "its JSON ends or goes wrong at line 1, column"),
+        ("b.gltf", text.replace(b"bracket.bin", b"gone.bin"), "it refers to gone.bin, which does not lie beside it"),
+        ("b.gltf", text.replace(b"bracket.bin", b"../gone.bin"), "it refers to a file outside its folder"),
+    ]
+    for name, content, fault in cases:
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InputError, match=rf"^{name} cannot be read as [A-Z3]+ \({fault}[^()]*\): export it again$"):
+            read_mesh(tmp_path / name, "mm" if name == "a.ply" else None)
 
 
 def obj_of_brackets(path: Path) -> Path:

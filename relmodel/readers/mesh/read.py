@@ -4,6 +4,7 @@ shared, triangles become surfaces and arcs (`shape.py`)."""
 from __future__ import annotations
 
 import hashlib
+import json
 import logging
 import re
 import zipfile
@@ -11,6 +12,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from xml.parsers import expat
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
 from relmodel.readers.mesh.build import Node, build_nodes
 from relmodel.readers.mesh.shape import shape_from_triangles
 
-LOADER_VERSION = "mesh 8"
+LOADER_VERSION = "mesh 9"
 _MOST_BYTES = 1 << 30
 # Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
 # that is missing, which the model has no use for.
@@ -32,6 +34,7 @@ _OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True
 _OPTIONS["3mf"] = {"postprocess": False}  # which would rename meshes
 _OPTIONS["obj"] = {"split_objects": True, "group_material": False}
 _UNNAMED = re.compile(r"geometry(_\d+)?")  # what trimesh calls a mesh without a name
+_BEGINS = {"glb": b"glTF", "ply": b"ply", "3mf": b"PK"}
 _MOST_TRIANGLES = 5_000_000
 _MOST_MM = 1e8
 
@@ -58,22 +61,16 @@ def read_mesh(
     if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
     content = path.read_bytes()
-    if form == "stl":
-        _check_stl(path.name, content)
     resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
+        _check_head(path.name, form, content)
         build = build_nodes(path) if form == "3mf" else None  # first: it may be too much for trimesh to expand
         with BytesIO(content) as file:
             scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # a parser of foreign bytes raises anything
-        said = (str(error).strip().splitlines() or [type(error).__name__])[0]
-        if isinstance(error, ImportError):  # trimesh would guess the encoding
-            said = "it is not text in UTF-8"
-        elif isinstance(error, KeyError):
-            said = f"it lacks {said}"
-        raise InputError(f"{path.name} cannot be read as {form.upper()} ({said}): export it again") from error
+        raise InputError(f"{path.name} cannot be read as {form.upper()} ({_fault(error)}): export it again") from error
     triangles = sum(len(g.faces) for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
     if triangles > _MOST_TRIANGLES:
         raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
@@ -89,17 +86,51 @@ def read_mesh(
     return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()),))
 
 
-def _check_stl(name: str, content: bytes) -> None:
-    """Refuse what is neither a binary file as long as its head says nor text.  trimesh would read it as text in an
-    encoding that it guesses, where the package that guesses is installed."""
-    if len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
-        return
-    try:
-        content.decode()
-    except UnicodeDecodeError:
-        raise InputError(
-            f"{name} cannot be read as STL (it is neither text nor as long as it says): export it again"
-        ) from None
+def _check_head(name: str, form: str, content: bytes) -> None:
+    """Refuse what does not begin as files of its format do, or is not as long as it says.
+
+    trimesh would read STL that is not text as text in an encoding that it guesses, where the package that guesses is
+    installed.
+    """
+    fault = None
+    if not content.startswith(_BEGINS.get(form, b"")):
+        fault = f"it does not begin as {form.upper()} does"
+    elif form == "glb":
+        version, length = (int.from_bytes(content[i : i + 4], "little") for i in (4, 8))
+        if version != 2:
+            fault = f"it is of version {version} of glTF, not 2"
+        elif len(content) < length:
+            fault = "it is cut off"
+    elif form == "gltf":
+        json.loads(content)  # where this fails, trimesh would look for another file
+    elif form == "stl" and len(content) != 84 + 50 * int.from_bytes(content[80:84], "little"):
+        try:
+            content.decode()
+        except UnicodeDecodeError:
+            fault = "it is neither text nor as long as it says"
+    if fault:
+        raise InputError(f"{name} cannot be read as {form.upper()} ({fault}): export it again")
+
+
+def _fault(error: Exception) -> str:
+    """What is wrong with a file at which a parser raised this: the parser's own words speak of itself, but for those
+    of XML and JSON.  Raises MemoryError where this was the fault."""
+    match error:
+        case SyntaxError() if str(error).startswith("unknown error"):  # libxml2 has no words for it
+            raise MemoryError from error
+        case expat.ExpatError() | SyntaxError():
+            return f"its XML is not well-formed: {error}"
+        case json.JSONDecodeError():
+            return f"its JSON ends or goes wrong at line {error.lineno}, column {error.colno}"
+        case ImportError() | UnicodeDecodeError():  # trimesh would guess the encoding
+            return "it is not text in UTF-8"
+        case FileNotFoundError():
+            return f"it refers to {error}, which does not lie beside it"
+        case ValueError() if "escapes resolver" in str(error):
+            return "it refers to a file outside its folder"
+        case zipfile.BadZipFile():
+            return "it is no whole archive"
+    return "what it says of its meshes is incomplete or does not fit together"
 
 
 def _unpacked_bytes(path: Path) -> int:

@@ -16,7 +16,7 @@ from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.readers.mesh.parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
-from relmodel.readers.mesh.triangles import Edges, components, find_edges, rounding, weld
+from relmodel.readers.mesh.triangles import Edges, components, find_edges, mend_winding, rounding, weld
 from relmodel.readers.splines import polyline, spline_columns
 
 _P = DEFAULTS.arcs
@@ -29,8 +29,9 @@ def shape_from_triangles(
 
     Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
     which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
-    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Without `fit`
-    the surfaces are the regions between creases, all of them facets.
+    with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Where it is not known,
+    triangles are turned over that contradict their neighbours.  Without `fit` the surfaces are the regions between
+    creases, all of them facets.
     """
     vertices, triangles, kept = weld(vertices, triangles)
     if len(triangles) == 0:
@@ -38,6 +39,11 @@ def shape_from_triangles(
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     tolerance = max(1e-3, 2.5e-6 * diagonal)
     edges, closed = find_edges(vertices, triangles)
+    turned = 0
+    if not closed and faces is None:
+        triangles, turned = mend_winding(vertices, triangles)
+        if turned:
+            edges, closed = find_edges(vertices, triangles)
     volume = None
     if closed:
         a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
@@ -82,15 +88,16 @@ def shape_from_triangles(
         coedges=coedges,
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
-        findings=_open(int(np.sum(edges.triangle_b < 0))),
+        findings=_findings(turned, int(np.sum(edges.triangle_b < 0))),
     )
 
 
-def _open(count: int) -> tuple[Finding, ...]:
-    if not count:
-        return ()
-    message = f"the mesh is open: {count} edges have no second triangle that continues the surface"
-    return (Finding("open_mesh", message, value=float(count), bound=0.0),)
+def _findings(turned: int, free: int) -> tuple[Finding, ...]:
+    found = {
+        "mended_winding": (turned, f"{turned} triangles were turned over, since their neighbours run the other way"),
+        "open_mesh": (free, f"the mesh is open: {free} edges have no second triangle that continues the surface"),
+    }
+    return tuple(Finding(kind, message, float(count), 0.0) for kind, (count, message) in found.items() if count)
 
 
 def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:

@@ -50,29 +50,70 @@ def area_normals(vertices: Floats, triangles: Ints) -> Floats:
 def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, bool]:
     """Edges, and whether they close the surface.  Where more than two triangles meet, or two that disagree about
     inside and outside, each of them ends there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    owner = np.repeat(np.arange(len(triangles)), 3)
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    order = np.lexsort((np.arange(len(ends)), high, low))
-    key = low[order] * (len(vertices) + 1) + high[order]
-    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    count = np.diff(np.append(start, len(key)))
-    one, two = order[start], order[np.minimum(start + 1, len(order) - 1)]
-    pair = (count == 2) & (ends[one, 0] == ends[two, 1])
+    ends, one, two = _pairs_of_sides(triangles)
+    agree = ends[one, 0] == ends[two, 1]
+    one, two = one[agree], two[agree]
     alone = np.ones(len(ends), bool)
-    alone[one[pair]] = alone[two[pair]] = False
+    alone[one] = alone[two] = False
     single = np.flatnonzero(alone)
-    half = np.concatenate([one[pair], single])
-    triangle_a = owner[half]
-    triangle_b = np.concatenate([owner[two[pair]], np.full(len(single), -1)])
+    half = np.concatenate([one, single])
+    triangle_a = half // 3
+    triangle_b = np.concatenate([two // 3, np.full(len(single), -1)])
     angle = np.full(len(half), np.nan)
-    k = int(pair.sum())
+    k = len(one)
     normal = area_normals(vertices, triangles)
     na, nb = normal[triangle_a[:k]], normal[triangle_b[:k]]
     along = vertices[ends[half[:k], 1]] - vertices[ends[half[:k], 0]]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     angle[:k] = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
     return Edges(ends[half], triangle_a, triangle_b, angle), len(single) == 0
+
+
+def _pairs_of_sides(triangles: Ints) -> tuple[Ints, Ints, Ints]:
+    """Ends (3m, 2) of the sides of triangles (m, 3), three a triangle, and the pairs that lie between the same two
+    vertices and have no third there."""
+    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    order = np.lexsort((np.arange(len(ends)), high, low))
+    key = low[order] * (int(high.max()) + 1) + high[order]
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    start = start[np.diff(np.append(start, len(key))) == 2]
+    return ends, order[start], order[start + 1]
+
+
+def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
+    """Triangles, turned over where their neighbours disagree with them about inside and outside; how many were turned.
+
+    Of each body most of the area stays as it is, but one that is closed has its outside outside, unless it lies in the
+    box of another, where it may be a void.  What has one side only, as a Moebius strip, stays as it is.
+    """
+    m = len(triangles)
+    ends, one, two = _pairs_of_sides(triangles)
+    a, b, against = one // 3, two // 3, ends[one, 0] == ends[two, 0]
+    if not against.any():
+        return triangles, 0
+    # Each triangle twice, as it is and turned: joined are those that agree.
+    agreeing = components(2 * m, np.concatenate([a, a + m]), np.concatenate([b + m * against, b + m * ~against]))
+    body = components(m, a, b)
+    count = int(body.max()) + 1
+    first = np.unique(body, return_index=True)[1]
+    two_sided = agreeing[first] != agreeing[first + m]
+    turned = (agreeing[:m] != agreeing[first][body]) & two_sided[body]
+    area = np.linalg.norm(area_normals(vertices, triangles), axis=1)
+    turned ^= (np.bincount(body, area * turned, count) > np.bincount(body, area, count) / 2)[body]
+    mended = np.bincount(body, turned, count) > 0
+
+    corner = vertices[np.where(turned[:, None], triangles[:, ::-1], triangles)]
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, body, corner.min(axis=1))
+    np.maximum.at(high, body, corner.max(axis=1))
+    corner -= low[body][:, None]
+    volume = np.bincount(body, np.sum(corner[:, 0] * np.cross(corner[:, 1], corner[:, 2]), axis=1), count)
+    closed = 2 * np.bincount(body[a], minlength=count) == 3 * np.bincount(body, minlength=count)
+    inverted = np.flatnonzero(mended & closed & (volume < 0))
+    within = np.all((low < low[inverted, None]) & (high > high[inverted, None]), axis=2).any(axis=1)
+    turned ^= np.isin(body, inverted[~within])
+    return np.where(turned[:, None], triangles[:, ::-1], triangles), int(turned.sum())
 
 
 def components(count: int, a: Ints, b: Ints) -> Ints:

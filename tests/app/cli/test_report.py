@@ -232,11 +232,14 @@ def evil_page(
     store = changed(
         copy_store(inspection.store),
         "UPDATE part_in_view SET path = path || $given",
-        "UPDATE occurrence SET path = path || $given",
+        "UPDATE object_node SET path = path || $given WHERE part_id IS NOT NULL",
         "UPDATE image SET file_name = $given",
         "UPDATE run_input SET name = $given",
         "UPDATE pose SET reason = $given",
         "UPDATE world SET name = $given",
+        "UPDATE current_world SET name = $given",
+        "UPDATE placed_object SET world = $given",
+        "UPDATE placed_body SET world = $given",
         "UPDATE run_event SET message = $given",
         "UPDATE run SET parameters = json_object($given, $given)",
         given=EVIL,
@@ -338,7 +341,7 @@ def test_a_browser_shows_it_without_complaint_or_request(shown: Browser, inspect
     assert not shown.complaints
     assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
     assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
-    assert shown.run("document.querySelector('.verdict .word').textContent") == "Accepted"
+    assert shown.run("document.querySelector('.verdict .word').textContent").startswith("Accepted")
     assert inspection.answer["reason"] in shown.run("document.body.innerText")
 
 
