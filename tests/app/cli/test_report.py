@@ -239,7 +239,6 @@ def evil_page(
         "UPDATE world SET name = $given",
         "UPDATE current_world SET name = $given",
         "UPDATE placed_object SET world = $given",
-        "UPDATE placed_body SET world = $given",
         "UPDATE run_event SET message = $given",
         "UPDATE run SET parameters = json_object($given, $given)",
         given=EVIL,

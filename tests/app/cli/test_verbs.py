@@ -154,12 +154,12 @@ def test_sql_takes_no_more_memory_than_it_may(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("relmodel.app.cli.verbs.sql._MEMORY", 2**24)
+    monkeypatch.setattr("relmodel.app.cli.verbs.sql._MEMORY", 2**27)
     store = make_reader(
         sa.make_url(postgresql_server).set(database=postgresql_template).render_as_string(hide_password=False)
     )
     command = ["sql", "--format", "json", "--store", store]
-    assert main([*command, "SELECT repeat('x', 30000000) AS text"]) == 3
+    assert main([*command, "SELECT repeat('x', 400000000) AS text"]) == 3
     said = capsys.readouterr()
     assert "memory" in said.err
     assert said.err.count("\n") == 1
