@@ -140,7 +140,7 @@ def test_whatever_else_is_refused_in_a_sentence(asked: Store, tmp_path: Path) ->
 )
 def test_the_engine_s_own_hint_is_told(asked: Store, statement: str, by_duckdb: str, by_postgresql: str) -> None:
     with pytest.raises(InputError, match=r"^the statement was refused[^\n]*$") as refused:
-        ask(asked, statement)
+        answered(asked, statement)
     assert (by_duckdb if asked.dialect == "duckdb" else by_postgresql) in str(refused.value)
 
 
