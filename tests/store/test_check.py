@@ -174,6 +174,12 @@ def add_octree(model: Model, x1: float, listed: int) -> None:
     model["octree_entry"] = {"object_id": [1], "cell": listed, "node_no": 2}
 
 
+def list_in_wrong_cell(model: Model) -> None:
+    """A cell that lists a node of none of its bodies."""
+    add_octree(model, 9.5, 1)
+    model["octree_entry"].update(node_no=7)
+
+
 def add(table: str, **row: Any) -> Callable[[Model], None]:
     """One row of what an extraction found, where there is no extraction."""
 
@@ -237,7 +243,7 @@ FAULTS = {
         "bound_message", run_id=7, problem_no=0, node_no=0, unit_no=0, label_no=0, neighbour_no=1, dual=-1.0
     ),
     "octree_cell": lambda model: add_octree(model, 11, 1),
-    "octree_entry": lambda model: [add_octree(model, 9.5, 1), model["octree_entry"].update(node_no=7)],
+    "octree_entry": list_in_wrong_cell,
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],
