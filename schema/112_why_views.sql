@@ -176,7 +176,7 @@ rule AS (
         s.likely >= h.min_posterior AS holds, concat('that the model is there is ',
             CAST(100 * s.likely AS NUMERIC(18, 2)), ' percent probable by the pictures, and ',
             CAST(100 * h.min_posterior AS NUMERIC(18, 2)), ' percent are needed: evidence of ',
-            CAST(s.evidence AS NUMERIC(18, 0)), ' against chance, ', CAST(100 * s.share AS NUMERIC(18, 0)),
+            CAST(s.evidence AS NUMERIC(18, 0)), ' against chance, ', CAST(100 * least(s.share, 1) AS NUMERIC(18, 0)),
             ' percent of the edges expected, ', CAST(100 * s.agreement AS NUMERIC(18, 0)),
             ' percent of those found on the model''s, a contrast of ', CAST(s.outline_contrast AS NUMERIC(18, 1)),
             ' along ', CAST(s.outline_px AS NUMERIC(18, 0)), ' px of outline') AS sentence

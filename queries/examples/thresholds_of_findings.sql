@@ -7,6 +7,8 @@ WITH held AS (
     JOIN threshold AS t ON t.run_id = s.run_id AND t.decision = 'presence' AND t.name = CASE s.reason
         WHEN 'its edges are found' THEN 'states.least_log_odds'
         WHEN 'some of its edges are found, some are not' THEN 'states.least_log_odds'
+        WHEN 'none of its edges is found, which so few may hide' THEN 'states.least_log_odds'
+        WHEN 'its edges are found, which may be chance' THEN 'states.least_log_odds'
         WHEN 'its edges are not found, where they would show' THEN
             CASE s.state WHEN 'contradicted' THEN 'states.contradicted_log_odds' ELSE 'states.least_log_odds' END
         WHEN 'little contrast is expected of its edges' THEN 'states.least_expected'

@@ -1,7 +1,7 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
 Boxes, cylinders and spheres are exact (`model/primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
-(`mesh/read.py`), from the file's own folder and below alone; no surfaces are fitted to them.
+(`mesh/read.py`), from the file's own folder or the ROS package they name; no surfaces are fitted to them.
 URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
 """
@@ -56,6 +56,7 @@ def _parse(content: bytes, path: Path) -> Element:
     parser = expat.ParserCreate()
     parser.StartElementHandler = builder.start
     parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
     parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(path)
     try:
         parser.Parse(content, True)
@@ -254,26 +255,43 @@ class _Reader:
         return Instance(label, one.kind, one.child, placed, colour if one.kind == "part" else None)
 
     def file(self, name: str, where: str) -> Path:
-        """The file that a URDF names, which must lie in its own folder or below; a package is taken for that folder."""
-        inside = name
+        """The file that a URDF names, which must lie in its own folder or below, or in the ROS package it names."""
+        root, inside = self.folder, name
         if name.startswith("package://"):
             package, _, rest = name.removeprefix("package://").partition("/")
-            inside = (
-                rest if (self.folder / rest).is_file() or not (self.folder / package).is_dir() else f"{package}/{rest}"
-            )
+            root, inside = self._package(package), rest
+            if not (root / rest).is_file() and (root / package).is_dir():
+                inside = f"{package}/{rest}"
         elif "://" in name:
             self._refuse(f"{where} names {name!r}: put the mesh beside the URDF and name it relative to it")
-        file = (self.folder / inside).resolve()
-        if not file.is_relative_to(self.folder):
-            self._refuse(f"{where} names {name!r} outside the file's folder: put the mesh in that folder")
+        file = (root / inside).resolve()
+        kind = "file's folder" if root == self.folder else "package"
+        if not file.is_relative_to(root):
+            self._refuse(f"{where} names {name!r} outside the {kind}: put the mesh in that folder")
         if not file.is_file():
             self._refuse(
-                f"{where} names {name!r}, which is not in the file's folder: put the URDF at the root of the package, "
-                "or correct the name"
+                f"{where} names {name!r}, which is not in the {kind}: correct the name, or put the URDF into the package"
             )
         if file.suffix[1:].lower() not in MESH_FORMATS:
             self._refuse(f"{where} names {name!r}: convert the mesh to one of {', '.join(MESH_FORMATS)}")
         return file
+
+    def _package(self, name: str) -> Path:
+        """Root of a ROS package: the one that the URDF lies in, one beside that, or the URDF's own folder.
+
+        A package is a folder with a package.xml that states its name (https://ros.org/reps/rep-0149.html).
+        """
+        above = [] if name in ("", ".", "..") else [self.folder, *self.folder.parents]
+        for folder in above:
+            manifest = folder / "package.xml"
+            if manifest.is_file():
+                beside = folder.parent / name
+                if _parse(manifest.read_bytes(), manifest).findtext("name", "").strip() == name:
+                    return folder
+                if (beside / "package.xml").is_file():
+                    return beside.resolve()
+                break
+        return next((folder for folder in above if folder.name == name), self.folder)
 
     def _material(self, visual: Element) -> str | None:
         material = visual.find("material")

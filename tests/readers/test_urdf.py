@@ -98,6 +98,23 @@ def test_meshes_are_scaled_shared_and_stay_in_the_folder(tmp_path: Path) -> None
     assert model.assemblies[model.root].kind == "assembly"  # no joint
 
 
+@pytest.mark.parametrize("folder", ["", "urdf", "description/urdf"])
+@pytest.mark.parametrize("package", ["arm", "tools"])
+def test_meshes_of_packages_are_found_from_any_folder(folder: str, package: str, tmp_path: Path) -> None:
+    """Of the package that the file lies in, whatever its folder is called, and of one beside it."""
+    import trimesh
+
+    for root, name in (("arm_description", "arm"), ("tools", "tools")):
+        (tmp_path / root / "meshes").mkdir(parents=True)
+        (tmp_path / root / "package.xml").write_text(f"<package format='3'><name>{name}</name></package>")
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "arm_description/meshes/arm.stl")
+    trimesh.creation.box((0.1, 0.1, 0.1)).export(tmp_path / "tools/meshes/tools.stl")
+    (tmp_path / "arm_description" / folder).mkdir(parents=True, exist_ok=True)
+    mesh = f'<mesh filename="package://{package}/meshes/{package}.stl"/>'
+    model = read_urdf(written(tmp_path / "arm_description" / folder, visual(mesh)))
+    assert model.shapes[0].volume == pytest.approx({"arm": 6e6, "tools": 1e6}[package], rel=1e-6)
+
+
 def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Path) -> None:
     """A file of one mesh is that part in its link; one of several is an assembly there."""
     import trimesh
@@ -145,6 +162,8 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         (visual('<mesh filename="package://p/../../x.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="file:///etc/passwd"/>'), "beside the URDF"),
         (visual('<mesh filename="package://p/none.stl"/>'), "not in the file's folder"),
+        (visual('<mesh filename="package:///etc/x.stl"/>'), "outside the file's folder"),
+        (visual('<mesh filename="package://../x.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="part.dae"/>'), "convert the mesh"),
         ('<xacro:macro xmlns:xacro="x" name="m"/>', "expand it first"),
     ],

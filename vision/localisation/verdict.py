@@ -228,8 +228,8 @@ def judge(
     if likely < p.min_posterior:
         missing.append(
             f"the pictures do not show the model there surely enough: evidence of {signs.evidence:.0f} against chance, "
-            f"{signs.share:.0%} of the edges expected, {signs.agreement:.0%} of those found lie on the model's, "
-            f"contrast of {signs.outline_contrast:.1f} along {signs.outline_px:.0f} px of outline"
+            f"{_share(signs.share)} of the edges expected, {signs.agreement:.0%} of those found lie on the model's, "
+            f"contrast of {round(signs.outline_contrast, 1) + 0.0:.1f} along {signs.outline_px:.0f} px of outline"
             + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if alone else "")
         )
     if prior_sigmas[0] > p.max_sigma:
@@ -247,7 +247,7 @@ def judge(
         verdict, reason = (
             "accepted",
             (
-                f"probability {_percent(posterior)}: {signs.share:.0%} of the expected edge evidence found, "
+                f"probability {_percent(posterior)}: {_share(signs.share)} of the expected edge evidence found, "
                 f"no rival pose, {prior_sigmas[0]:.1f} sigma from the prior"
             ),
         )
@@ -265,6 +265,11 @@ def judge(
         "excluded": float(excluded),
     }
     return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed)
+
+
+def _share(value: float) -> str:
+    """A share in percent: evidence beyond what was expected is all of it."""
+    return f"{min(value, 1.0):.0%}"
 
 
 def _percent(probability: float) -> str:

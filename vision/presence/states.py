@@ -34,8 +34,12 @@ REASONS = (
     "some of its edges are found, some are not",
     "a region of the picture is it",
     "something else shows through it than lies behind",
+    "none of its edges is found, which so few may hide",
+    "its edges are found, which may be chance",
 )
-FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED = range(len(REASONS))
+(
+    FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE
+) = range(len(REASONS))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ def decide(
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
 
     state = np.full(len(items), UNDECIDABLE, np.int8)
-    reason = np.full(len(items), DIVIDED, np.int8)
+    reason = np.where(share <= 0, NONE, np.where(share >= 1 - 1e-9, BY_CHANCE, DIVIDED)).astype(np.int8)
     reason[expected < p.least_expected] = FAINT
 
     def settle(where: Bools, new_state: int, new_reason: int) -> None:

@@ -138,7 +138,9 @@ def _facts(
                 facts.append((words, f"{r.value:.2g}{unit}", f"{r.gate:g}{unit} needed"))
         away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
         facts.append(("from the prior", f"{away:.3g} mm", ""))
-        facts.append(("edge evidence found", f"{100 * pose.evidence_ratio:.0f} %", "of what is expected"))
+        facts.append(
+            ("edge evidence found", f"{min(pose.evidence_ratio, 1.0):.0%}".replace("%", " %"), "of what is expected")
+        )
         facts.append(("probability", _probability(pose.posterior), "that the best pose is the right one"))
     facts += checked(store, connection, run, items)
     if told.seconds is not None:

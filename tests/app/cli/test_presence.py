@@ -151,6 +151,10 @@ def test_rows_say_what_the_answer_says(answer: Answer, store: Store) -> None:
         (i["path"], i["state"], i["qif"], i["reason"]) for i in answer["presence"]["items"]
     ]
     assert len(by_camera) == 2 * len(rows)
+    # What the reason says of the edges found is true of their length.
+    for r in rows:
+        if r.reason.startswith(("some of its edges", "none of its edges")):
+            assert (r.supported_px > 0) == r.reason.startswith("some")
 
 
 def test_a_feature_has_changed_where_one_of_its_sizes_has(answer: Answer, store: Store) -> None:
