@@ -1,6 +1,6 @@
 -- Audit: what a run decided and why, as views that a person can query.
 
-CREATE VIEW variant_shown (  -- Which variant of an inspected object the pictures show, where several were weighed.
+CREATE VIEW found_variant (  -- Which variant of an inspected object the pictures show, where several were weighed.
     run_id,  -- the run
     object_no,  -- the object of the run's world
     name,  -- name of the object
@@ -69,7 +69,7 @@ WITH counted AS (
 ),
 other AS (
     SELECT run_id, string_agg(words, '; ' ORDER BY object_no) AS variant
-    FROM variant_shown
+    FROM found_variant
     WHERE another
     GROUP BY run_id
 )
@@ -290,7 +290,7 @@ FROM stated AS a
 JOIN run AS r ON r.id = a.run_id;
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('variant_shown', 'localisation', 'view'),
+    ('found_variant', 'localisation', 'view'),
     ('inspection_outcome', 'localisation', 'view'),
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -191,6 +192,8 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     session.sparkContext.setLogLevel("ERROR")
     yield session
     session.stop()
+    # Spark takes interrupts to itself, and keeps them when it is gone.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def scans(node: Any) -> Iterator[tuple[str, int]]:

@@ -13,7 +13,7 @@ NOT_AS_MODELLED = ("changed", "contradicted", "variant", "unchecked")
 
 @dataclass(frozen=True)
 class Outcome:
-    """A row of the view `inspection_outcome`, with the sentences of `variant_shown`.
+    """A row of the view `inspection_outcome`, with the sentences of `found_variant`.
 
     words: all of it, as "accepted; 3 changed, 1 contradicted".  changed, contradicted, not_confirmed, undecidable: how
     many parts and features in view are so; None where the pose is refused.  variant: that the pictures show another

@@ -16,6 +16,7 @@ from typing import Any
 from urllib.request import urlopen
 
 import pytest
+import sqlalchemy as sa
 from PIL import Image
 
 from relmodel.app.cli.main import VERBS, main, parser
@@ -290,8 +291,10 @@ def test_python_of_scale_out_runs() -> None:
     exec(for_duckdb, said)
     with Store.open("demo/cell.duckdb", read_only=True) as store:
         found = in_volumes(store, said["volumes"], level="feature")
+        with store.read() as connection:
+            cell = connection.scalar(sa.text("SELECT cell FROM store_identity"))
     assert [row[3:8] for row in said["rows"]] == list(
         zip(*(found[n].tolist() for n in ("volume_no", "occurrence_id", "element_no", "path", "name")), strict=True)
     )
     assert {row[3] for row in said["rows"]} == {0, 1}
-    assert {row[1] for row in said["rows"]} == {"cell"}
+    assert {row[1] for row in said["rows"]} == {cell}

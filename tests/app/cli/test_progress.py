@@ -169,11 +169,13 @@ def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_tem
     process = subprocess.Popen(
         [sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    children = Path(f"/proc/{process.pid}/task")
-    while process.poll() is None and not any(c.read_text() for c in children.glob("*/children")):
+    tasks = Path(f"/proc/{process.pid}/task")
+    while process.poll() is None:
+        children = [number for task in tasks.glob("*/children") for number in task.read_text().split()]
+        if any(b"relmodel.readers" in Path(f"/proc/{number}/cmdline").read_bytes() for number in children):
+            break
         time.sleep(0.01)
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate()
-    assert process.returncode == 130
-    assert said == f"relmodel load: {INTERRUPTED}\n"
+    assert (process.returncode, said) == (130, f"relmodel load: {INTERRUPTED}\n")
     assert content(store) == was
