@@ -270,7 +270,7 @@ class _Reader:
             self._refuse(f"{where} names {name!r} outside the {kind}: put the mesh in that folder")
         if not file.is_file():
             self._refuse(
-                f"{where} names {name!r}, which is not in the {kind}: correct the name, or put the URDF into the package"
+                f"{where} names {name!r}, which is not in the {kind}: correct the name, or put the URDF into it"
             )
         if file.suffix[1:].lower() not in MESH_FORMATS:
             self._refuse(f"{where} names {name!r}: convert the mesh to one of {', '.join(MESH_FORMATS)}")

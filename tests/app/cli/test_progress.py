@@ -177,5 +177,7 @@ def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_tem
         time.sleep(0.01)
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate()
-    assert (process.returncode, said) == (130, f"relmodel load: {INTERRUPTED}\n")
+    assert said == f"relmodel load: {INTERRUPTED}\n"
+    # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
+    assert process.returncode in (130, -signal.SIGINT)
     assert content(store) == was
