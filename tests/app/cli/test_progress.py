@@ -23,6 +23,8 @@ from relmodel.app.cli.main import main, parser
 from relmodel.progress import Progress
 
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
+# Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
+INTERRUPTED_STATUSES = (130, -signal.SIGINT)
 LONG = ("load", "world", "export", "diff", "index")
 
 
@@ -178,6 +180,5 @@ def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_tem
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate()
     assert said == f"relmodel load: {INTERRUPTED}\n"
-    # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
-    assert process.returncode in (130, -signal.SIGINT)
+    assert process.returncode in INTERRUPTED_STATUSES
     assert content(store) == was

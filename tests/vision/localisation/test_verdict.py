@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vision.cameras.cameras import Needs
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.verdict import Gathered, Needs, judge
+from vision.localisation.verdict import Gathered, judge
 
 
 @pytest.mark.parametrize(("found", "accepted"), [(1.013, True), (1.013, False), (0.4, False)])
