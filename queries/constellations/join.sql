@@ -1,62 +1,61 @@
--- Pairs of circles in space joined with pairs of the model's circles: alike in both radii, in the distance of the
--- centres and in the angles of normals and connecting line.  Pairs of the scene with the fewest like them in the model
--- come first, and whole, until there are `most` of them: what repeats a thousand times says little.
--- Takes scene_circle and model_circle (no, x, y, z, nx, ny, nz, radius) as relations, least and greatest (mm between
--- centres), radius_mm and radius_share, distance_mm, cosine (difference of the angles' cosines), along (cosine beyond
--- which the connecting line runs along a normal, and turns nothing), most;
--- gives scene_a, scene_b, model_a, model_b, alike (how many pairs of the model the pair of the scene is like).
-WITH scene_pair AS (
-    SELECT a.no AS a, b.no AS b, a.radius AS radius_a, b.radius AS radius_b,
-        sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y) + (b.z - a.z) * (b.z - a.z)) AS distance,
-        abs(a.nx * b.nx + a.ny * b.ny + a.nz * b.nz) AS normals,
-        abs(a.nx * (b.x - a.x) + a.ny * (b.y - a.y) + a.nz * (b.z - a.z)) AS rise_a,
-        abs(b.nx * (b.x - a.x) + b.ny * (b.y - a.y) + b.nz * (b.z - a.z)) AS rise_b
-    FROM scene_circle AS a
-    JOIN scene_circle AS b ON a.no < b.no
-),
-model_pair AS (
-    SELECT a.no AS a, b.no AS b, a.radius AS radius_a, b.radius AS radius_b,
-        sqrt((b.x - a.x) * (b.x - a.x) + (b.y - a.y) * (b.y - a.y) + (b.z - a.z) * (b.z - a.z)) AS distance,
-        abs(a.nx * b.nx + a.ny * b.ny + a.nz * b.nz) AS normals,
-        abs(a.nx * (b.x - a.x) + a.ny * (b.y - a.y) + a.nz * (b.z - a.z)) AS rise_a,
-        abs(b.nx * (b.x - a.x) + b.ny * (b.y - a.y) + b.nz * (b.z - a.z)) AS rise_b
-    FROM model_circle AS a
-    JOIN model_circle AS b ON a.no <> b.no
-        AND abs(b.x - a.x) <= :greatest AND abs(b.y - a.y) <= :greatest AND abs(b.z - a.z) <= :greatest
-),
--- Distances that agree lie in one bin or in neighbouring ones.
-step AS (
+-- Relations of circles in space joined with those of an object's circles: alike in both radii, in the distance of the
+-- centres and in the angles of normals and connecting line.  Relations of the scene with the fewest pairs like them come
+-- first, and whole, until there are `most` of them: what repeats a thousand times says little.  Of each at most
+-- `most_of_relation` are taken, evenly among all: the others are the same seen from elsewhere along a pattern.
+-- Takes object_id, scene_relation (unit_a, unit_b, radius_a, radius_b, distance, normals, rise_a, rise_b; each pair in
+-- both orders) as a relation, radius_mm and radius_share, distance_mm, cosine (by which they may differ),
+-- most_of_relation, most;
+-- gives unit_a, unit_b, circle_a, circle_b, alike (how many pairs of the model the relation is like).
+WITH step AS (
     SELECT -1 AS by UNION ALL SELECT 0 UNION ALL SELECT 1
 ),
-scene_bin AS (
-    SELECT p.*, CAST(floor(p.distance / :distance_mm) AS INTEGER) + s.by AS bin
-    FROM scene_pair AS p
-    CROSS JOIN step AS s
-    WHERE p.distance BETWEEN :least AND :greatest AND p.rise_a <= :along * p.distance
+-- Distances that agree lie in one bin or in neighbouring ones.
+scene AS (
+    SELECT s.*, CAST(floor(s.distance / :distance_mm) AS INTEGER) + step.by AS bin,
+        least(s.unit_a, s.unit_b) AS low, greatest(s.unit_a, s.unit_b) AS high
+    FROM scene_relation AS s
+    CROSS JOIN step
 ),
-model_bin AS (
-    SELECT p.*, CAST(floor(p.distance / :distance_mm) AS INTEGER) AS bin
-    FROM model_pair AS p
-    WHERE p.distance BETWEEN :least - :distance_mm AND :greatest + :distance_mm
+model AS (
+    SELECT class_no, pairs, radius_a, radius_b, distance, normals, rise_a, rise_b,
+        CAST(floor(distance / :distance_mm) AS INTEGER) AS bin
+    FROM circle_relation
+    WHERE object_id = :object_id
 ),
-joined AS (
-    SELECT s.a AS scene_a, s.b AS scene_b, m.a AS model_a, m.b AS model_b,
-        count(*) OVER (PARTITION BY s.a, s.b) AS alike
-    FROM scene_bin AS s
-    JOIN model_bin AS m ON m.bin = s.bin
+matched AS (
+    SELECT s.unit_a, s.unit_b, s.low, s.high, m.class_no, m.pairs
+    FROM scene AS s
+    JOIN model AS m ON m.bin = s.bin
     WHERE abs(m.distance - s.distance) <= :distance_mm
         AND abs(m.radius_a - s.radius_a) <= :radius_mm + :radius_share * s.radius_a
         AND abs(m.radius_b - s.radius_b) <= :radius_mm + :radius_share * s.radius_b
         AND abs(m.normals - s.normals) <= :cosine
-        AND abs(m.rise_a / m.distance - s.rise_a / s.distance) <= :cosine
-        AND abs(m.rise_b / m.distance - s.rise_b / s.distance) <= :cosine
+        AND abs(m.rise_a - s.rise_a) <= :cosine
+        AND abs(m.rise_b - s.rise_b) <= :cosine
 ),
+counted AS (
+    SELECT low, high, sum(pairs) AS alike
+    FROM matched
+    GROUP BY low, high
+),
+-- No more relations than give `most` pairs: those behind are not joined with pairs at all.
 ranked AS (
-    SELECT scene_a, scene_b, model_a, model_b, alike,
-        rank() OVER (ORDER BY alike, scene_a, scene_b) AS place
-    FROM joined
+    SELECT low, high, alike,
+        sum(least(alike, :most_of_relation)) OVER (ORDER BY alike, low, high ROWS UNBOUNDED PRECEDING) AS so_far
+    FROM counted
+),
+joined AS (
+    SELECT m.unit_a, m.unit_b, p.circle_a, p.circle_b, r.alike,
+        row_number() OVER pairs_of AS place, count(*) OVER (PARTITION BY r.low, r.high) AS kept
+    FROM ranked AS r
+    JOIN matched AS m ON m.low = r.low AND m.high = r.high
+    JOIN circle_pair AS p ON p.object_id = :object_id AND p.class_no = m.class_no
+    WHERE r.so_far <= :most
+    WINDOW pairs_of AS (PARTITION BY r.low, r.high ORDER BY p.circle_a, p.circle_b, m.unit_a)
 )
-SELECT scene_a, scene_b, model_a, model_b, alike
-FROM ranked
-WHERE place <= :most
-ORDER BY alike, scene_a, scene_b, model_a, model_b
+SELECT unit_a, unit_b, circle_a, circle_b, alike
+FROM joined
+WHERE kept <= :most_of_relation
+    OR floor(place * CAST(:most_of_relation AS DOUBLE PRECISION) / kept)
+        > floor((place - 1) * CAST(:most_of_relation AS DOUBLE PRECISION) / kept)
+ORDER BY alike, unit_a, unit_b, circle_a, circle_b

@@ -1,4 +1,4 @@
-"""Circles in space: those that stereo puts there, and those along which sharp edges of the model run."""
+"""Circles in space: those that stereo puts there, and those along which sharp edges of an object run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats
 from relmodel.columns import Columns
-from relmodel.store import Store
+from relmodel.features.circle_relations import relate
+from relmodel.store.database import Database
+from vision.constellations.constellation_parameters import JoinParameters
 from vision.stereo.triangulate import CURVES, Triangulated
 
 
@@ -28,16 +30,19 @@ class Circles:
         """Some of them."""
         return Circles(self.centre[rows], self.normal[rows], self.radius[rows])
 
-    def columns(self) -> Columns:
-        """Rows of a relation for `queries/constellations`."""
-        values = (*self.centre.T, *self.normal.T, self.radius)
-        names = ("x", "y", "z", "nx", "ny", "nz", "radius")
-        return {"no": np.arange(len(self)), **{n: np.ascontiguousarray(v) for n, v in zip(names, values, strict=True)}}
+    def relations(self, p: JoinParameters) -> Columns:
+        """How they lie to each other, each pair in both orders: columns of the relation that
+        `queries/constellations/join.sql` takes."""
+        a, b = np.nonzero(~np.eye(len(self), dtype=bool))
+        found: Columns = {"unit_a": a, "unit_b": b, **relate(self.centre, self.normal, self.radius, a, b)}
+        distance = np.asarray(found["distance"])
+        rows = (distance >= p.least_distance) & (distance <= p.greatest_distance) & (found["rise_a"] <= p.along)
+        return {name: np.asarray(values)[rows] for name, values in found.items()}
 
 
-def read_model_circles(store: Store, connection: Connection, world_id: int) -> Circles:
-    """Circles of the sharp edges of a world's inspected parts, in the world's frame."""
-    found = store.columns(connection, "constellations/model_circles", world_id=world_id)
+def read_circles(store: Database, connection: Connection, object_id: int) -> Circles:
+    """The circles of an object in its frame, in the order of their numbers."""
+    found = store.columns(connection, "constellations/circles", object_id=object_id)
     centre, normal = (np.stack([found[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz")))
     return Circles(centre, normal, found["radius"])
 

@@ -1,6 +1,7 @@
 """Parameters of the join of circles in space with those of the model, and of the poses that it gives: mm, rad."""
 
 from dataclasses import dataclass
+from math import radians
 
 
 @dataclass(frozen=True)
@@ -8,12 +9,12 @@ class JoinParameters:
     """Which pairs of circles are alike."""
 
     least_radius: float = 2.5
-    """mm: smaller circles are drilled by the hundred, and their radius is known badly"""
+    """mm: smaller circles are not looked at"""
     greatest_radius: float = 400.0
-    """mm: of greater circles a picture shows a flat arc, whose centre is anywhere"""
-    least: float = 20.0
+    """mm: greater ones neither"""
+    least_distance: float = 20.0
     """mm between centres, from which on their line has a direction"""
-    greatest: float = 500.0
+    greatest_distance: float = 500.0
     """mm between centres"""
     radius_mm: float = 1.0
     """mm by which radii may differ"""
@@ -25,6 +26,8 @@ class JoinParameters:
     """by which cosines of the angles of normals and connecting line may differ"""
     along: float = 0.9
     """cosine of normal and connecting line beyond which they leave a turn about both open"""
+    most_of_relation: int = 64
+    """pairs of the model that a relation is joined with, evenly among all it is like"""
     most: int = 20_000
     """joined pairs, the rarest first, after which no further pair of circles is taken"""
 
@@ -38,7 +41,7 @@ class PoseParameters:
     cell_rad: float = 0.08
     """rad: and turn it about alike, vote together"""
     scored: int = 400
-    """poses that are scored, of most votes"""
+    """poses of most votes that are scored, by each of two ways to count"""
     few_points: int = 150
     """points of the scene that all these are scored on"""
     fitted: int = 60
@@ -57,8 +60,12 @@ class PoseParameters:
     """mm: poses that put what is seen nearer than this"""
     distinct_rad: float = 0.06
     """rad: and turn it less than this are one"""
-    kept: int = 24
+    alike_share: float = 0.9
+    """share of what the best pose explains, from which on what repeats about a pose is looked at"""
+    kept: int = 100
     """distinct poses that go on"""
+    sharp_rad: float = radians(5.0)
+    """rad between the faces of an arc that shows as an edge"""
     step: float = 8.0
     """mm between points along a scene's arc"""
     most_of_one: float = 200.0

@@ -1,7 +1,8 @@
-"""Poses of the rig with no prior: the join of circles, votes, scores and a fit to the model's arcs."""
+"""Poses of the rig with no prior: the join of circles, votes, scores, a fit to the model's arcs, and what repeats."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
 from relmodel.store.database import Database
-from vision.constellations.circles import Circles, find_scene_circles
+from vision.constellations.circles import find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
 from vision.constellations.join import JoinedPairs, join_pairs, solve_poses
 from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
@@ -20,55 +21,77 @@ from vision.stereo.triangulate import Triangulated
 @dataclass(frozen=True)
 class FoundPoses:
     """Distinct poses (k, 4, 4) of the rig in the world, the best first, and the share (k,) of what stereo put in space
-    that lies on the model's arcs at each; pair (k,): the row of `joined` that started each."""
+    that lies on the model's arcs at each."""
 
     world_from_rig: Floats
     share: Floats
-    pair: Ints
-    joined: JoinedPairs
-    circles: Circles
 
 
 def find_poses(
-    workspace: Database,
+    store: Database,
     connection: Connection,
     scene: Scene,
-    model: Circles,
+    objects: Mapping[int, Floats],
     space: Triangulated,
     p: ConstellationParameters = DEFAULTS,
 ) -> FoundPoses:
-    """Poses at which circles in space fall on the model's circles, pair by pair.
+    """Poses at which circles in space fall on circles of the objects, pair by pair.
 
-    Joined pairs that put the scene in the same place vote together, each by how rare it is; the poses of most votes are
-    scored on some of the scene's points, the best of these fitted to the model's arcs and scored on more."""
+    scene: of the world; objects: world_from_object (4, 4) by identity.  Joined pairs that put the scene in the same
+    place vote together; the poses of most votes, counted and weighed by how rare their pairs are, are scored on some of
+    the scene's points, the best of these fitted to the model's arcs and scored on more.  Where the model repeats itself
+    about the best, the shifted poses are looked at too."""
     circles = find_scene_circles(space)
     circles = circles.take((circles.radius >= p.join.least_radius) & (circles.radius <= p.join.greatest_radius))
-    model = model.take((model.radius >= p.join.least_radius) & (model.radius <= p.join.greatest_radius))
-    joined = join_pairs(workspace, connection, circles, model, p.join)
-    if not len(joined.alike):
-        return FoundPoses(np.zeros((0, 4, 4)), np.zeros(0), np.zeros(0, np.int64), joined, circles)
-    poses = solve_poses(circles, model, joined).reshape(-1, 4, 4)
-    pair = np.repeat(np.arange(len(joined.alike)), 2)
-    points = sample_scene(space, p.poses)
+    poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
+    for object_id, world_from_object in objects.items():
+        joined = join_pairs(store, connection, object_id, circles, p.join)
+        solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
+        poses.append(world_from_object @ solved.reshape(-1, 4, 4))
+        alike.append(np.repeat(joined.alike, 2))
+    started, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
+    if not len(started):
+        return FoundPoses(started, np.zeros(0))
+    points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
     few, many = points.thin(p.poses.few_points), points.thin(p.poses.points)
-    sharp = scene.reference_samples[scene.sample_cosine[scene.reference_samples] < np.cos(np.radians(5))]
-    arcs = ModelArcs(scene.sample_point[sharp], scene.sample_tangent[sharp], p.poses)
 
-    voted = _vote(poses, 1.0 / joined.alike[pair], points, p.poses)
-    scored = voted[_best_distinct(poses[voted], arcs.score(poses[voted], few), points, p.poses, p.poses.fitted)]
-    fitted = arcs.fit(poses[scored], many)
+    voted = started[_vote(started, rarity, points, p.poses)]
+    scored = voted[_best_distinct(voted, arcs.score(voted, few), points, p.poses, p.poses.fitted)]
+    fitted = arcs.fit(scored, many)
     share = arcs.score(fitted, many)
+    for pose in fitted[_best_ways(fitted, share, p.poses)]:
+        again = arcs.fit(arcs.shifted(pose, many), few)
+        fitted, share = np.concatenate([fitted, again]), np.concatenate([share, arcs.score(again, many)])
     kept = _best_distinct(fitted, share, points, p.poses, p.poses.kept)
-    return FoundPoses(fitted[kept], share[kept], pair[scored[kept]], joined, circles)
+    return FoundPoses(fitted[kept], share[kept])
 
 
-def _vote(poses: Floats, weight: Floats, points: ScenePoints, p: PoseParameters) -> Ints:
-    """One pose of each cell of poses, that of the rarest pair, the cells of most votes first."""
+def _vote(poses: Floats, rarity: Floats, points: ScenePoints, p: PoseParameters) -> Ints:
+    """One pose of each cell of poses, those with most votes by count and those with most by rarity."""
     at = poses[:, :3, :3] @ points.middle + poses[:, :3, 3]
     cell = np.column_stack([np.rint(at / p.cell_mm), np.rint(poses[:, :3, :2].reshape(-1, 6) / p.cell_rad)])
-    _, first, cell_of = np.unique(cell.astype(np.int64), axis=0, return_index=True, return_inverse=True)
-    votes = np.bincount(cell_of.ravel(), weight)
-    return np.asarray(first[np.argsort(-votes, kind="stable")[: p.scored]], np.int64)
+    key = np.ascontiguousarray(cell.astype(np.int16)).view([("", np.int16)] * cell.shape[1]).ravel()
+    _, first, cell_of = np.unique(key, return_index=True, return_inverse=True)
+    votes = (np.bincount(cell_of), np.bincount(cell_of, rarity))
+    most = [np.argsort(-v, kind="stable")[: p.scored] for v in votes]
+    return np.asarray(first[np.unique(np.concatenate(most))], np.int64)
+
+
+def _best_ways(poses: Floats, share: Floats, p: PoseParameters) -> Ints:
+    """The best pose of each way the rig is turned that explains nearly as much as the best of all."""
+    left = np.argsort(-share, kind="stable")
+    left = left[share[left] >= p.alike_share * share[left[0]]]
+    kept: list[int] = []
+    while len(left):
+        kept.append(int(left[0]))
+        left = left[_angles(poses[left], poses[left[0]]) > p.distinct_rad]
+    return np.array(kept, np.int64)
+
+
+def _angles(poses: Floats, pose: Floats) -> Floats:
+    """By how much (k,) rad poses are turned against one."""
+    cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], pose[:3, :3]) - 1) / 2
+    return np.arccos(np.clip(cosine, -1, 1))
 
 
 def _best_distinct(poses: Floats, score: Floats, points: ScenePoints, p: PoseParameters, count: int) -> Ints:
@@ -79,7 +102,6 @@ def _best_distinct(poses: Floats, score: Floats, points: ScenePoints, p: PosePar
     while len(left) and len(kept) < count:
         row = int(left[0])
         kept.append(row)
-        cosine = (np.einsum("kij,ij->k", poses[left, :3, :3], poses[row, :3, :3]) - 1) / 2
-        turned = np.arccos(np.clip(cosine, -1, 1))
+        turned = _angles(poses[left], poses[row])
         left = left[(np.linalg.norm(at[left] - at[row], axis=1) > p.distinct_mm) | (turned > p.distinct_rad)]
     return np.array(kept, np.int64)

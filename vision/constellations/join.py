@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from sqlalchemy import Connection
@@ -24,19 +24,16 @@ class JoinedPairs:
 
 
 def join_pairs(
-    workspace: Database, connection: Connection, scene: Circles, model: Circles, p: JoinParameters
+    store: Database, connection: Connection, object_id: int, scene: Circles, p: JoinParameters
 ) -> JoinedPairs:
-    """Join pairs of circles: `queries/constellations/join.sql`."""
-    limits = {name: value for name, value in asdict(p).items() if not name.endswith("_radius")}
-    with (
-        workspace.relation(connection, "scene_circle", scene.columns()),
-        workspace.relation(connection, "model_circle", model.columns()),
-    ):
-        found = workspace.columns(connection, "constellations/join", **limits)
-    scene_pairs, model_pairs = (
-        np.stack([found[f"{side}_{end}"] for end in "ab"], axis=1).astype(np.int64) for side in ("scene", "model")
-    )
-    return JoinedPairs(scene_pairs, model_pairs, found["alike"].astype(np.int64))
+    """Join the relations of circles in space with those of an object: `queries/constellations/join.sql`."""
+    names = ("radius_mm", "radius_share", "distance_mm", "cosine", "most_of_relation", "most")
+    with store.relation(connection, "scene_relation", scene.relations(p)):
+        joined = store.columns(
+            connection, "constellations/join", object_id=object_id, **{name: getattr(p, name) for name in names}
+        )
+    pairs = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1).astype(np.int64) for n in ("unit", "circle"))
+    return JoinedPairs(*pairs, joined["alike"].astype(np.int64))
 
 
 def solve_poses(scene: Circles, model: Circles, joined: JoinedPairs) -> Floats:

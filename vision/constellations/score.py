@@ -11,6 +11,8 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import rotation_matrix
 from vision.constellations.constellation_parameters import PoseParameters
+from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements
+from vision.scene.scene import Scene
 from vision.stereo.triangulate import CURVES, Triangulated
 
 _CHUNK = 1 << 18  # points that are looked up at once
@@ -18,10 +20,11 @@ _CHUNK = 1 << 18  # points that are looked up at once
 
 @dataclass(frozen=True)
 class _Met:
-    """Points (k, n, 3) of a scene at poses, the nearest arcs' unit tangents, what lies across these between arc and
-    point, and which points (k, n) are explained."""
+    """Points (k, n, 3) of a scene at poses, the rows (k, n) of the nearest samples of arcs and their unit tangents, what
+    lies across these between arc and point, and which points (k, n) are explained."""
 
     point: Floats
+    row: Ints
     tangent: Floats
     across: Floats
     found: Bools
@@ -91,11 +94,14 @@ def _spread(length: Floats, p: PoseParameters) -> tuple[Ints, Floats, Floats]:
 class ModelArcs:
     """Points along the model's sharp arcs, to find the nearest to a point."""
 
-    def __init__(self, point: Floats, tangent: Floats, p: PoseParameters) -> None:
+    def __init__(self, scene: Scene, p: PoseParameters) -> None:
         from scipy.spatial import cKDTree
 
-        self.point, self.tangent, self.p = point, tangent, p
-        self._tree: Any = cKDTree(point)
+        rows = scene.reference_samples
+        rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
+        self.scene, self.p = scene, p
+        self.point, self.tangent, self.arc = scene.sample_point[rows], scene.sample_tangent[rows], scene.sample_arc[rows]
+        self._tree: Any = cKDTree(self.point, balanced_tree=False, compact_nodes=False)
 
     def score(self, poses: Floats, scene: ScenePoints) -> Floats:
         """Share (k,) of the scene's length that lies on arcs at poses (k, 4, 4), model from scene."""
@@ -124,14 +130,27 @@ class ModelArcs:
             jacobian[..., 2, 3], jacobian[..., 2, 4] = arm[..., 1], -arm[..., 0]
             along = np.einsum("kni,knij->knj", met.tangent, jacobian)
             jacobian -= met.tangent[..., :, None] * along[..., None, :]
-            flat = jacobian.reshape(len(poses), -1, 6)
+            flat = jacobian.reshape(len(poses), 3 * len(scene.weight), 6)
             scaled = flat * np.repeat(weight, 3, axis=1)[..., None]
             hessian = scaled.transpose(0, 2, 1) @ flat + np.diag([1e-6] * 3 + [1e-3] * 3)
-            gradient = np.einsum("kni,kn->ki", scaled, met.across.reshape(len(poses), -1))
+            gradient = np.einsum("kni,kn->ki", scaled, met.across.reshape(len(poses), 3 * len(scene.weight)))
             step = np.linalg.solve(hessian, -gradient[..., None])[..., 0]
             turn = rotation_matrix(step[:, 3:])
             poses[:, :3, :3] = turn @ poses[:, :3, :3]
             poses[:, :3, 3] = middle + step[:, :3] - np.einsum("kij,j->ki", poses[:, :3, :3], scene.middle)
+        return poses
+
+    @cached_property
+    def _shapes(self) -> ArcShapes:
+        return describe_arc_shapes(self.scene)
+
+    def shifted(self, pose: Floats, scene: ScenePoints) -> Floats:
+        """Poses (k, 4, 4) that the model displaced onto itself makes of one, by the arcs that explain the scene."""
+        met = self._meet(pose[None], scene, self.p.reach)
+        arc, weight = self.arc[met.row[0][met.found[0]]], scene.weight[met.found[0]]
+        shifts = find_displacements(self._shapes, arc, weight, np.inf)
+        poses = np.repeat(pose[None], len(shifts), axis=0)
+        poses[:, :3, 3] += shifts
         return poses
 
     def _meet(self, poses: Floats, scene: ScenePoints, reach: float) -> _Met:
@@ -145,4 +164,4 @@ class ModelArcs:
         off = point - self.point[row].reshape(point.shape)
         across = off - np.einsum("kni,kni->kn", off, tangent)[..., None] * tangent
         parallel = np.abs(np.einsum("kni,kni->kn", direction, tangent)) > self.p.parallel
-        return _Met(point, tangent, across, found & parallel)
+        return _Met(point, row.reshape(found.shape), tangent, across, found & parallel)
