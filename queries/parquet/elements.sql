@@ -1,7 +1,6 @@
 -- Boxes of the shapes that are placed in some worlds, and of their features, surfaces and arcs.
--- Takes world_ids (array).
--- Gives shape_id, level, element_no (-1 of parts), name (none of parts: two of one shape may differ in it) and the box
--- x0 .. z1 in the shape's frame, sorted by the first three.
+-- Takes world_ids (array); gives shape_id, level, element_no (-1 of parts), name (none of parts: two of one shape may
+-- differ in it) and the box x0 .. z1 in the shape's frame, sorted by the first three.
 WITH placed AS (
     SELECT DISTINCT shape_id
     FROM occurrence

@@ -1,7 +1,6 @@
 -- Placed parts of some pages of a world.
--- Takes world_id, first_page and last_page, numbered as in parquet/pages.
--- Gives page, occurrence_id, path, name of the part, shape_id, the world box x0 .. z1 and world_from_occurrence
--- m00 .. m23, sorted by page and occurrence_id.
+-- Takes world_id, first_page and last_page, numbered as in parquet/pages; gives page, occurrence_id, path, name of the
+-- part, shape_id, the world box x0 .. z1 and world_from_occurrence m00 .. m23, sorted by page and occurrence_id.
 WITH page AS (
     SELECT w.object_no, g.page AS own_page, row_number() OVER (ORDER BY w.object_no, g.page) - 1 AS page
     FROM world_object AS w

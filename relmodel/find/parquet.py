@@ -63,12 +63,12 @@ def export_parts(
         )
     if world is not None:
         world_named(store, connection, world)
-    worlds = [row for row in store.rows(connection, "current_worlds") if world in (None, row.name)]
+    worlds = [row for row in store.rows(connection, "world/current") if world in (None, row.name)]
     ids = [int(row.world_id) for row in worlds]
     pages = {i: store.columns(connection, "parquet/pages", world_id=i) for i in ids}
     if not any(len(columns["page"]) for columns in pages.values()):
         raise UsageError("no part is placed: place the objects with relmodel world FILE")
-    identity = store.rows(connection, "store_identity")[0]
+    identity = store.rows(connection, "store/identity")[0]
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=".", dir=folder) as name:
         new = Path(name)

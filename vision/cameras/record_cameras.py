@@ -24,7 +24,7 @@ _SIGMA = ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotat
 
 def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_bytes: bool) -> int:
     """Identity of the picture's row, appended where it is new; its bytes too where they are to be kept."""
-    found = run.store.rows(connection, "image_by_sha256", sha256=picture.sha256)
+    found = run.store.rows(connection, "cameras/image_by_sha256", sha256=picture.sha256)
     if found:
         return int(found[0].id)
     image_id = int(run.store.new_ids(connection, "image", 1)[0])
@@ -142,7 +142,7 @@ def _once(run: Run, connection: Connection, table: str, content: object, append:
 
 
 def _found(store: Database, connection: Connection, table: str, content: object) -> int | None:
-    rows = store.rows(connection, f"{table}_by_key", content_key=_key(content))
+    rows = store.rows(connection, f"cameras/{table}_by_key", content_key=_key(content))
     return int(rows[0].id) if rows else None
 
 

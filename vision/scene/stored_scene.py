@@ -57,7 +57,7 @@ def read_variant_scene(
     count up to -1."""
     others = _parts(store, connection, world_id, among)
     kept = others["object_no"] != variant["object_no"]
-    own = store.columns(connection, "object_expansion", object_id=int(variant["object_id"]))
+    own = store.columns(connection, "object/expansion", object_id=int(variant["object_id"]))
     own = {name: values[own["part_id"] >= 0] for name, values in own.items()}
     count = len(own["path"])
     placed = matrices({name: np.array([variant[name]]) for name in MATRIX_COLUMNS})[0]
@@ -79,7 +79,7 @@ def read_variant_scene(
 
 
 def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None) -> dict[str, NDArray[Any]]:
-    parts = store.columns(connection, "scene_parts", world_id=world_id)
+    parts = store.columns(connection, "scene/parts", world_id=world_id)
     if among is None:
         return parts
     kept = np.isin(parts["id"], np.asarray(among, np.int64))
@@ -95,8 +95,8 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         )
     world_from_part = matrices(parts)
     shapes = [int(s) for s in np.unique(parts["shape_id"])]
-    mesh_of = _by_shape(store.columns(connection, "scene_meshes", shape_ids=shapes))
-    arcs_of = _by_shape(store.columns(connection, "scene_arcs", shape_ids=shapes))
+    mesh_of = _by_shape(store.columns(connection, "scene/meshes", shape_ids=shapes))
+    arcs_of = _by_shape(store.columns(connection, "scene/arcs", shape_ids=shapes))
 
     meshes, arcs = [], []
     for occurrence, shape in enumerate(parts["shape_id"].tolist()):
@@ -133,9 +133,9 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         arc["arc_no"],
         mesh["surface_no"],
         _number_surfaces(mesh, arc),
-        _radii(mesh, parts["shape_id"], store.columns(connection, "scene_cylinders", shape_ids=shapes)),
+        _radii(mesh, parts["shape_id"], store.columns(connection, "scene/cylinders", shape_ids=shapes)),
         arc["parameter"],
-        store.columns(connection, "scene_features", shape_ids=shapes),
+        store.columns(connection, "scene/features", shape_ids=shapes),
     )
 
 
