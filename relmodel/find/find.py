@@ -108,9 +108,7 @@ def _in_boxes(
     bounds = np.array(boxes, float).reshape(-1, 6)
     asked = {name: store.array(bounds[:, i]) for i, name in enumerate(BOX_COLUMNS)}
     asked["volume_no"] = store.array(np.arange(len(boxes)))
-    if level == "part":
-        return store.columns(connection, f"find/parts_{how}", world_id=world_id, **asked)
-    return store.columns(connection, f"find/elements_{how}", world_id=world_id, level=level, **asked)
+    return store.columns(connection, f"find/{how}", world_id=world_id, level=level, **asked)
 
 
 def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDArray[Any]]:

@@ -1,4 +1,4 @@
-"""The oct-trees of expanded objects as tables, walked by `queries/find/parts_by_octree.sql`."""
+"""The oct-trees of expanded objects as tables, walked by `queries/find/by_octree.sql`."""
 
 from __future__ import annotations
 

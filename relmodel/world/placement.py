@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -119,9 +120,15 @@ def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _refuse_cycles(store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]]) -> None:
     object_ids = sorted({int(row["object_id"]) for row in pinned})
-    cycles = [row.name for row in store.rows(connection, "object/cycles", object_ids=object_ids)]
-    if cycles:
-        raise InputError(f"{file.path}: the object {cycles[0]} contains itself: load it without the cycle")
+    nesting = store.rows(connection, "object/nesting", object_ids=object_ids)
+    inside: dict[int, list[int]] = {}
+    for row in nesting:
+        inside.setdefault(row.parent_id, []).append(row.child_id)
+    try:
+        TopologicalSorter(inside).prepare()
+    except CycleError as error:
+        name = min(row.name for row in nesting if row.parent_id in error.args[1])
+        raise InputError(f"{file.path}: the object {name} contains itself: load it without the cycle") from error
 
 
 def _joint_values(file: WorldFile, number: int, robots: Robots) -> dict[str, dict[str, float]]:

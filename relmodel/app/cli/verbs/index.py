@@ -16,7 +16,7 @@ EXAMPLE = "relmodel index --compare --store cell.duckdb"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compare", action="store_true", help="measure every kind on this store, and recommend one")
-    words = "write the oct-tree of the world as tables, for queries/find/parts_by_octree.sql"
+    words = "write the oct-tree of the world as tables, for queries/find/by_octree.sql"
     parser.add_argument("--octree", action="store_true", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     add_format(parser)

@@ -1,8 +1,8 @@
--- As find_elements_in_boxes, by a walk down the oct-trees of its objects, where these were written.
--- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world_id and level; gives
--- volume_no, occurrence_id, shape_id, element_no, path of the part, name, the world box x0 .. z1, the box in the
--- shape's frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by volume_no, occurrence_id,
--- element_no.
+-- As find/in_boxes, by a walk down the oct-trees of its objects, where these were written.
+-- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world_id and level (part, feature,
+-- surface or arc); gives volume_no, occurrence_id, shape_id, element_no (-1 of parts), path of the part, name, the world
+-- box x0 .. z1, the box in the shape's frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by
+-- volume_no, occurrence_id, element_no.
 WITH RECURSIVE asked AS MATERIALIZED (
     SELECT unnest(CAST(:volume_no AS INTEGER[])) AS volume_no,
         unnest(CAST(:x0 AS DOUBLE PRECISION[])) AS x0, unnest(CAST(:y0 AS DOUBLE PRECISION[])) AS y0,
@@ -29,16 +29,14 @@ walk (volume_no, object_no, object_id, body_no, cell) AS (
     SELECT w.volume_no, w.object_no, w.object_id, w.body_no, c.cell
     FROM walk AS w
     JOIN near AS b ON b.volume_no = w.volume_no AND b.object_no = w.object_no AND b.body_no = w.body_no
-    JOIN octree_cell AS c ON c.object_id = w.object_id AND c.parent = w.cell
-        AND b.m00 * (c.x0 + c.x1) / 2 + b.m01 * (c.y0 + c.y1) / 2 + b.m02 * (c.z0 + c.z1) / 2 + b.m03
-            BETWEEN b.x0 - (c.x1 - c.x0 + c.y1 - c.y0 + c.z1 - c.z0) / 2 - 1e-6
-            AND b.x1 + (c.x1 - c.x0 + c.y1 - c.y0 + c.z1 - c.z0) / 2 + 1e-6
-        AND b.m10 * (c.x0 + c.x1) / 2 + b.m11 * (c.y0 + c.y1) / 2 + b.m12 * (c.z0 + c.z1) / 2 + b.m13
-            BETWEEN b.y0 - (c.x1 - c.x0 + c.y1 - c.y0 + c.z1 - c.z0) / 2 - 1e-6
-            AND b.y1 + (c.x1 - c.x0 + c.y1 - c.y0 + c.z1 - c.z0) / 2 + 1e-6
-        AND b.m20 * (c.x0 + c.x1) / 2 + b.m21 * (c.y0 + c.y1) / 2 + b.m22 * (c.z0 + c.z1) / 2 + b.m23
-            BETWEEN b.z0 - (c.x1 - c.x0 + c.y1 - c.y0 + c.z1 - c.z0) / 2 - 1e-6
-            AND b.z1 + (c.x1 - c.x0 + c.y1 - c.y0 + c.z1 - c.z0) / 2 + 1e-6
+    JOIN (
+        SELECT object_id, parent, cell, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
+        FROM octree_cell
+    ) AS c ON c.object_id = w.object_id AND c.parent = w.cell
+        AND b.m00 * c.x + b.m01 * c.y + b.m02 * c.z + b.m03 BETWEEN b.x0 - c.reach AND b.x1 + c.reach
+        AND b.m10 * c.x + b.m11 * c.y + b.m12 * c.z + b.m13 BETWEEN b.y0 - c.reach AND b.y1 + c.reach
+        AND b.m20 * c.x + b.m21 * c.y + b.m22 * c.z + b.m23 BETWEEN b.z0 - c.reach AND b.z1 + c.reach
 ),
 listed AS MATERIALIZED (
     SELECT DISTINCT w.volume_no, w.object_no, w.object_id, w.body_no, e.node_no
@@ -65,27 +63,20 @@ posed AS MATERIALIZED (
     JOIN near AS b ON b.volume_no = l.volume_no AND b.object_no = l.object_no AND b.body_no = l.body_no
     JOIN object_node AS n ON n.object_id = l.object_id AND n.node_no = l.node_no
 ),
-part_box AS MATERIALIZED (
-    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-        s.z1 AS shape_z1,
-        least(o.m00 * s.x0, o.m00 * s.x1) + least(o.m01 * s.y0, o.m01 * s.y1)
-            + least(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x0,
-        least(o.m10 * s.x0, o.m10 * s.x1) + least(o.m11 * s.y0, o.m11 * s.y1)
-            + least(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y0,
-        least(o.m20 * s.x0, o.m20 * s.x1) + least(o.m21 * s.y0, o.m21 * s.y1)
-            + least(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z0,
-        greatest(o.m00 * s.x0, o.m00 * s.x1) + greatest(o.m01 * s.y0, o.m01 * s.y1)
-            + greatest(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x1,
-        greatest(o.m10 * s.x0, o.m10 * s.x1) + greatest(o.m11 * s.y0, o.m11 * s.y1)
-            + greatest(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y1,
-        greatest(o.m20 * s.x0, o.m20 * s.x1) + greatest(o.m21 * s.y0, o.m21 * s.y1)
-            + greatest(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z1
-    FROM posed AS o
-    JOIN shape AS s ON s.id = o.shape_id
-),
 met AS MATERIALIZED (
     SELECT o.*
-    FROM part_box AS o
+    FROM (
+        SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
+            s.z1 AS shape_z1,
+            reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
+            reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
+            reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
+            reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
+            reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
+            reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
+        FROM posed AS o
+        JOIN shape AS s ON s.id = o.shape_id
+    ) AS o
     WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
         AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
 ),
@@ -94,34 +85,39 @@ carried AS (
         o.m00, o.m01, o.m02, o.m03,
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23,
-        e.element_no, e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,
-        e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
-        least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
-            + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
-        least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
-            + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
-        least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1)
-            + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
-        greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1)
-            + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
-        greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1)
-            + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
-        greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
-            + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
+        e.element_no, coalesce(f.name, s.name, CAST(:level AS TEXT) || ' ' || CAST(e.element_no AS TEXT)) AS name,
+        e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
+        reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
     FROM met AS o
     JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = :level
+    LEFT JOIN feature AS f
+        ON f.shape_id = e.shape_id AND f.feature_no = e.element_no AND CAST(:level AS TEXT) = 'feature'
+    LEFT JOIN shape_surface AS s
+        ON s.shape_id = e.shape_id AND s.surface_no = e.element_no AND CAST(:level AS TEXT) = 'surface'
+    WHERE CAST(:level AS TEXT) <> 'part'
+    UNION ALL
+    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.id, o.path, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23,
+        -1, p.name, o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+        o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+    FROM met AS o
+    JOIN part AS p ON p.id = o.part_id
+    WHERE CAST(:level AS TEXT) = 'part'
 )
-SELECT o.volume_no, o.id AS occurrence_id, o.shape_id, o.element_no, o.path,
-    coalesce(f.name, s.name, CAST(:level AS TEXT) || ' ' || CAST(o.element_no AS TEXT)) AS name,
+SELECT o.volume_no, o.id AS occurrence_id, o.shape_id, o.element_no, o.path, o.name,
     o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
     o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
     o.m00, o.m01, o.m02, o.m03,
     o.m10, o.m11, o.m12, o.m13,
     o.m20, o.m21, o.m22, o.m23
 FROM carried AS o
-LEFT JOIN feature AS f ON f.shape_id = o.shape_id AND f.feature_no = o.element_no AND CAST(:level AS TEXT) = 'feature'
-LEFT JOIN shape_surface AS s
-    ON s.shape_id = o.shape_id AND s.surface_no = o.element_no AND CAST(:level AS TEXT) = 'surface'
 WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
     AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
 ORDER BY o.volume_no, o.id, o.element_no
