@@ -1,4 +1,4 @@
-"""Writing new shapes: what they list, and what follows from them (adjacency, relations, features, boxes)."""
+"""Writing new shapes: what they list, and what follows from them (relations, features, boxes)."""
 
 from __future__ import annotations
 
@@ -48,7 +48,6 @@ def append_shapes(
             **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
             "shape_arc_sample": vars(shape.samples).copy() if len(shape.samples.arc_no) else {},
-            "surface_adjacency": derived.adjacency,
             "surface_relation": derived.surface_relations,
             "arc_relation": derived.arc_relations,
             **_feature_rows(derived, class_ids),
