@@ -8,13 +8,11 @@ UNION ALL SELECT 'assignment', count(*) FROM assignment WHERE run_id = :run
 UNION ALL SELECT 'correspondence', count(*) FROM correspondence WHERE run_id = :run
 UNION ALL SELECT 'surface_match', count(*) FROM surface_match WHERE run_id = :run
 UNION ALL SELECT 'edge_measurement', count(*) FROM edge_measurement WHERE run_id = :run
-UNION ALL SELECT 'refinement', count(*) FROM refinement WHERE run_id = :run
-UNION ALL SELECT 'explanation', count(*) FROM explanation WHERE run_id = :run
+UNION ALL SELECT 'solved_pose', count(*) FROM solved_pose WHERE run_id = :run
 UNION ALL SELECT 'camera_unknown', count(*) FROM camera_unknown WHERE run_id = :run
 UNION ALL SELECT 'hypothesis', count(*) FROM hypothesis WHERE run_id = :run
 UNION ALL SELECT 'hypothesis_support', count(*) FROM hypothesis_support WHERE run_id = :run
-UNION ALL SELECT 'camera_alone', count(*) FROM camera_alone WHERE run_id = :run
 UNION ALL SELECT 'verdict_sign', count(*) FROM verdict_sign WHERE run_id = :run
 UNION ALL SELECT 'threshold', count(*) FROM threshold WHERE run_id = :run
-UNION ALL SELECT 'pose', count(*) FROM pose WHERE run_id = :run
+UNION ALL SELECT 'inspection', count(*) FROM inspection WHERE run_id = :run
 ORDER BY relation

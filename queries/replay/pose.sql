@@ -1,7 +1,8 @@
 -- The pose and verdict of an inspection.
--- Takes run; gives no row or one: verdict, reason, posterior, the pose as m00 .. m23, covariance (36), cost, margin and
--- evidence_ratio.
-SELECT verdict, reason, posterior, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23,
-    covariance, cost, margin, evidence_ratio
-FROM pose
-WHERE run_id = :run
+-- Takes run; gives no row or one: verdict, reason, posterior, the pose as m00 .. m23, covariance (36) and the middle of what
+-- is seen.
+SELECT p.verdict, p.reason, p.posterior, p.m00, p.m01, p.m02, p.m03, p.m10, p.m11, p.m12, p.m13, p.m20, p.m21, p.m22, p.m23,
+    p.covariance, i.middle_x, i.middle_y, i.middle_z
+FROM pose AS p
+JOIN inspection AS i ON i.run_id = p.run_id
+WHERE p.run_id = :run

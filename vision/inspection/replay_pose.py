@@ -52,7 +52,7 @@ class _Asked:
 def replay_pose(store: Database, connection: Connection, run: int, parameters: dict[str, Any]) -> Iterator[Compared]:
     """The last step of the refinement, from its measurements; nothing where the run kept none."""
     asked = _read_asked(store, connection, run, parameters)
-    start = store.rows(connection, "replay/refinement", run=run)
+    start = store.rows(connection, "replay/solved", run=run, kind="start")
     cameras = store.columns(connection, "replay/cameras", run=run)
     if not start or not len(cameras["view_no"]):
         return
@@ -66,7 +66,7 @@ def replay_pose(store: Database, connection: Connection, run: int, parameters: d
     covariance = compute_covariance(m, prediction, rows["stretch"], hessian, unknowns, asked.p)
     others = [
         Explanation(_matrix(row), _square(row.covariance), row.log_odds)
-        for row in store.rows(connection, "replay/explanations", run=run)
+        for row in store.rows(connection, "replay/solved", run=run, kind="explanation")
     ]
     found = store.rows(connection, "replay/pose", run=run)[0]
     yield Compared("refinement", "residuals", rows["residual"], m.offset)
@@ -80,17 +80,14 @@ def replay_pose(store: Database, connection: Connection, run: int, parameters: d
     stored = _square(found.covariance)
     joined = join_explanations(at, covariance, others)
     yield Compared("refinement", "covariance of the pose", _scaled(stored, stored), _scaled(joined, stored))
-    views = matrices(store.columns(connection, "replay/views", run=run))
-    yield Compared("refinement", "places of the cameras", views, pose @ rig_from_camera)
 
 
 def replay_verdict(store: Database, connection: Connection, run: int, parameters: dict[str, Any]) -> Iterator[Compared]:
     """The verdict, from what the hypotheses gather and the poses of single cameras; nothing where no pose was found."""
     asked = _read_asked(store, connection, run, parameters)
     found = store.rows(connection, "replay/pose", run=run)
-    start = store.rows(connection, "replay/refinement", run=run)
     h = store.columns(connection, "replay/hypotheses", run=run)
-    if not found or not start or not len(h["cost"]):
+    if not found or not len(h["cost"]):
         return
     p = _verdict_parameters(store.rows(connection, "replay/thresholds", run=run, decision="verdict"))
     poses, pose = matrices(h), _matrix(found[0])
@@ -115,11 +112,14 @@ def replay_verdict(store: Database, connection: Connection, run: int, parameters
         g,
         standing,
         agreement,
-        [(_matrix(row), _square(row.covariance)) for row in store.rows(connection, "replay/alone", run=run)],
+        [
+            (_matrix(row), _square(row.covariance))
+            for row in store.rows(connection, "replay/solved", run=run, kind="alone")
+        ],
         compute_precision(
-            _square(found[0].covariance), np.array([start[0].middle_x, start[0].middle_y, start[0].middle_z])
+            _square(found[0].covariance), np.array([found[0].middle_x, found[0].middle_y, found[0].middle_z])
         ),
-        int(start[0].excluded),
+        int(weighed["excluded"]),
         asked.needs,
         p,
     )
@@ -129,11 +129,6 @@ def replay_verdict(store: Database, connection: Connection, run: int, parameters
     yield Compared("verdict", "posterior", np.array(found[0].posterior), np.array(again.posterior))
     yield Compared("verdict", "verdict", found[0].verdict, again.verdict)
     yield Compared("verdict", "reason", found[0].reason, again.reason)
-    margin = g.cost[1:].min() - g.cost[0] if len(poses) > 1 else np.nan
-    yield Compared("verdict", "cost", np.array(found[0].cost), g.cost[0])
-    yield Compared(
-        "verdict", "margin", np.array(np.nan if found[0].margin is None else found[0].margin), np.array(margin)
-    )
 
 
 def read_parameters(cls: type[Any], stated: dict[str, Any]) -> Any:
