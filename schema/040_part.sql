@@ -49,12 +49,16 @@ CREATE TABLE shape_mesh (  -- Triangles of a shape for casting rays and drawing;
 CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the normals on both sides, for prediction of views.
     shape_id BIGINT NOT NULL,  -- the shape
     arc_no INTEGER NOT NULL,  -- the arc
-    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point
-    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm
-    tangents REAL[] NOT NULL,  -- unit tangents towards growing t
-    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points
-    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge)
-    PRIMARY KEY (shape_id, arc_no)
+    sample_count INTEGER NOT NULL,  -- number of points
+    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point; the first and last alone where those between are evenly spaced
+    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; the first and last alone where those between are evenly spaced on a
+        -- straight line
+    tangents REAL[] NOT NULL,  -- unit tangents towards growing t; one alone where all are equal
+    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points; one alone where all are equal
+    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge); one alone
+        -- where all are equal
+    PRIMARY KEY (shape_id, arc_no),
+    CHECK (sample_count > 1)
 );
 
 CREATE VIEW surface_adjacency (  -- Which surfaces of a shape meet along which arc.

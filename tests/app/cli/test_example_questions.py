@@ -16,6 +16,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import matrices
+from relmodel.model.stored_samples import spread_samples
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
@@ -199,7 +200,8 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
 
     # Where the matched ones are.
     samples = {
-        (r["shape_id"], r["arc_no"]): np.reshape(r["points"], (-1, 3)) for r in columns(store, "shape_arc_sample")
+        (r["shape_id"], r["arc_no"]): spread_samples([r["points"]], np.array([r["sample_count"]]), 3)
+        for r in columns(store, "shape_arc_sample")
     }
     shape_of_part = {r["id"]: r["shape_id"] for r in columns(store, "part")}
     placed = {r["path"]: r for r in columns(store, "occurrence")}
