@@ -146,11 +146,6 @@ def nest_in_itself(model: Model) -> None:
     model["object_object/back"] = back | transform(0, [0, 0, 0])
 
 
-def add_adjacency(model: Model) -> None:
-    model["surface_adjacency"] = {"shape_id": [1], "arc_no": 0, "surface_a": 0, "surface_b": 1, "convexity": "convex"}
-    model["surface_adjacency"]["angle"] = 1.0
-
-
 def leave_link(model: Model) -> None:
     """A robot whose joint is bent and whose link is not."""
     joint: dict[str, Any] = {"object_id": [1], "joint_no": 0, "name": "j", "kind": "revolute", "parent_link": "base"}
@@ -246,7 +241,6 @@ FAULTS = {
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],
     "shape_counts": fault("shape", "arc_count", 5),
-    "adjacency": add_adjacency,
     "orphans": lambda model: [model.pop(name) for name in ("object_part",)],
     "nesting_cycle": nest_in_itself,
     "object_node_transform": fault("object_node/2", "m03", [10.001]),
