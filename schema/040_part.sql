@@ -49,24 +49,29 @@ CREATE TABLE shape_mesh (  -- Triangles of a shape for casting rays and drawing;
 CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the normals on both sides, for prediction of views.
     shape_id BIGINT NOT NULL,  -- the shape
     arc_no INTEGER NOT NULL,  -- the arc
-    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point
-    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm
-    tangents REAL[] NOT NULL,  -- unit tangents towards growing t
-    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points
-    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge)
-    PRIMARY KEY (shape_id, arc_no)
+    sample_count INTEGER NOT NULL,  -- number of points
+    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point; the first and last alone where those between are evenly spaced
+    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; the first and last alone where those between are evenly spaced on a
+        -- straight line
+    tangents REAL[] NOT NULL,  -- unit tangents towards growing t; one alone where all are equal
+    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points; one alone where all are equal
+    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge); one alone
+        -- where all are equal
+    PRIMARY KEY (shape_id, arc_no),
+    CHECK (sample_count > 1)
 );
 
-CREATE TABLE surface_adjacency (  -- Which surfaces of a shape meet along which arc.
-    shape_id BIGINT NOT NULL,  -- the shape
-    arc_no INTEGER NOT NULL,  -- the common arc
-    surface_a INTEGER NOT NULL,  -- one surface
-    surface_b INTEGER NOT NULL,  -- the other, greater than surface_a
-    convexity TEXT NOT NULL,  -- convex, concave or smooth
-    angle DOUBLE PRECISION NOT NULL,  -- dihedral angle, positive convex, rad
-    PRIMARY KEY (shape_id, arc_no),
-    CHECK (surface_a < surface_b)
-);
+CREATE VIEW surface_adjacency (  -- Which surfaces of a shape meet along which arc.
+    shape_id,  -- the shape
+    arc_no,  -- the common arc
+    surface_a,  -- one surface
+    surface_b,  -- the other, greater than surface_a
+    convexity,  -- convex, concave or smooth
+    angle  -- dihedral angle, positive convex, rad
+) AS
+SELECT shape_id, arc_no, least(surface_a, surface_b) AS surface_a, greatest(surface_a, surface_b) AS surface_b, convexity, angle
+FROM shape_arc
+WHERE surface_a <> surface_b AND angle IS NOT NULL;
 
 CREATE TABLE surface_relation (  -- Geometric relations of two surfaces of a shape.
     shape_id BIGINT NOT NULL,  -- the shape
@@ -346,7 +351,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape_arc', 'part', 'primary'),
     ('shape_mesh', 'part', 'redundant'),
     ('shape_arc_sample', 'part', 'redundant'),
-    ('surface_adjacency', 'part', 'redundant'),
+    ('surface_adjacency', 'part', 'view'),
     ('surface_relation', 'part', 'redundant'),
     ('arc_relation', 'part', 'redundant'),
     ('feature_class', 'part', 'primary'),
@@ -377,7 +382,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('shape_arc', 3, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('shape_mesh', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('shape_arc_sample', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
-    ('surface_adjacency', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
     ('surface_relation', 0, ARRAY['shape_id', 'surface_a'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('surface_relation', 1, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('arc_relation', 0, ARRAY['shape_id', 'arc_a'], 'shape_arc', ARRAY['shape_id', 'arc_no']),

@@ -14,7 +14,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
-from relmodel.columns import stack, take
+from relmodel.columns import stack
 from relmodel.features import Feature, feature_class_key, recognise
 from relmodel.features.contacts import contacts
 from relmodel.features.relations import arc_relations, surface_relations
@@ -22,7 +22,7 @@ from relmodel.find.packing import pack, page_boxes
 from relmodel.geometry.curves import BOX
 from relmodel.loading.snap.snap import snap
 from relmodel.loading.stored_keys import stored_ids
-from relmodel.model.content_keys import ModelKeys, model_keys, row_count_or_none
+from relmodel.model.content_keys import ModelKeys, model_keys
 from relmodel.model.model import Finding, Model, Shape, Table
 from relmodel.model.placed_parts import PlacedParts
 from relmodel.model.sharing import share
@@ -42,7 +42,6 @@ class DerivedShape:
     class_keys: tuple[str, ...]
     box: Floats
     area: float
-    adjacency: Table
     surface_relations: Table
     arc_relations: Table
     boxes: Table
@@ -135,7 +134,6 @@ def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape
         class_keys=tuple(map(feature_class_key, features)),
         box=np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)]),
         area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
-        adjacency=_adjacency(shape.arcs),
         surface_relations=_attempt("surface relations", partial(surface_relations, shape), failures, no) or {},
         arc_relations=_attempt("arc relations", partial(arc_relations, shape), failures, no) or {},
         boxes=boxes,
@@ -146,21 +144,6 @@ def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape
 def boxes_of(table: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
     return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))
-
-
-def _adjacency(arcs: Table) -> Table:
-    if not row_count_or_none(arcs):
-        return {}
-    a, b = (np.asarray(arcs[c], np.int64) for c in ("surface_a", "surface_b"))
-    angle = np.asarray(arcs["angle"], float)
-    rows = np.flatnonzero((a >= 0) & (b >= 0) & (a != b) & ~np.isnan(angle))
-    return {
-        "arc_no": rows,
-        "surface_a": np.minimum(a, b)[rows],
-        "surface_b": np.maximum(a, b)[rows],
-        "convexity": take({"convexity": arcs["convexity"]}, rows)["convexity"],
-        "angle": angle[rows],
-    }
 
 
 def _boxes(shape: Shape, features: tuple[Feature, ...]) -> tuple[Table, Table]:

@@ -146,11 +146,6 @@ def nest_in_itself(model: Model) -> None:
     model["object_object/back"] = back | transform(0, [0, 0, 0])
 
 
-def add_adjacency(model: Model) -> None:
-    model["surface_adjacency"] = {"shape_id": [1], "arc_no": 0, "surface_a": 0, "surface_b": 1, "convexity": "convex"}
-    model["surface_adjacency"]["angle"] = 1.0
-
-
 def leave_link(model: Model) -> None:
     """A robot whose joint is bent and whose link is not."""
     joint: dict[str, Any] = {"object_id": [1], "joint_no": 0, "name": "j", "kind": "revolute", "parent_link": "base"}
@@ -213,7 +208,6 @@ ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", 
 
 FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
-    "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
     "presence": add_presence,
     "final_decision": leave_feature_undecided,
     "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
@@ -226,7 +220,6 @@ FAULTS = {
     "image_primitive": add("unit", unit_set_id=7, unit_no=0, kind="arc", ref_no=0),
     "region_arc": add("region_arc", extraction_id=7, region_no=0, image_arc_no=0, side="left", length=9.0),
     "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
-    "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
     "unit_relation": add(
         "unit_relation",
         unit_set_id=7,
@@ -248,7 +241,6 @@ FAULTS = {
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],
     "shape_counts": fault("shape", "arc_count", 5),
-    "adjacency": add_adjacency,
     "orphans": lambda model: [model.pop(name) for name in ("object_part",)],
     "nesting_cycle": nest_in_itself,
     "object_node_transform": fault("object_node/2", "m03", [10.001]),
