@@ -119,14 +119,6 @@ CREATE TABLE assignment (  -- What the matcher decided for each unit.
     CHECK ((label_no IS NOT NULL) = (reason = 'matched'))
 );
 
-CREATE TABLE assignment_error (  -- Relations that an assignment leaves unconfirmed.
-    run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
-    unit_no INTEGER NOT NULL,  -- the unit
-    neighbour_no INTEGER NOT NULL,  -- related unit that does not confirm it
-    PRIMARY KEY (run_id, problem_no, unit_no, neighbour_no)
-);
-
 CREATE TABLE search_node (  -- Sets of labellings that a search split a problem into, each with a lower bound of what they cost.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
@@ -193,7 +185,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('compatibility', 'matching', 'redundant'),
     ('vote', 'matching', 'primary'),
     ('assignment', 'matching', 'primary'),
-    ('assignment_error', 'matching', 'redundant'),
     ('search_node', 'matching', 'primary'),
     ('bound_price', 'matching', 'primary'),
     ('bound_message', 'matching', 'primary'),
@@ -210,6 +201,5 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('compatibility', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('assignment_error', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),
     ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']);

@@ -1,5 +1,5 @@
 -- Which model arcs of a view belong to each part and feature in view.
--- Takes run_id.  Gives in_view_no, camera and view_arc_no, in order.
+-- Takes run_id; gives in_view_no, camera and view_arc_no, in order.
 SELECT DISTINCT p.in_view_no, v.camera, a.view_arc_no
 FROM part_in_view AS p
 JOIN placed_node AS o ON o.id = p.occurrence_id

@@ -1,5 +1,5 @@
 -- The model arcs that the cameras should see at the best pose, by part.
--- Takes run_id.  Gives one row an arc: camera, number in the view, path of its part, kind, arc or surface of the shape.
+-- Takes run_id; gives one row an arc: camera, number in the view, path of its part, kind, arc or surface of the shape.
 SELECT v.camera, a.view_arc_no, o.path, a.kind, a.arc_no, a.surface_no, a.length
 FROM view_arc AS a
 JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no

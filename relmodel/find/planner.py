@@ -48,10 +48,10 @@ class WorldIndex:
         """
         with store.read() as connection:
             world_id = world_named(store, connection, world)[0]
-            chosen = [str(row.kind) for row in store.rows(connection, "index_choice", world_id=world_id)]
-            parts = store.columns(connection, "index_parts", world_id=world_id)
+            chosen = [str(row.kind) for row in store.rows(connection, "index/choice", world_id=world_id)]
+            parts = store.columns(connection, "index/parts", world_id=world_id)
             elements: dict[Level, dict[str, npt.NDArray[Any]]] = {
-                level: store.columns(connection, "index_elements", world_id=world_id, level=level)
+                level: store.columns(connection, "index/elements", world_id=world_id, level=level)
                 for level in LEVELS
                 if level != "part"
             }

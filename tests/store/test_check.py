@@ -198,7 +198,6 @@ ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", 
 
 FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
-    "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
     "presence": add_presence,
     "final_decision": leave_feature_undecided,
     "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
@@ -211,7 +210,6 @@ FAULTS = {
     "image_primitive": add("unit", unit_set_id=7, unit_no=0, kind="arc", ref_no=0),
     "region_arc": add("region_arc", extraction_id=7, region_no=0, image_arc_no=0, side="left", length=9.0),
     "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
-    "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
     "unit_relation": add(
         "unit_relation",
         unit_set_id=7,

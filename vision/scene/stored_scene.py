@@ -58,7 +58,7 @@ def read_variant_scene(
     count up to -1."""
     others = _parts(store, connection, world_id, among)
     kept = others["object_no"] != variant["object_no"]
-    own = store.columns(connection, "object_expansion", object_id=int(variant["object_id"]))
+    own = store.columns(connection, "object/expansion", object_id=int(variant["object_id"]))
     own = {name: values[own["part_id"] >= 0] for name, values in own.items()}
     count = len(own["path"])
     placed = matrices({name: np.array([variant[name]]) for name in MATRIX_COLUMNS})[0]
@@ -80,7 +80,7 @@ def read_variant_scene(
 
 
 def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None) -> dict[str, NDArray[Any]]:
-    parts = store.columns(connection, "scene_parts", world_id=world_id)
+    parts = store.columns(connection, "scene/parts", world_id=world_id)
     if among is None:
         return parts
     kept = np.isin(parts["id"], np.asarray(among, np.int64))
@@ -96,10 +96,10 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         )
     world_from_part = matrices(parts)
     shapes = [int(s) for s in np.unique(parts["shape_id"])]
-    mesh_of = _by_shape(store.columns(connection, "scene_meshes", shape_ids=shapes))
+    mesh_of = _by_shape(store.columns(connection, "scene/meshes", shape_ids=shapes))
     arcs_of = {
         shape: _spread(rows)
-        for shape, rows in _by_shape(store.columns(connection, "scene_arcs", shape_ids=shapes)).items()
+        for shape, rows in _by_shape(store.columns(connection, "scene/arcs", shape_ids=shapes)).items()
     }
 
     meshes, arcs = [], []
@@ -137,9 +137,9 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         arc["arc_no"],
         mesh["surface_no"],
         _number_surfaces(mesh, arc),
-        _radii(mesh, parts["shape_id"], store.columns(connection, "scene_cylinders", shape_ids=shapes)),
+        _radii(mesh, parts["shape_id"], store.columns(connection, "scene/cylinders", shape_ids=shapes)),
         arc["parameter"],
-        store.columns(connection, "scene_features", shape_ids=shapes),
+        store.columns(connection, "scene/features", shape_ids=shapes),
     )
 
 
@@ -171,7 +171,7 @@ def _placed_mesh(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
 
 
 def _spread(rows: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Rows of `scene_arcs` with all samples (n, width) of all arcs after each other."""
+    """Rows of `scene/arcs` with all samples (n, width) of all arcs after each other."""
     count = rows["sample_count"].astype(np.int64)
     widths = {"parameters": 1, "points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
     spread = {name: spread_samples(rows[name].tolist(), count, width) for name, width in widths.items()}

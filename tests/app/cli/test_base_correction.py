@@ -205,7 +205,7 @@ def test_a_rig_of_other_content_is_not_mounted(store: str, pair: Pair) -> None:
         assert mounted is not None
         assert mounted.world_from_rig == pytest.approx(np.array(pair.prior["world_from_rig"]))
         assert mount_of_rig(opened, connection, 1, found + 100, None) is None
-        known = [row.rig_id for row in opened.rows(connection, "world_mounts", world_id=1)]
+        known = [row.rig_id for row in opened.rows(connection, "world/mounts", world_id=1)]
         assert known == [found]
         assert not {find_rig(opened, connection, other) for other in others} & {found}
 

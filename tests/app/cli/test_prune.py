@@ -17,7 +17,7 @@ from tests.app.cli.conftest import Inspection
 
 def counts(store: Store) -> dict[str, int]:
     with store.read() as connection:
-        names = [r.relation for r in store.rows(connection, "relations") if r.standing != "view"]
+        names = [r.relation for r in store.rows(connection, "store/relations") if r.standing != "view"]
         select = sa.select(sa.func.count())
         return {name: connection.execute(select.select_from(store.table(name))).scalar_one() for name in names}
 

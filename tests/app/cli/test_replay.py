@@ -103,13 +103,14 @@ def test_the_pose_is_where_the_measurements_are_least_wrong(inspection: Inspecti
     with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
         rows = store.columns(connection, "replay/measurements", run=run)
         cameras = store.columns(connection, "replay/cameras", run=run)
-        (given,) = store.rows(connection, "replay/inspection", run=run)
+        poses = store.columns(connection, "replay/poses", run=run)
         unknown = store.rows(connection, "replay/unknowns", run=run)
     world = np.stack([rows[f"world_{axis}"] for axis in "xyz"] + [np.ones(len(rows["u"]))], axis=1)
     names = cameras["camera"].tolist()
     rig_from_camera = _matrices(cameras)
-    prior = _matrices({f"m{i}{j}": np.array([getattr(given, f"m{i}{j}")]) for i in range(3) for j in range(4)})[0]
-    information = np.linalg.cholesky(np.linalg.inv(np.reshape(given.prior_covariance, (6, 6)))).T
+    given = poses["what"].tolist().index("prior")
+    prior = _matrices(poses)[given]
+    information = np.linalg.cholesky(np.linalg.inv(np.reshape(poses["covariance"][given], (6, 6)))).T
     solved = [row for row in unknown if row.sigma > 0]
     assert {row.name for row in solved} == {"response", "centre_u", "centre_v"}
     start = np.array(inspection.answer["world_from_rig"])

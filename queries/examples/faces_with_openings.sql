@@ -1,0 +1,19 @@
+-- Which faces have openings in them, how many, and how long is the edge of all of them?
+WITH body AS (
+    SELECT p.shape_id
+    FROM object_variant AS v
+    JOIN object_part AS i ON i.object_id = v.object_id
+    JOIN part AS p ON p.id = i.part_id
+    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
+    ORDER BY v.revision DESC
+    LIMIT 1
+)
+SELECT h.surface_no, s.recognised_kind AS kind, count(DISTINCT l.loop_no) AS openings, sum(a.length) AS edge_mm
+FROM body
+JOIN shape_surface AS h ON h.shape_id = body.shape_id
+JOIN surface AS s ON s.id = h.surface_id
+JOIN loop AS l ON l.surface_id = s.id AND NOT l.outer_loop
+JOIN coedge AS c ON c.surface_id = l.surface_id AND c.loop_no = l.loop_no
+JOIN arc AS a ON a.id = c.arc_id
+GROUP BY h.surface_no, s.recognised_kind
+ORDER BY openings DESC, h.surface_no
