@@ -136,28 +136,23 @@ CREATE TABLE feature_surface (  -- The surfaces that make a feature.
     PRIMARY KEY (shape_id, feature_no, surface_no)
 );
 
-CREATE TABLE shape_box (  -- Boxes of the features, surfaces and arcs of a shape in its own frame, packed into pages of an R-tree.
-    shape_id BIGINT NOT NULL,  -- the shape
-    level TEXT NOT NULL,  -- feature, surface or arc
-    element_no INTEGER NOT NULL,  -- feature_no, surface_no or arc_no
-    page INTEGER NOT NULL,  -- page of shape_box_page
-    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the element's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the element's bounding box in the shape's frame, mm
-    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
-    PRIMARY KEY (shape_id, level, element_no),
-    CHECK (level IN ('feature', 'surface', 'arc'))
-);
-
-CREATE TABLE shape_box_page (  -- Pages of shape_box: the union of their boxes.
-    shape_id BIGINT NOT NULL,  -- the shape
-    level TEXT NOT NULL,  -- feature, surface or arc
-    page INTEGER NOT NULL,  -- the page
-    box_count INTEGER NOT NULL,  -- number of boxes in the page
-    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the page's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the page's bounding box in the shape's frame, mm
-    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
-    PRIMARY KEY (shape_id, level, page)
-);
+CREATE VIEW shape_box (  -- Boxes of the features, surfaces and arcs of a shape in its own frame.
+    shape_id,  -- the shape
+    level,  -- feature, surface or arc
+    element_no,  -- feature_no, surface_no or arc_no
+    x0, y0, z0,  -- least x, y and z of the element's bounding box in the shape's frame, mm
+    x1, y1, z1  -- greatest x, y and z of the element's bounding box in the shape's frame, mm
+) AS
+SELECT shape_id, 'feature' AS level, feature_no AS element_no, x0, y0, z0, x1, y1, z1
+FROM feature
+UNION ALL
+SELECT u.shape_id, 'surface', u.surface_no, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
+FROM shape_surface AS u
+JOIN surface AS s ON s.id = u.surface_id
+UNION ALL
+SELECT u.shape_id, 'arc', u.arc_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1
+FROM shape_arc AS u
+JOIN arc AS a ON a.id = u.arc_id;
 
 CREATE SEQUENCE part_id_seq;
 CREATE TABLE part (  -- A product: number, name, and the shape it has; material, colour and the like are its attributes.
@@ -358,8 +353,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('feature_dimension', 'part', 'primary'),
     ('feature', 'part', 'primary'),
     ('feature_surface', 'part', 'primary'),
-    ('shape_box', 'part', 'redundant'),
-    ('shape_box_page', 'part', 'redundant'),
+    ('shape_box', 'part', 'view'),
     ('part', 'part', 'primary'),
     ('part_attribute', 'part', 'primary'),
     ('current_part_attribute', 'part', 'view'),
@@ -391,8 +385,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('feature', 1, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
     ('feature_surface', 0, ARRAY['shape_id', 'feature_no'], 'feature', ARRAY['shape_id', 'feature_no']),
     ('feature_surface', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('shape_box', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('shape_box_page', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('part', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('part_attribute', 0, ARRAY['part_id'], 'part', ARRAY['id']),
     ('part_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),

@@ -14,11 +14,9 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
-from relmodel.columns import stack
 from relmodel.features import Feature, feature_class_key, recognise
 from relmodel.features.contacts import contacts
 from relmodel.features.relations import arc_relations, surface_relations
-from relmodel.find.packing import pack, page_boxes
 from relmodel.geometry.curves import BOX
 from relmodel.loading.snap.snap import snap
 from relmodel.loading.stored_keys import stored_ids
@@ -44,8 +42,6 @@ class DerivedShape:
     area: float
     surface_relations: Table
     arc_relations: Table
-    boxes: Table
-    box_pages: Table
 
 
 @dataclass(frozen=True)
@@ -127,7 +123,6 @@ def _attempt(what: str, make: Callable[[], Made], failures: list[Noted], shape: 
 
 def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape:
     features = tuple(_attempt("features", partial(recognise, shape), failures, no) or ())
-    boxes, pages = _boxes(shape, features)
     every = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
     return DerivedShape(
         features=features,
@@ -136,41 +131,9 @@ def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape
         area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
         surface_relations=_attempt("surface relations", partial(surface_relations, shape), failures, no) or {},
         arc_relations=_attempt("arc relations", partial(arc_relations, shape), failures, no) or {},
-        boxes=boxes,
-        box_pages=pages,
     )
 
 
 def boxes_of(table: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
     return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))
-
-
-def _boxes(shape: Shape, features: tuple[Feature, ...]) -> tuple[Table, Table]:
-    """Rows of `shape_box` and of `shape_box_page`."""
-    rows: list[Table] = []
-    pages: list[Table] = []
-    for level, boxes in (
-        ("feature", np.array([f.box for f in features]).reshape(-1, 6)),
-        ("surface", boxes_of(shape.surfaces)),
-        ("arc", boxes_of(shape.arcs)),
-    ):
-        page = pack(boxes)
-        counts, bounds = page_boxes(boxes, page)
-        rows.append(
-            {
-                "level": [level] * len(boxes),
-                "element_no": np.arange(len(boxes)),
-                "page": page,
-                **{name: boxes[:, i] for i, name in enumerate(BOX)},
-            }
-        )
-        pages.append(
-            {
-                "level": [level] * len(bounds),
-                "page": np.arange(len(bounds)),
-                "box_count": counts,
-                **{name: bounds[:, i] for i, name in enumerate(BOX)},
-            }
-        )
-    return dict(stack(rows)), dict(stack(pages))

@@ -1,4 +1,4 @@
-"""Writing new shapes: what they list, and what follows from them (relations, features, boxes)."""
+"""Writing new shapes: what they list, and what follows from them (relations, features)."""
 
 from __future__ import annotations
 
@@ -52,8 +52,6 @@ def append_shapes(
             "surface_relation": derived.surface_relations,
             "arc_relation": derived.arc_relations,
             **_feature_rows(derived, class_ids),
-            "shape_box": derived.boxes,
-            "shape_box_page": derived.box_pages,
         }
         for table, columns in tables.items():
             if row_count_or_none(columns):
